@@ -98,6 +98,17 @@ def _unread_options(name: str, scene: Scene, read: frozenset[str]) -> str:
     return f"{keys} {does} nothing here: on this scene {name} reads {taken}"
 
 
+def concerns(name: str, scene: Scene) -> bool:
+    """Tell whether a scene asks for a method, or has physics that the method knows.
+
+    Methods of our own that are for one physics only, as theories of rolling, are no part of plans
+    without it.
+    """
+    if METHODS[name].origin != "own" or name in (scene.compare.methods or ()):
+        return True
+    return any(maker.physics <= set(scene.physics) for maker in SOLVERS[name])
+
+
 def solver_of(task: Task) -> Solver[Any]:
     """Return the solver of a task that was planned.
 

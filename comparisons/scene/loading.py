@@ -26,6 +26,8 @@ Control = Literal[
     "time",
     "speed",
     "velocity",
+    "creep",
+    "lateral_creep",
 ]
 RELATIVE_FORCE = "E* A0 h'"
 MOST_STEPS = 10_000

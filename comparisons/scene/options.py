@@ -36,6 +36,7 @@ class ReducedOptions(Options):
     "layer"; or an "effective" one for the contact radius (Xu & Pharr 2006).
     line_length: length of a rough line in units of the surface's side L.
     line_points: points of a rough line; by default those that resolve its shortest wave.
+    rolling: "springs" have G*; "matched" a stiffness with which small creep of a circle is right.
     """
 
     rule: Literal["mdr", "half_radius"] = "mdr"
@@ -45,6 +46,7 @@ class ReducedOptions(Options):
     layers: Literal["substrate", "layer", "effective"] = "substrate"
     line_length: Annotated[Positive, Field(le=1e4)] = 1.0
     line_points: Annotated[int, Field(strict=True, ge=8, le=2**26)] | None = None
+    rolling: Literal["springs", "matched"] = "springs"
 
 
 class DenseOptions(Options):

@@ -109,12 +109,14 @@ if TYPE_CHECKING:
     from comparisons.scene.physics.tables.adhesion import Adhesion
     from comparisons.scene.physics.tables.dynamics import Dynamics
     from comparisons.scene.physics.tables.friction import Friction
+    from comparisons.scene.physics.tables.rolling import Rolling
     from comparisons.scene.physics.tables.sliding import Sliding
     from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 
     class _Physics(_Bodies):
         """Beside them, one table for each that `comparisons.scene.physics.tables` holds."""
 
+        rolling: Rolling | None = None
         friction: Friction | None = None
         viscoelastic: Viscoelastic | None = None
         sliding: Sliding | None = None

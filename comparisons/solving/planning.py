@@ -22,7 +22,7 @@ from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.methods.normal.proved import check_enclosed
-from comparisons.methods.registry import solver_for
+from comparisons.methods.registry import concerns, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.descriptions import left_out, switched_on
@@ -299,7 +299,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
 def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:
     """Yield the plan of every method; all that broke is told at once."""
     broken = []
-    for name in METHODS:
+    for name in (known for known in METHODS if concerns(known, draft.scene)):
         try:
             yield _plan_method(draft, name)
         except InputError as error:

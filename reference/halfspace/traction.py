@@ -100,6 +100,12 @@ class NormalAndTangential:
             table[:, -(ny - 1) :] = sign_y * table[:, ny - 1 : 0 : -1]
         return fft.rfft2(table, workers=1)
 
+    def shear_coefficients(self) -> Fields:
+        """Return u_x by q_x, u_y by q_y, and u_x by q_y, at offsets of cells modulo `padded`."""
+        t = self._transfer
+        table: Fields = fft.irfft2(np.array([t.xx, t.yy, t.xy]), self.padded, workers=1)
+        return table
+
     def _forward(self, fields: Fields) -> NDArray[np.complex128]:
         return fft.rfft2(fields, s=self.padded, axes=(-2, -1), workers=1)
 

@@ -22,6 +22,7 @@ from comparisons.questions.experiments import (
     reading_scan,
     relaxation,
     ridges,
+    rolling,
     rough_area,
     rough_slip,
     rubber_sliding,
@@ -38,7 +39,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved),
+    *(relaxation, proved, rolling),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

@@ -1,4 +1,4 @@
-"""Load steps of a scene: increasing loads, a path, a time history, or a list of speeds."""
+"""Load steps of a scene: increasing loads, a path, a time history, a list of speeds or creeps."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class AbsoluteLoads:
     times : ndarray, shape (k,), optional
         Of each step, where the axis is time.
     normal : AbsoluteLoads, optional
-        The normal load under which a tangential path is walked, or bodies slide: one value.
+        The normal load under which a tangential path is walked, or bodies slide or roll: one value.
     """
 
     control: Control
@@ -82,9 +82,11 @@ def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.adhesion is not None and loading.tangential is None:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
-    if scene.sliding is None and loading.tangential is None:
+    if scene.rolling is None and scene.sliding is None and loading.tangential is None:
         return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)
     normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
+    if scene.rolling is not None:
+        return AbsoluteLoads(scene.rolling.varied, np.array(scene.rolling.steps), normal=normal)
     if scene.sliding is not None:
         return AbsoluteLoads("speed", np.array(scene.sliding.speed.values), normal=normal)
     assert loading.tangential is not None

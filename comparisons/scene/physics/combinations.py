@@ -86,7 +86,9 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
         yield "loading: expected, but missing"
     if tables and "mean_gap" in normal:
         yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
-    if "friction" in tables and not tangential:
+    if "rolling" in tables:
+        yield from _rolls(data, tables, tangential)
+    elif "friction" in tables and not tangential:
         yield "friction: expected loading.tangential_force or loading.tangential_displacement"
     if "friction" not in tables:
         for name in tangential:
@@ -96,6 +98,17 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     yield from _times(loading, tables, normal)
     if "substeps" in loading and not (tangential or walks_a_path(data)):
         yield "loading.substeps: expected a path of loads; increasing loads are already steps"
+
+
+def _rolls(
+    data: Mapping[str, Any], tables: tuple[str, ...], tangential: list[str]
+) -> Iterator[str]:
+    if "friction" not in tables:
+        yield "rolling: expected [friction], which transmits tangential forces"
+    for name in tangential if "friction" in tables else ():
+        yield f"loading.{name}: expected none with [rolling], whose creep is prescribed"
+    if "surface" in data:
+        yield "rolling: expected an [indenter]: a rough roller has no steady state"
 
 
 def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str]) -> Iterator[str]:

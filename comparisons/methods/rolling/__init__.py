@@ -1,0 +1,1 @@
+"""Steady rolling with friction and creep."""

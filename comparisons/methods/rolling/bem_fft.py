@@ -1,0 +1,127 @@
+"""Rolling on the half-space below a grid, Cerruti's kernels between its cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.friction.path import normal_load
+from comparisons.methods.normal.bem_fft import BemFft
+from comparisons.methods.normal.grid import Grid, cells, make_grid
+from comparisons.methods.rolling.creeps import PHYSICS, pairs, quantities, tables_of
+from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
+from reference import loads as reference_loads
+from reference.halfspace import areas
+from reference.halfspace.cerruti import Compliance
+from reference.halfspace.friction import FrictionalPress
+from reference.halfspace.traction import NormalAndTangential
+from reference.rolling.contact import Creep, RollingStep, roll
+from reference.rolling.tractions import LIMIT
+
+# Tighter ones are not asked of the tractions.
+LEAST_TOLERANCE = 1e-8
+
+
+class GridRolling(BemFft):
+    """Stick and slip of a steady contact, by Newton's method on its unsymmetric equations."""
+
+    physics = PHYSICS
+    options_read = frozenset({"tolerance"})
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.rolling, friction = tables_of(scene)
+        self.friction = friction.coefficient
+        self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
+        if self.options.tolerance <= LEAST_TOLERANCE:
+            self.options_read -= {"tolerance"}
+
+    @property
+    def halves(self) -> int:
+        """Two where both creeps leave one half of the contact the mirror image of the other."""
+        creep, lateral = (
+            any(table.values) for table in (self.rolling.creep, self.rolling.lateral_creep)
+        )
+        return 1 if creep and lateral else 2
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
+        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 28))
+        finest -= finest % 4
+        return finest // 4, finest // 2, finest
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the domain, and what acts on what."""
+        both = "normal and tangential tractions coupled"
+        coupling = both if self.coupled else "pressure uncoupled from them"
+        return f"{super().model(geometry)}; steady tractions with Cerruti's kernel; {coupling}"
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse contacts too large to factorise."""
+        count = 2 * np.pi * task.resolution**2 / self.halves
+        if count > LIMIT:
+            return f"about {count:.0f} tractions, of which {LIMIT} can be factorised"
+        return super().refusal(task)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the matrix between tractions, four times, and of one grid."""
+        count = 2 * np.pi * task.resolution**2 / self.halves
+        return 32.0 * count**2 + 400.0 * cells(task.geometry, task.resolution)
+
+    @property
+    def face(self) -> None:
+        """None: nothing flat rolls."""
+
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+        """Solve a small paraboloid."""
+        x = np.arange(8.0) - 3.5
+        body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
+        ball = FrictionalPress(body, (x[:, None] ** 2 + x**2) / 16, 0.5)
+        list(roll(ball, reference_loads.Load("penetration", 0.5), [Creep(0.1)]))
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Lay the grid."""
+        grid = make_grid(task.geometry, task.resolution)
+        nu = self.scene.poisson_ratio
+        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
+        body = NormalAndTangential(grid.gap.shape, grid.spacing, compliance)
+        yield Row(partial(self._steps, task, body, grid))
+
+    def _steps(
+        self,
+        task: Task[IndenterGeometry],
+        body: NormalAndTangential,
+        grid: Grid,
+        values: np.ndarray,
+    ) -> Iterator[Step]:
+        """Yield the steps; each starts from the tractions of the one before."""
+        press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
+        creeps = [Creep(*pair) for pair in pairs(self.rolling, values)]
+        tolerance = max(self.options.tolerance, LEAST_TOLERANCE)
+        load = reference_loads.Load(*normal_load(task))
+        for value, step in zip(
+            values, roll(press, load, creeps, tolerance=tolerance), strict=False
+        ):
+            yield Step(
+                self._quantities(step, grid, float(value)),
+                iterations=step.rounds,
+                violation=max(step.violation, step.error),
+                unknowns=2 * int(np.count_nonzero(step.pressure)),
+            )
+
+    def _quantities(self, step: RollingStep, grid: Grid, value: float) -> dict[str, float]:
+        mask = step.pressure > 0
+        forces = step.tangential_force, step.lateral_force
+        return quantities(self.rolling, value, forces, self.friction * step.force) | {
+            "friction_coefficient": step.tangential_force / step.force,
+            "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
+            "penetration": step.penetration,
+            "force": step.force,
+            "contact_area": float(areas.corrected_area(mask, grid.spacing)),
+            "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
+        }

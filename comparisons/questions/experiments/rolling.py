@@ -1,0 +1,229 @@
+"""Rolling with creep (19.1): what the springs know of it, and that its solution does not change.
+
+E* = R = a = 1 unless said otherwise; normal and tangential tractions are uncoupled.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import repeat
+
+import numpy as np
+
+from comparisons.judging.uncertainty import ratio_of_means
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.friction.roll import RoughRoller
+from reduced.friction.slide import Friction, tangential_modulus
+from reduced.rough.ensemble import RandomLines
+from reference import loads as reference_loads
+from reference.closed_form.carter import Carter
+from reference.halfspace import stick_slip
+from reference.halfspace.cerruti import Compliance
+from reference.halfspace.traction import NormalAndTangential
+from reference.rolling.coefficients import CreepCoefficients, creep_coefficients
+from reference.rolling.contact import Creep
+from reference.rolling.plane import PlaneSurface, hertz
+from reference.rolling.theories import kalker
+from reference.rolling.tractions import Rolling
+from reference.rolling.transient import pressed, roll_on
+
+_FRICTION = 0.3
+_COEFFICIENTS = ("C11", "C22")
+_GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (8, 11, 16, 22)}
+
+
+@cache
+def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> CreepCoefficients:
+    return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
+
+
+def _slope(
+    effort: Effort,
+    *,
+    poisson_ratio: float = 0.25,
+    axis_ratio: float = 1.0,
+    coefficient: str = "C11",
+    of: str = "springs",
+) -> Finding:
+    """Compare a creep coefficient of springs, or of Kalker's table, with that of the half-space."""
+    one_of("coefficient", coefficient, *_COEFFICIENTS)
+    one_of("of", of, "springs", "table")
+    above("axis_ratio", axis_ratio, 0)
+    which = _COEFFICIENTS.index(coefficient)
+    study = _coefficients(poisson_ratio, axis_ratio, effort)
+    true = float(study.limit[which])
+    stated = 4 / (2 - poisson_ratio)
+    if of == "table":
+        stated = kalker(axis_ratio, poisson_ratio)[which]
+    # the order of the grids is known; what their line leaves out is a part of the last change
+    left = abs(float(study.values[-1, which] - study.values[-2, which])) / 2
+    bar = float(study.uncertainty[which]) + left
+    details: dict[str, float | str] = {"stated": stated, "of the half-space": true}
+    return Finding(stated / true - 1, bar * stated / true**2, details)
+
+
+def _plane(effort: Effort, *, traction: float = 0.5) -> Finding:
+    """Compare the traction of a cylinder on cells with Carter's, at his creep for `traction`."""
+    if not 0 < traction < 1:
+        raise ValueError(f"traction must be between 0 and 1, not {traction!r}")
+    cylinder = Carter(1.0, 1.0, _FRICTION)
+    compliance = Compliance.of(0.25, 0.5)
+    force = np.pi * compliance.effective_modulus / 4
+
+    def on_cells(cells: int) -> float:
+        x = (np.arange(-cells, cells + 1) + 0.5) / cells
+        bound = _FRICTION * hertz(x, 1.0, force)[:, None]
+        creep = np.zeros((2, x.size, 1))
+        creep[0] = cylinder.creep(traction)
+        answer = Rolling(PlaneSurface(x.size, 1 / cells, compliance), bound).at(creep)
+        return float(answer.traction[0].sum() / bound.sum())
+
+    coarse, fine = (on_cells(n) for n in ((80, 160) if effort == "quick" else (160, 320)))
+    details: dict[str, float | str] = {
+        "stick over contact": float(cylinder.stick_share(cylinder.creep(traction))),
+        "F_x/(mu F) on the finest cells": fine,
+    }
+    # of first order: extrapolated
+    return Finding((2 * fine - coarse) / traction - 1, abs(fine - coarse) / traction, details)
+
+
+def _ball(cells: int, poisson_ratio: float) -> tuple[NormalAndTangential, np.ndarray]:
+    """Return a half-space and Hertz's pressure of a circle of radius one on it."""
+    x, y = (np.arange(-cells, cells + 1) + 0.5) / cells, (np.arange(-cells, cells) + 0.5) / cells
+    shear = (1 - poisson_ratio) / 2
+    compliance = Compliance.of(shear, poisson_ratio)
+    body = NormalAndTangential((x.size, y.size), (1 / cells, 1 / cells), compliance)
+    return body, 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
+
+
+def _steady(
+    effort: Effort, *, share: float = 0.5, way: float = 6.0, poisson_ratio: float = 0.25
+) -> Finding:
+    """March from Cattaneo's tractions; compare the end with the steady state's own equations.
+
+    The error is the largest difference of a traction after a `way` in contact radii, over the
+    largest traction.
+    """
+    above("way", way, 0)
+    if not 0 < share < 1:
+        raise ValueError(f"share must be between 0 and 1, not {share!r}")
+    cells = 6 if effort == "quick" else 12
+    body, pressure = _ball(cells, poisson_ratio)
+    bound = _FRICTION * pressure
+    held = stick_slip.Shear(body, bound, np.zeros((2, *body.shape)), share * bound.sum())
+    start = stick_slip.minimise(held, np.zeros((2, *body.shape)), 1e-9).traction
+    creep = Creep(share * _FRICTION / 2)  # near that of the same force in steady rolling
+    field = np.zeros((2, *body.shape))
+    field[0] = creep.along
+    steady = Rolling(body, bound).at(field).traction
+    steps = int(np.ceil(way * cells))
+    moments = list(roll_on(body, repeat(pressure, steps), _FRICTION, creep, start))
+    scale = float(np.abs(steady).max())
+    left = [float(np.abs(moment.traction - steady).max()) / scale for moment in moments]
+    limit = _FRICTION * moments[-1].force
+    details: dict[str, float | str] = {
+        "F_x/(mu F) at the start": share,
+        "F_x/(mu F) in the end": moments[-1].tangential_force / limit,
+        "F_x/(mu F) of the steady state": float(steady[0].sum() * body.cell_area) / limit,
+        "difference after a contact radius": left[cells - 1],
+    }
+    return Finding(left[-1], 1e-5, details)
+
+
+def _rough(
+    effort: Effort, *, slope: float = 0.5, share: float = 0.3, points: float = 48, runs: float = 8
+) -> Finding:
+    """Compare the mean traction of rough balls and rough lines that roll.
+
+    The roughness has the rms gradient `slope` in units of a/R and travels with the surface; the
+    creep is `share` of that at which the springs of a smooth ball slip everywhere. nu = 1/2.
+    """
+    above("slope", slope, 0)
+    above("share", share, 0)
+    surface = Surface(int(points), roll_off=4.0)
+    radius = 0.3  # a, of a side of one
+    curvature = 1 / (slope * radius)  # 1/R, for gradients of one
+    force = 4 / 3 * radius**3 * curvature
+    friction = Friction(tangential_modulus(0.25, 0.5), _FRICTION)
+    creep = share * 2 * _FRICTION * radius * curvature / friction.tangential_modulus
+    limit = _FRICTION * force
+    count = int(runs) if effort == "full" else max(2, int(runs) // 4)
+    true = np.array(
+        [_rough_ball(surface, number, curvature, force, creep) for number in range(count)]
+    )
+    stated = np.array(_rough_lines(surface, 64 * count, curvature, (force, creep), friction))
+    ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
+    ratio, bar = float(ratios[0]), float(ratios[0] * bars[0])
+    details: dict[str, float | str] = {
+        "F_x/(mu F) of lines": float(stated.mean() / limit),
+        "F_x/(mu F) of balls": float(true.mean() / limit),
+    }
+    return Finding(ratio - 1, bar, details)
+
+
+@cache
+def _rough_ball(
+    surface: Surface, realisation: int, curvature: float, force: float, creep: float
+) -> float:
+    """Return the mean tangential force of a rough ball over one period of its roughness."""
+    n = surface.points
+    x = (np.arange(n) - (n - 1) / 2) / n
+    body = NormalAndTangential((n, n), (1 / n, 1 / n), Compliance.of(0.25, 0.5))
+    heights = surface.heights(realisation)
+    way = np.concatenate([heights, heights])[: 2 * n]
+    gap = curvature * (x[:, None] ** 2 + x**2) / 2
+    load = reference_loads.Load("force", force)
+    fields = pressed(body, gap, way, load, 1e-4)
+    moments = [m.tangential_force for m in roll_on(body, fields, _FRICTION, Creep(creep))]
+    # the first half of the way forgets that there was no traction
+    return float(np.mean(moments[n // 2 :]))
+
+
+def _rough_lines(
+    surface: Surface, count: int, curvature: float, load: tuple[float, float], friction: Friction
+) -> list[float]:
+    """Return the mean tangential forces of lines of the same spectrum."""
+    points = 4 * surface.points
+    x = (np.arange(points) - (points - 1) / 2) / points
+    drawn = RandomLines(surface.line("rings"), points, count, seed=SEED).draw()
+    force, creep = load
+    return [
+        RoughRoller(curvature * x**2, np.concatenate([line, line]), 1 / points, 1.0)
+        .roll(friction, force, creep)
+        .tangential_force
+        for line in drawn.heights
+    ]
+
+
+EXPERIMENTS = (
+    experiment(
+        "creep-coefficient",
+        "Slope of the creep curve against that of the half-space, extrapolated from grids",
+        "Poisson's ratio",
+        "poisson_ratio",
+        _slope,
+    ),
+    experiment(
+        "creep-cylinder",
+        "Traction of a cylinder that rolls on cells against Carter's closed form",
+        "traction F_x/(mu F)",
+        "traction",
+        _plane,
+    ),
+    experiment(
+        "rolling-steady",
+        "Tractions after rolling on from Cattaneo's against those of the steady state",
+        "way rolled over the contact radius",
+        "way",
+        _steady,
+    ),
+    experiment(
+        "rolling-rough",
+        "Traction of rough lines that roll against that of rough balls",
+        "rms gradient over a/R",
+        "slope",
+        _rough,
+    ),
+)

@@ -1,0 +1,78 @@
+"""The table [rolling]."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+from pydantic import field_validator, model_validator
+
+from comparisons.formatting import unpadded
+from comparisons.scene.fields import fail
+from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.units import NUMBER
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+
+class Rolling(PhysicsTable):
+    """Steady rolling along x with each of the given creeps, independent of each other.
+
+    creep: the rigid slip of the roller over the half-space, as a fraction of the rolling speed, of
+    any sign; the force is that on the half-space and has the sign of the creep. Positive creep
+    points along +x, the way of the contact over the half-space: a roller that is braked.
+    lateral_creep: the same along y. One of both may be a list.
+    """
+
+    key = "rolling"
+    place = 0.5
+    compared = ("traction", "tangential_force")
+    apart: ClassVar = {
+        "sliding": "a roller that sticks somewhere does not slide as a whole",
+        "viscoelastic": "rolling without friction is [sliding] on rubber; both are not modelled",
+        "adhesion": "a roller that is pulled off at its rear is not modelled",
+        "dynamics": "steady rolling has no inertia",
+    }
+    one_body = True
+
+    creep: Annotated[LoadRange, ranged(NUMBER, "path")]
+    lateral_creep: Annotated[LoadRange, ranged(NUMBER, "path")] = LoadRange(values=(0.0,))
+
+    @field_validator("creep", "lateral_creep")
+    @classmethod
+    def _increasing(cls, value: LoadRange) -> LoadRange:
+        if any(b <= a for a, b in pairwise(value.values)):
+            raise fail("expected strictly increasing creeps", list(value.values))
+        return value
+
+    @model_validator(mode="after")
+    def _one_list(self) -> Rolling:
+        if len(self.creep.values) > 1 and len(self.lateral_creep.values) > 1:
+            raise fail("lateral_creep: expected one value beside several of creep")
+        return self
+
+    @property
+    def varied(self) -> Literal["creep", "lateral_creep"]:
+        """Along which creep the steps are."""
+        return "lateral_creep" if len(self.lateral_creep.values) > 1 else "creep"
+
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """Values of the creep that is varied."""
+        chosen: LoadRange = getattr(self, self.varied)
+        return chosen.values
+
+    def both(self, value: float) -> tuple[float, float]:
+        """Return creep and lateral creep at a step, from the one that is varied."""
+        if self.varied == "creep":
+            return value, self.lateral_creep.values[0]
+        return self.creep.values[0], value
+
+    def description(self, scene: Scene) -> tuple[str, str]:
+        """Say what acts, and how."""
+        held = "creep" if self.varied == "lateral_creep" else "lateral_creep"
+        other = getattr(self, held).values[0]
+        beside = f", {held.replace('_', ' ')} {unpadded(other, '')}" if other else ""
+        return "steady rolling", f"steady state at each {self.varied.replace('_', ' ')}{beside}"

@@ -1,0 +1,198 @@
+"""Theories of rolling that approximate the half-space: Kalker's linear one, and FASTSIM.
+
+**Linear** (Kalker 1967): all of an elliptic contact sticks, F_x = C11 G a b xi, F_y = C22 G a b
+eta; the limit of small creep. The coefficients are those of Kalker's table (1990, table E3), to
+three digits.
+
+**FASTSIM** (Kalker, Veh. Syst. Dyn. 11 (1982) 1): the surface is a bed of independent springs,
+u = L q, of two flexibilities L = 8 a/(3 C G) with which the linear limit is right. Strips along the
+rolling direction are followed from their leading edges; the bound is mu times a parabola of the
+contact's force, not mu times Hertz's pressure, with which stick and slip would not meet at the
+trailing edge.
+
+G is that of two equal bodies; one elastic body on a rigid one has 2 G in its place, as here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference.arguments import count_faults, poisson_faults, positive_faults, refuse
+
+Array = NDArray[np.float64]
+
+# a/b: 0.1 ... 1 and, by b/a, 0.9 ... 0.1; columns nu = 0, 1/4, 1/2.
+_RATIOS = np.array([*np.arange(1, 11) / 10, *(10 / np.arange(9, 0, -1))])
+_C11 = np.array(
+    [
+        [2.51, 3.31, 4.85], [2.59, 3.37, 4.81], [2.68, 3.44, 4.80], [2.78, 3.53, 4.82],
+        [2.88, 3.62, 4.83], [2.98, 3.72, 4.91], [3.09, 3.81, 4.97], [3.19, 3.91, 5.05],
+        [3.29, 4.01, 5.12], [3.40, 4.12, 5.20], [3.51, 4.22, 5.30], [3.65, 4.36, 5.42],
+        [3.82, 4.54, 5.58], [4.06, 4.78, 5.80], [4.37, 5.10, 6.11], [4.84, 5.57, 6.57],
+        [5.57, 6.34, 7.34], [6.96, 7.78, 8.82], [10.7, 11.7, 12.9],
+    ]
+)  # fmt: skip
+_C22 = np.array(
+    [
+        [2.51, 2.52, 2.53], [2.59, 2.63, 2.66], [2.68, 2.75, 2.81], [2.78, 2.88, 2.98],
+        [2.88, 3.01, 3.14], [2.98, 3.14, 3.31], [3.09, 3.28, 3.48], [3.19, 3.41, 3.65],
+        [3.29, 3.54, 3.82], [3.40, 3.67, 3.98], [3.51, 3.81, 4.16], [3.65, 3.99, 4.39],
+        [3.82, 4.21, 4.67], [4.06, 4.50, 5.04], [4.37, 4.90, 5.56], [4.84, 5.48, 6.31],
+        [5.57, 6.40, 7.51], [6.96, 8.14, 9.79], [10.7, 12.8, 16.0],
+    ]
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class EllipticContact:
+    """A Hertzian contact that rolls along the semi-axis a.
+
+    Parameters
+    ----------
+    semi_axes : (float, float)
+        a along the rolling direction, b across.
+    shear_modulus, poisson_ratio : float
+        Of the elastic body, on a rigid one.
+    limit : float
+        mu F.
+
+    Raises
+    ------
+    ValueError
+        Lists all invalid arguments.
+    """
+
+    semi_axes: tuple[float, float]
+    shear_modulus: float
+    poisson_ratio: float
+    limit: float
+
+    def __post_init__(self) -> None:
+        a, b = self.semi_axes
+        faults = positive_faults(a=a, b=b, shear_modulus=self.shear_modulus, limit=self.limit)
+        refuse(faults + poisson_faults(self.poisson_ratio))
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """C11 and C22, see `kalker`."""
+        return kalker(self.semi_axes[0] / self.semi_axes[1], self.poisson_ratio)
+
+
+@dataclass(frozen=True)
+class Rolled:
+    """Forces of the sign of the creep, and the area that sticks."""
+
+    tangential_force: float
+    lateral_force: float
+    stick_area: float
+
+
+def kalker(axis_ratio: float, poisson_ratio: float) -> tuple[float, float]:
+    """Return C11 and C22 from Kalker's table, interpolated.
+
+    Between ratios of the axes linearly in their logarithm, between Poisson's ratios by a parabola.
+
+    Parameters
+    ----------
+    axis_ratio : float
+        a/b from 0.1 to 10.
+    poisson_ratio : float
+        From 0 to 1/2.
+
+    Raises
+    ------
+    ValueError
+        Outside the table.
+
+    Examples
+    --------
+    >>> kalker(1.0, 0.25)
+    (4.12, 3.67)
+    """
+    faults = []
+    if not 0.1 <= axis_ratio <= 10:
+        faults.append(f"axis_ratio must lie between 0.1 and 10, not {axis_ratio!r}")
+    if not 0 <= poisson_ratio <= 0.5:
+        faults.append(f"poisson_ratio must lie between 0 and 0.5, not {poisson_ratio!r}")
+    refuse(faults)
+    t = poisson_ratio / 0.25
+    weights = np.array([(1 - t) * (2 - t) / 2, t * (2 - t), t * (t - 1) / 2])
+    places = np.log(_RATIOS)
+    first, second = (np.interp(np.log(axis_ratio), places, c @ weights) for c in (_C11, _C22))
+    return round(float(first), 12), round(float(second), 12)
+
+
+def linear(contact: EllipticContact, creep: float, lateral_creep: float = 0.0) -> Rolled:
+    """Return the forces of the linear theory, beyond the limit too: it knows no friction.
+
+    Examples
+    --------
+    >>> round(linear(EllipticContact((1.0, 1.0), 0.5, 0.25, 1.0), 0.01).tangential_force, 12)
+    0.0412
+    """
+    (a, b), (c11, c22) = contact.semi_axes, contact.coefficients
+    unit = 2 * contact.shear_modulus * a * b
+    return Rolled(c11 * unit * creep, c22 * unit * lateral_creep, np.pi * a * b)
+
+
+def fastsim(
+    contact: EllipticContact, creep: float, lateral_creep: float = 0.0, cells: int = 50
+) -> Rolled:
+    """Return the forces of FASTSIM.
+
+    Parameters
+    ----------
+    contact : EllipticContact
+    creep, lateral_creep : float
+    cells : int
+        Strips across half of the contact, and steps along half a strip.
+
+    Examples
+    --------
+    Its linear limit is Kalker's, and full sliding the limit:
+
+    >>> ball = EllipticContact((1.0, 1.0), 0.5, 0.25, 1.0)
+    >>> round(fastsim(ball, 1e-6).tangential_force / 4.12e-6, 1)
+    1.0
+    >>> round(fastsim(ball, 1.0).tangential_force, 3)
+    1.0
+    """
+    refuse(count_faults(1, cells=cells))
+    (a, b), (c11, c22) = contact.semi_axes, contact.coefficients
+    # stress per distance from the leading edge, over the highest bound, lengths over a and b
+    peak = 2 * contact.limit / (np.pi * a * b)
+    unit = 3 * 2 * contact.shear_modulus / (8 * peak)
+    along, across, stick = _strips(c11 * unit * creep, c22 * unit * lateral_creep, cells)
+    total = contact.limit * 2 / np.pi
+    return Rolled(along * total, across * total, stick * a * b)
+
+
+@njit(cache=True)
+def _strips(rate_x, rate_y, cells):
+    """Return integrals of both stresses over the bound's peak, and the sticking area, of a circle.
+
+    Between two steps the stress is that of stick up to its bound; midpoints across the strips.
+    """
+    along = across = stick = 0.0
+    for strip in range(2 * cells):
+        y = (strip + 0.5) / cells - 1
+        half = np.sqrt(1 - y * y)
+        step = half / cells
+        x, qx, qy = half, 0.0, 0.0
+        for _ in range(2 * cells):
+            x -= step
+            new_x, new_y = qx + rate_x * step, qy + rate_y * step
+            bound = max(half * half - x * x, 0.0)
+            size = np.hypot(new_x, new_y)
+            if size > bound:
+                new_x, new_y = new_x * bound / size, new_y * bound / size
+            else:
+                stick += step / cells
+            along += (qx + new_x) / 2 * step / cells
+            across += (qy + new_y) / 2 * step / cells
+            qx, qy = new_x, new_y
+    return along, across, stick
