@@ -91,12 +91,12 @@ def curve() -> list[list[str]]:
     true = np.minimum(2 * fine - coarse, 1.0)
     contact = EllipticContact((1.0, 1.0), SHEAR, NU, MU * FORCE)
     springs = Springs(paraboloid(1.0), 1.0, per_radius=100)
-    usual = Friction(Compliance.of(SHEAR, NU).tangential_modulus, MU)
+    plain = Friction(Compliance.of(SHEAR, NU).tangential_modulus, MU)
     matched = Friction(matched_modulus(SHEAR, kalker(1.0, NU)[0]), MU)
     load = Load("force", FORCE)
     stated = [
         roll_springs(springs, friction, load, CREEPS).tangential_force
-        for friction in (usual, matched)
+        for friction in (plain, matched)
     ]
     stated += [
         np.array([theory(contact, creep).tangential_force for creep in CREEPS])

@@ -11,6 +11,7 @@ limit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,7 +96,9 @@ def creep_coefficients(
     return CreepCoefficients.of(cells, np.array(values))
 
 
-def on_grid(surface, axis_ratio: float, cells: int) -> Array:
+def on_grid(
+    surface: Callable[[tuple[int, int], float], Surface], axis_ratio: float, cells: int
+) -> Array:
     """Return C11 and C22 on one grid.
 
     Parameters

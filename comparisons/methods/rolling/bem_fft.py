@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.geometry.prepare import Geometry
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.grid import Grid, cells, make_grid
@@ -49,26 +49,26 @@ class GridRolling(BemFft):
         )
         return 1 if creep and lateral else 2
 
-    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 28))
         finest -= finest % 4
         return finest // 4, finest // 2, finest
 
-    def model(self, geometry: IndenterGeometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the domain, and what acts on what."""
         both = "normal and tangential tractions coupled"
         coupling = both if self.coupled else "pressure uncoupled from them"
         return f"{super().model(geometry)}; steady tractions with Cerruti's kernel; {coupling}"
 
-    def refusal(self, task: Task[IndenterGeometry]) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse contacts too large to factorise."""
         count = 2 * np.pi * task.resolution**2 / self.halves
         if count > LIMIT:
             return f"about {count:.0f} tractions, of which {LIMIT} can be factorised"
         return super().refusal(task)
 
-    def memory(self, task: Task[IndenterGeometry]) -> float:
+    def memory(self, task: Task) -> float:
         """Bytes of the matrix between tractions, four times, and of one grid."""
         count = 2 * np.pi * task.resolution**2 / self.halves
         return 32.0 * count**2 + 400.0 * cells(task.geometry, task.resolution)
@@ -77,14 +77,14 @@ class GridRolling(BemFft):
     def face(self) -> None:
         """None: nothing flat rolls."""
 
-    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+    def warm_up(self, task: Task) -> None:
         """Solve a small paraboloid."""
         x = np.arange(8.0) - 3.5
         body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
         ball = FrictionalPress(body, (x[:, None] ** 2 + x**2) / 16, 0.5)
         list(roll(ball, reference_loads.Load("penetration", 0.5), [Creep(0.1)]))
 
-    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+    def rows(self, task: Task) -> Iterator[Row]:
         """Lay the grid."""
         grid = make_grid(task.geometry, task.resolution)
         nu = self.scene.poisson_ratio
@@ -94,7 +94,7 @@ class GridRolling(BemFft):
 
     def _steps(
         self,
-        task: Task[IndenterGeometry],
+        task: Task,
         body: NormalAndTangential,
         grid: Grid,
         values: np.ndarray,
