@@ -18,7 +18,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.methods import BUILT_IN, MODEL, ours, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
-from comparisons.judging.verdicts import NO_RESULT, WITHIN, severity, word_for
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, severity, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord, once
 
@@ -82,6 +82,22 @@ class Verdict:
         """That step and what was equal there: "load step 4, equal force"."""
         equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
         return ", ".join(filter(None, [self.when, equal]))
+
+    @property
+    def because(self) -> str:
+        """The comparison that decided: "|e| + u = 0.99 % ≤ t = 1 %", or why there is none."""
+        if self.word == NO_RESULT:
+            return self.reason
+        asked = f"t = {fmt.tolerance(self.tolerance)}"
+        if self.high < fmt.ROUND_OFF:
+            return f"round-off ≤ {asked}"
+        least, most = (fmt.relative(max(end, 0.0)) for end in (self.low, self.high))
+        if self.word == WITHIN:
+            return f"|e| + u = {most} ≤ {asked}"
+        if self.word == OUTSIDE:
+            return f"|e| − u = {least} > {asked}"
+        unknown = "u is not known" if not fmt.finite(self.high) else f"{asked} < |e| + u = {most}"
+        return f"|e| − u = {least} ≤ {asked}, but {unknown}" if fmt.finite(self.low) else unknown
 
     @property
     def text(self) -> str:

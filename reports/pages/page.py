@@ -36,10 +36,12 @@ SCRIPTS = (
     "downloads.js",
     "tables.js",
     "sliders.js",
+    "judging.js",
     "turning.js",
     "start.js",
 )
-STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 100 %
+# The small scale in the heat map: error over tolerance, the tolerance in its middle.
+STRIP_DECADES = (-3.0, 3.0)
 
 
 class Judged(Protocol):
@@ -58,7 +60,13 @@ class Judged(Protocol):
         """Requested relative error."""
 
 
-def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values: Any) -> str:
+def render(
+    template: str,
+    drawn: Mapping[str, Figure | dict[str, Any]],
+    *,
+    data: Mapping[str, Any] | None = None,
+    **values: Any,
+) -> str:
     """Return a page as text.
 
     Parameters
@@ -67,6 +75,8 @@ def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values
         File name in the folder of templates.
     drawn : mapping
         Figures (or plotly data and layout) by the key of their canvas.
+    data : mapping, optional
+        What the page's program reads, by name.
     values
         Further variables of the template.
     """
@@ -83,6 +93,7 @@ def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values
                 key: embedded_json(spec(graph) if isinstance(graph, Figure) else graph)
                 for key, graph in drawn.items()
             },
+            page_data={key: embedded_json(value) for key, value in (data or {}).items()},
             **values,
         )
     )
@@ -157,25 +168,21 @@ def _term(key: str, text: str | None = None) -> Markup:
 
 
 def _strip(verdict: Judged) -> Markup:
-    """Return a small logarithmic scale from 1 ppm to 100 % with tolerance, error and error bar."""
+    """Return the attributes of a cell of the heat map: places in per cent of its small scale.
+
+    Error over tolerance and the ends of its bar, on a logarithmic scale; what lies beyond an
+    end of the scale is an arrow there.
+    """
     low, high = STRIP_DECADES
 
     def place(value: float) -> float:
-        power = math.log10(value) if value > 0 else low
+        power = math.log10(value / verdict.tolerance) if value > 0 else -math.inf
         return round(100 * (min(max(power, low), high) - low) / (high - low), 1)
 
     error = abs(verdict.error)
     bar = verdict.uncertainty if fmt.finite(verdict.uncertainty) else 0.0
-    return Markup(
-        '<svg class="strip" viewBox="-4 0 108 14" role="img" aria-label="{}">'
-        '<line class="rail" x1="0" y1="7" x2="100" y2="7"/>'
-        '<line class="mark" x1="{t}" y1="1" x2="{t}" y2="13"/>'
-        '<line class="bar" x1="{a}" y1="7" x2="{b}" y2="7"/>'
-        '<circle cx="{e}" cy="7" r="3.2"/></svg>'
-    ).format(
-        "error on a logarithmic scale with a tick at the tolerance",
-        t=place(verdict.tolerance),
-        a=place(error - bar),
-        b=place(error + bar),
-        e=place(error),
+    ends = place(error - bar), place(error + bar)
+    beyond = "under" if place(error) <= 0 else "over" if place(error) >= 100 else ""
+    return Markup('data-beyond="{}" style="--e:{};--a:{};--b:{}"').format(
+        beyond, place(error), *ends
     )

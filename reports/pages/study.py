@@ -16,15 +16,18 @@ from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results import selection
-from comparisons.results.advice import advise
+from comparisons.results.advice import Advice, advise
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
+from comparisons.results.families import family
+from comparisons.results.finding import finding
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
+from reports.pages.judging import judging
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, errors, load_slider, model, pressure, speed
+from reports.plots import curves, errors, load_slider, model, overview, pressure, speed
 from reports.plots.figure import Figure
 from reports.plots.style import look
 from reports.tables import scene as tables
@@ -43,7 +46,7 @@ class SceneView:
     verdicts: dict[str, Verdict]
     judged: dict[str, dict[str, Verdict]]
     at_other_load: list[Verdict]
-    answer: str
+    advice: Advice
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
@@ -59,6 +62,16 @@ class SceneView:
     def title(self) -> str:
         """The title of the scene, or its name."""
         return self.record.title or self.record.name
+
+    @property
+    def answer(self) -> str:
+        """The advice in one sentence."""
+        return self.advice.sentence
+
+    @property
+    def family(self) -> str:
+        """What kind of scene it is."""
+        return family(self.record)
 
 
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
@@ -79,11 +92,23 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     """Return the whole page as text."""
     views = _views(record, with_pictures)
     claims = claims_beside(record.directory)
+    settings = [(view.anchor, view.record, view.advice) for view in views]
+    everything = overview.overview(settings)
     return render(
         "report.html.j2",
-        _drawn(views, claims),
+        _drawn(views, claims) | ({everything.key: everything} if everything else {}),
+        data={
+            "judging": judging(
+                (view.anchor, view.record, list(view.verdicts.values()), view.advice)
+                for view in views
+            )
+            | {"places": overview.places(settings)}
+        },
         record=record,
         views=views,
+        families=_families(views),
+        finding=finding(record.scenes),
+        overview=everything,
         compared=compared_methods(record.scenes),
         quantities=_columns(views),
         choosable=_shown_quantities(views),
@@ -93,6 +118,14 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         seeds=_seeds(record),
         glossary=glossary,
     )
+
+
+def _families(views: list[SceneView]) -> dict[str, list[SceneView]]:
+    """Return the scenes of each family, in the order in which the families first appear."""
+    groups: dict[str, list[SceneView]] = {}
+    for view in views:
+        groups.setdefault(view.family, []).append(view)
+    return groups
 
 
 def _drawn(
@@ -161,7 +194,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             for name, items in judged.items()
         },
         at_other_load=second_rows(scene),
-        answer=advice.sentence,
+        advice=advice,
         plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],

@@ -11,16 +11,17 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.results import selection
+from comparisons.results.decisions import finest, judged_methods, verdicts
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Series
-from reports.plots.style import CROSS, drawing_order, look
+from reports.plots.style import CIRCLE, CROSS, INK, drawing_order, look
 
 CAPTION = (
     "Each method at its finest resolution. Filled markers: above the reference; hollow: below; at "
     "the lower edge: below the range of the axis. Horizontal line: tolerance. Shaded: below the "
-    "uncertainty of the reference."
+    "uncertainty of the reference. Ring: the error that decided."
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
 
@@ -44,6 +45,7 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
         error_axis(low, high, "relative error", quantity(name).label),
     )
     series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
+    series += _decided(scene, name, tables, low)
     return Figure(
         f"error-{name}",
         f"Error of {quantity(name).label} at equal {_equal(scene, name)}",
@@ -67,12 +69,8 @@ def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
     """Return the load steps of each method at its finest resolution with errors of a quantity."""
     tables = {}
     for method in drawing_order(selection.methods(scene)):
-        levels = [
-            level
-            for level in selection.resolutions(scene, method)
-            if not selection.is_reference(scene, method, level)
-        ]
-        rows = selection.curve(scene, method, levels[-1]) if levels else pd.DataFrame()
+        level = finest(scene, method)
+        rows = pd.DataFrame() if level is None else selection.curve(scene, method, level)
         if np.isfinite(selection.column(rows, f"error_{name}")).any():
             tables[method] = rows
     return tables
@@ -107,6 +105,26 @@ def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low:
         size=max(style.size - 1, 7),
         width=1.5,
     )
+
+
+def _decided(
+    scene: SceneRecord, name: str, tables: dict[str, pd.DataFrame], low: float
+) -> list[Series]:
+    """Return a ring around the error that decided, for the method that the page leads with."""
+    method = judged_methods(scene)[0]
+    told = {verdict.quantity: verdict for verdict in verdicts(scene, method)}
+    verdict = told.get(name)
+    if verdict is None or verdict.step < 0 or method not in tables:
+        return []
+    rows = tables[method]
+    rows = rows[selection.column(rows, "step") == verdict.step]
+    loads = selection.compared_along(scene, rows)
+    size = np.maximum(np.abs(selection.column(rows, f"error_{name}")), low)
+    style = replace(look(method), label="decided here", marker=CIRCLE, colour=INK)
+    text = f"{verdict.text}\n{verdict.because}: {verdict.word}"
+    return [
+        Series(style, loads, size, line=False, hollow=True, size=16, hover=(text,) * len(loads))
+    ]
 
 
 def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:

@@ -47,7 +47,7 @@ const valueOf = (cell) => {
 // Columns with bars become two: the value as stored, in the unit of its header, and its bar.
 const csvOf = (table) => {
   const heads = [...table.tHead.rows[0].cells];
-  const rows = [...table.tBodies].flatMap((body) => [...body.rows]).filter((row) => !row.hidden && !row.classList.contains("answer"));
+  const rows = [...table.tBodies].flatMap((body) => [...body.rows]).filter((row) => !row.hidden && !row.classList.contains("family"));
   const barred = heads.map((_, index) => rows.some((row) => row.cells[index]?.dataset.bar !== undefined));
   const lines = [heads.flatMap((head, index) => {
     const name = head.dataset.csv || plainText(head).replace(/ [↕↑↓]$/, "");

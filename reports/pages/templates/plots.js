@@ -63,6 +63,7 @@ const specOf = (canvas) => {
     raw.data = raw.data.map((trace, index) => ({ ...trace, ...frame.data[index] }));
     Object.assign(raw.layout, frame.layout);
   }
+  judgeAnew(canvas, raw);
   const spec = unpacked({ data: raw.data, layout: raw.layout });
   spec.layout.template = shared();
   spec.layout.autosize = true;

@@ -2,7 +2,10 @@
 equipTables();
 equipChoices();
 equipSliders();
+equipJudging();
 offerFigures();
 equipViews();
 state.show();
-watchPlots();
+performance.mark("interactive");
+// The plots' data and library follow this program in the file.
+document.addEventListener("DOMContentLoaded", watchPlots);

@@ -16,9 +16,10 @@ const state = (() => {
   const show = () => {
     const target = anchor && document.getElementById(anchor);
     if (!target) return;
-    // A link into folded text opens it.
-    const details = target.closest("details");
-    if (details) details.open = true;
+    // A link into folded text opens it, however deep; one to a folded section opens that.
+    for (let outer = target.closest("details"); outer; outer = outer.parentElement.closest("details")) outer.open = true;
+    const body = target.querySelector(":scope > details.scene-body");
+    if (body) body.open = true;
     target.scrollIntoView({ behavior: "instant" });
   };
   window.addEventListener("hashchange", () => {

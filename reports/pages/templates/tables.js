@@ -92,6 +92,7 @@ const equipChoices = () => {
     scene.value = known(scene, state.get("scene") ?? "");
     quantity.value = known(quantity, state.get("quantity") ?? "");
     for (const section of document.querySelectorAll("section.scene")) section.hidden = Boolean(scene.value) && section.id !== scene.value;
+    if (scene.value) document.querySelector(`#${scene.value} > details`).open = true;
     for (const figure of document.querySelectorAll("figure[data-quantity]"))
       figure.hidden = Boolean(quantity.value) && !figure.dataset.quantity.split(" ").includes(quantity.value);
     for (const group of document.querySelectorAll(".figure-group"))

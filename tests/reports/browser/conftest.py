@@ -79,6 +79,14 @@ class Visit:
             place.evaluate("place => place.scrollIntoView({ behavior: 'instant' })")
             self.settled()
 
+    def tab_stops(self) -> int:
+        """Count what the Tab key stops at."""
+        return self.page.evaluate(
+            "[...document.querySelectorAll("
+            " \"a[href], button, input, select, summary, [tabindex='0']\")].filter(one =>"
+            " one.checkVisibility({ visibilityProperty: true }) && !one.disabled).length"
+        )
+
     def save(self, selector: str, folder: Path) -> Path:
         """Press a button that downloads, and return the file."""
         with self.page.expect_download() as waiting:

@@ -59,7 +59,7 @@ class Page(HTMLParser):
         return {
             attributes["id"]: json.loads(text)
             for attributes, text in self.scripts
-            if attributes.get("type") == "application/json"
+            if attributes.get("id", "").startswith("data-")
         }
 
 
@@ -265,7 +265,7 @@ def test_unknown_methods_are_drawn_in_grey(study):
     traces = [t for figure in page.figures.values() for t in figure["data"]]
     peers = [t for t in traces if t.get("name") == "tamaas &lt;2&gt;"]
     assert peers
-    assert {t["line"]["color"] for t in peers} == {"@peer"}
+    assert {t.get("line", t["marker"])["color"] for t in peers} == {"@peer"}
 
 
 def test_the_file_is_written_whole(study, tmp_path):

@@ -1,0 +1,47 @@
+"""Families of scenes: what a reader asks about ("round bodies", "rough surfaces")."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from comparisons.results.store import SceneRecord, once
+from comparisons.scene.indenters import AnyIndenter, Indenter
+
+ROUND, FLAT, OTHER = "axisymmetric bodies", "flat punches that are not round", "other bodies"
+ELLIPSOIDS, ROUGH, FILES = "ellipsoids", "rough surfaces", "bodies from files"
+# Physics first: what a scene adds to pressing says more of it than its shape does.
+_BY_TABLE = {
+    "dynamics": "impacts and pushes",
+    "adhesion": "adhesive contacts",
+    "sliding": "sliding over rubber",
+    "friction": "contacts with friction",
+    "viscoelastic": "rubber in time",
+    "surface": ROUGH,
+    "body": FILES,
+}
+
+
+@once
+def family(record: SceneRecord) -> str:
+    """Return the family of a scene, in the plural.
+
+    Rough surfaces under other physics are a family of their own: what holds for a ball says
+    nothing of them.
+    """
+    named = [words for table, words in _BY_TABLE.items() if table in record.tables]
+    if named:
+        rough = "surface" in record.tables and named[0] != ROUGH
+        return f"{named[0]} on rough surfaces" if rough else named[0]
+    return _shape_family(record.tables.get("indenter"))
+
+
+def _shape_family(table: Any) -> str:
+    try:
+        indenter: Indenter = TypeAdapter(AnyIndenter).validate_python(table)
+    except ValidationError:
+        return OTHER
+    if indenter.axisymmetric:
+        return ROUND
+    return FLAT if indenter.flat else ELLIPSOIDS if indenter.shape == "ellipsoid" else OTHER

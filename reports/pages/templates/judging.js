@@ -1,0 +1,186 @@
+// Judging anew: another tolerance, fewer quantities. The rule is that of the verdicts (largest
+// |e| + u against t), on the ends of what every error may be; null is an unknown end.
+const judging = JSON.parse(document.getElementById("page-judging")?.textContent ?? "null");
+const question = { tolerance: null, counted: null }; // null: as asked
+const WORST_FIRST = ["outside", "no result", "not resolved", "within"];
+
+const wordFor = (verdict, tolerance) => {
+  if (verdict.missing) return "no result";
+  if (verdict.high !== null && verdict.high <= tolerance) return "within";
+  return verdict.low !== null && verdict.low > tolerance ? "outside" : "not resolved";
+};
+const isAsked = (verdict) => verdict.counts && (!question.counted || question.counted.has(verdict.quantity));
+const holds = (setting, tolerance) => {
+  const counted = setting.verdicts.filter(isAsked);
+  return counted.length > 0 && counted.every((verdict) => wordFor(verdict, tolerance) === "within");
+};
+const severityOf = (verdict, tolerance) => {
+  const word = wordFor(verdict, tolerance), wrong = word === "outside";
+  const size = (wrong ? verdict.low : verdict.high) ?? (wrong ? -Infinity : Infinity);
+  return [WORST_FIRST.indexOf(word), -size, -(verdict.error ?? 0)];
+};
+const before = (a, b) => {
+  const place = a.findIndex((value, index) => value !== b[index]);
+  return place >= 0 && a[place] < b[place];
+};
+const worstOf = (verdicts, tolerance) => verdicts.filter(isAsked).reduce(
+  (worst, verdict) => !worst || before(severityOf(verdict, tolerance), severityOf(worst, tolerance)) ? verdict : worst, null);
+
+// The fastest setting of a method that holds, as do all finer ones of it; else its truth.
+const sureOf = (settings, tolerance) => {
+  const sure = [];
+  for (const setting of settings.filter((one) => one.judged).sort((a, b) => b.n - a.n)) {
+    if (holds(setting, tolerance)) sure.push(setting);
+    else if (setting.finest || worstWord(setting, tolerance) !== "no result") break;
+  }
+  return sure.length ? sure : settings.filter((one) => one.truth && holds(one, tolerance));
+};
+const worstWord = (setting, tolerance) => {
+  const worst = worstOf(setting.verdicts, tolerance);
+  return worst ? wordFor(worst, tolerance) : "no result";
+};
+const time = (setting) => setting.seconds ?? Infinity;
+const reaching = (scene, tolerance) => [...new Set(scene.settings.map((one) => one.method))]
+  .map((method) => sureOf(scene.settings.filter((one) => one.method === method), tolerance))
+  .filter((sure) => sure.length && sure[0].ranked)
+  .map((sure) => sure.reduce((best, one) => time(one) < time(best) ? one : best))
+  .sort((a, b) => time(a) - time(b));
+
+const toneOf = (word) => word.replace(" ", "-");
+const asBadge = (node, word) => {
+  node.className = `verdict ${toneOf(word)}`;
+  node.textContent = word;
+};
+const sceneTolerance = (scene) => question.tolerance ?? scene.tolerance;
+const labelOf = (tolerance) => judging.labels[judging.tolerances.indexOf(tolerance)];
+
+const judgeCells = (scene) => {
+  const row = document.querySelector(`#verdict-table tr[data-scene="${scene.anchor}"]`);
+  const tolerance = sceneTolerance(scene);
+  const shift = 100 * Math.log10(scene.tolerance / tolerance) / 6;
+  for (const verdict of scene.verdicts) {
+    const cell = row?.querySelector(`td[data-quantity="${verdict.quantity}"]`);
+    if (!cell) continue;
+    const word = wordFor(verdict, tolerance);
+    cell.className = `cell ${toneOf(word)}`;
+    cell.querySelector(".word").textContent = word;
+    if (cell.dataset.beyond === undefined) continue;
+    cell.dataset.first ??= cell.getAttribute("style");
+    for (const [, name, value] of cell.dataset.first.matchAll(/--(\w):(-?[\d.]+)/g)) {
+      const moved = Number(value) <= 0 ? 0 : Math.min(Math.max(Number(value) + shift, 0), 100);
+      cell.style.setProperty(`--${name}`, moved);
+      if (name === "e") cell.dataset.beyond = moved <= 0 ? "under" : moved >= 100 ? "over" : "";
+    }
+  }
+};
+
+const judgeRow = (scene, counts) => {
+  const row = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"]`);
+  if (!row) return;
+  const tolerance = sceneTolerance(scene), worst = worstOf(scene.verdicts, tolerance);
+  const word = worst ? wordFor(worst, tolerance) : "no result";
+  for (const verdict of scene.verdicts.filter(isAsked)) {
+    const one = wordFor(verdict, tolerance);
+    counts.set(one, (counts.get(one) ?? 0) + 1);
+  }
+  const badge = row.querySelector(".verdict");
+  if (badge) asBadge(badge, word);
+  if (question.tolerance !== null) row.querySelector(".asked-for").textContent = labelOf(tolerance);
+  row.querySelector("td[data-label='largest error']").textContent = worst ? worst.text : "–";
+  const reached = reaching(scene, tolerance), cell = row.querySelector("td[data-label=cheapest]");
+  cell.dataset.key = reached[0]?.seconds ?? "nan";
+  cell.replaceChildren(...(reached.length ? reached.slice(0, 2).map((setting, place) => {
+    const swatch = element("span", { class: "swatch" });
+    swatch.style.setProperty("--c", setting.colour[0] === "@" ? `var(--${setting.colour.slice(1)})` : setting.colour);
+    return element("span", { class: place ? "muted" : "first" }, place ? ", " : "", swatch, setting.text);
+  }) : [element("span", { class: "muted" }, "no setting within tolerance")]));
+};
+
+// The plot of all scenes: heights follow the question.
+const judgeAnew = (canvas, raw) => {
+  if (canvas.dataset.figure !== "overview" || (!question.tolerance && !question.counted)) return;
+  const methods = Object.keys(judging.places), points = raw.data.filter((trace) => trace.text);
+  for (const trace of points) {
+    const method = methods[points.indexOf(trace)];
+    trace.y = judging.places[method].map(([scene, setting]) => {
+      const record = judging.scenes[scene];
+      const known = record.settings[setting].verdicts.filter((one) => isAsked(one) && !one.missing);
+      if (!known.length || known.some((one) => one.high === null)) return null;
+      const ratio = Math.max(...known.map((one) => one.high)) / sceneTolerance(record);
+      return Math.min(Math.max(ratio, 1e-3), 1e3);
+    });
+  }
+};
+
+const judgeAll = () => {
+  const counts = new Map();
+  for (const scene of judging.scenes) {
+    judgeCells(scene);
+    judgeRow(scene, counts);
+  }
+  document.querySelector(".tally").replaceChildren(...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
+    const badge = element("span");
+    asBadge(badge, `${counts.get(word)} ${word}`);
+    badge.className = `verdict ${toneOf(word)}`;
+    return [badge, " "];
+  }));
+  for (const cell of document.querySelectorAll("#verdict-table [data-quantity]"))
+    cell.classList.toggle("left-out", Boolean(question.counted) && !question.counted.has(cell.dataset.quantity));
+  const canvas = document.querySelector("[data-figure=overview]");
+  if (canvas && drawn.has(canvas)) draw(canvas);
+};
+
+// A click on a point opens its scene.
+const followPoints = () => {
+  const canvas = document.querySelector("[data-figure=overview]");
+  canvas?.addEventListener("pointerdown", () => {
+    if (canvas.dataset.followed || !canvas.on) return;
+    canvas.dataset.followed = "yes";
+    canvas.on("plotly_click", ({ points: [point] }) => {
+      const place = Object.values(judging.places)[point.curveNumber]?.[point.pointNumber];
+      if (place) location.hash = judging.scenes[place[0]].anchor;
+    });
+  }, { capture: true });
+};
+
+const equipJudging = () => {
+  const form = document.querySelector("form.judge");
+  if (!form || !judging) return;
+  form.hidden = false;
+  form.addEventListener("submit", (event) => event.preventDefault());
+  const slider = form.querySelector("[name=tolerance]"), boxes = [...form.querySelectorAll("[name=counts]")];
+  const back = form.querySelector(".as-asked");
+  slider.max = judging.tolerances.length - 1;
+  const first = judging.tolerances.indexOf(judging.scenes[0]?.tolerance);
+  const apply = () => {
+    const asked = judging.tolerances.indexOf(Number(state.get("tolerance") ?? NaN));
+    const names = boxes.map((box) => box.value), wanted = (state.get("counts") ?? "").split(",").filter((name) => names.includes(name));
+    question.tolerance = asked < 0 ? null : judging.tolerances[asked];
+    question.counted = wanted.length ? new Set(wanted) : null;
+    slider.value = asked < 0 ? (first < 0 ? 6 : first) : asked;
+    const label = asked < 0 ? "as asked" : judging.labels[asked];
+    form.querySelector("output").textContent = label;
+    slider.setAttribute("aria-valuetext", label);
+    back.hidden = asked < 0 && !question.counted;
+    for (const box of boxes) box.checked = !question.counted || question.counted.has(box.value);
+    if (!back.hidden || form.dataset.judged) judgeAll();
+    if (back.hidden && form.dataset.judged)
+      for (const scene of judging.scenes) document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`).textContent = form.dataset[scene.anchor] ?? "";
+    if (!back.hidden) form.dataset.judged = "yes";
+  };
+  for (const scene of judging.scenes)
+    form.dataset[scene.anchor] = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`)?.textContent ?? "";
+  slider.addEventListener("input", () => { state.set("tolerance", judging.tolerances[slider.value], slider); apply(); });
+  for (const box of boxes) box.addEventListener("change", () => {
+    const chosen = boxes.filter((one) => one.checked).map((one) => one.value);
+    state.set("counts", chosen.length && chosen.length < boxes.length ? chosen.join(",") : null, box);
+    apply();
+  });
+  back.addEventListener("click", () => {
+    state.set("tolerance", null, back);
+    state.set("counts", null, back);
+    apply();
+  });
+  state.follow(apply);
+  followPoints();
+};

@@ -1,0 +1,103 @@
+"""The first screen: it judges anew as Python does, stays short, and leads to the evidence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from comparisons.results.advice import advise
+from comparisons.results.decisions import verdicts, worst
+from reports.pages.study import write_report
+
+TOLERANCES = (1e-4, 0.02, 0.5)
+
+
+@pytest.fixture(scope="module")
+def study(study):
+    """Return the synthetic study with the ends of its errors, as every newer folder has them."""
+    scenes = tuple(
+        replace(
+            scene,
+            measures=scene.measures.assign(
+                low=scene.measures["maximum"] - scene.measures["uncertainty"],
+                high=scene.measures["maximum"] + scene.measures["uncertainty"],
+            ),
+        )
+        for scene in study.scenes
+    )
+    return replace(study, scenes=scenes)
+
+
+@pytest.fixture(scope="module")
+def report(study, tmp_path_factory):
+    path = tmp_path_factory.mktemp("first") / "report.html"
+    write_report(study, path, pictures=False)
+    return path
+
+
+def rows_of(page):
+    """Return verdict, deciding text and cheapest settings of each scene in the summary."""
+    cells = ("verdict", "largest error", "cheapest")
+    rows = page.locator("#summary-table tbody tr").all()
+    return [
+        [row.locator(f"td[data-label='{cell}']").text_content().strip() for cell in cells]
+        for row in rows
+    ]
+
+
+def expected(study, tolerance, counted=None):
+    """Return what Python says of the same question."""
+    rows = []
+    for scene in study.scenes:
+        names = tuple(n for n in scene.quantities if counted is None or n in counted)
+        asked = replace(scene, tolerance=tolerance or scene.tolerance, quantities=names)
+        decisive, advice = worst(verdicts(asked)), advise(asked)
+        best = ", ".join(setting.text for setting in advice.reaching()[:2])
+        rows.append((decisive.word, decisive.quantity, best or "no setting within tolerance"))
+    return rows
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolerance):
+    """Verdict, deciding quantity and cheapest settings: one rule, in both languages."""
+    page = followed(f"#?tolerance={tolerance:g}".replace("e-05", "e-5")).page
+    for row, (word, quantity, best) in zip(rows_of(page), expected(study, tolerance), strict=True):
+        assert row[0].startswith(word)
+        assert row[1].startswith(quantity.replace("_", " "))
+        assert row[2] == best
+
+
+def test_without_the_worst_quantity_a_scene_is_judged_by_the_rest(followed, study):
+    """Contact area is outside, all else within: without it the scene is within."""
+    page = followed().page
+    before = rows_of(page)
+    page.locator("input[name=counts][value=contact_area]").uncheck()
+    shown = expected(study, None, {"force", "penetration"})
+    after = rows_of(page)
+    assert [row[0].split()[0] for row in after] == [word.split()[0] for word, _, _ in shown]
+    assert after != before
+    page.locator(".as-asked").click()
+    assert rows_of(page) == before
+
+
+def test_a_cell_leads_to_its_evidence(followed):
+    """A click opens the folded scene at the row that explains the verdict."""
+    page = followed().page
+    assert not page.locator("#scene-2 .plan").is_visible()
+    page.locator("#verdict-table tr[data-scene=scene-2] td.cell a").first.click()
+    why = page.locator("#scene-2-why-table tr:target")
+    place = why.bounding_box()
+    assert 0 < place["y"] < 400
+    assert "|e|" in why.inner_text()
+
+
+def test_the_page_is_short_until_something_is_opened(visit):
+    """Two scenes: few tab stops, few pixels, and nothing of a folded scene is drawn."""
+    with visit() as seen:
+        page = seen.page
+        assert page.evaluate("document.documentElement.scrollHeight") < 3000
+        assert seen.tab_stops() < 80
+        assert page.locator(".main-svg").count() <= 3  # layers of one plot
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
