@@ -10,7 +10,7 @@ from comparisons.facts.methods import GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
 from comparisons.judging.uncertainty import combined, grid_uncertainty, rough_uncertainty
-from comparisons.tasks.solution import Solution, Solved
+from comparisons.tasks.solution import Rough, Solution, Solved
 
 Curves = dict[str, np.ndarray]
 
@@ -129,13 +129,13 @@ class Levels:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
         if self.rough and METHODS[self.method].dimension == 3:
-            return rough_uncertainty(np.array(list(curves)), series, name)
+            return rough_uncertainty(np.array(list(curves)), series, (name, self.rough))
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
 
     @property
-    def rough(self) -> bool:
-        """Whether the surface is rough."""
+    def rough(self) -> Rough:
+        """Whether the surface is rough, and then a free patch or periodic."""
         return next(reversed(self.solutions.values())).rough
 
     @property

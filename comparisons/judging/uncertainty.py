@@ -38,37 +38,48 @@ class Rule:
     floor: float = 0.5
 
 
+# A quantity of a rough surface that is "free" or "periodic".
+RoughQuantity = tuple[str, str]
+
+
 @dataclass(frozen=True)
 class RoughRule:
     """Bars of rough surfaces on grids: a share of the last change from one grid to the next.
 
     There an observed order is noise: spots appear and join from grid to grid. But the error left is
     a share of the last change that was measured, against grids eight times finer, for each quantity
-    (at a ratio of two between grids; others to first order).
+    of free and of periodic surfaces (at a ratio of two between grids; others to first order).
 
     Attributes
     ----------
     factors : tuple
-        Quantity and factor; others have the largest.
+        (quantity, "free" or "periodic") and factor; others have the largest.
+    two : float
+        What it is multiplied by where there are two grids only: their change may be small by
+        chance, and no other tells.
     floor : float
         As in `Rule`.
 
-    On its fitting half `comparisons.questions.rough_calibration` asks for 0.8, 1.3, 1.4 and 2.3;
-    with those in use 98 % of that half is covered. They were fixed before, on surfaces of the same
-    kind: the smallest that covered 97.5 % of the means over six.
+    Fixed by `comparisons.questions.rough_calibration` on its fitting half.
     """
 
-    factors: tuple[tuple[str, float], ...] = (
-        ("contact_area", 1.0),
-        ("penetration", 1.3),
-        ("mean_gap", 1.4),
-        ("stiffness", 2.0),
+    factors: tuple[tuple[RoughQuantity, float], ...] = (
+        (("contact_area", "free"), 0.77),
+        (("contact_area", "periodic"), 0.77),
+        (("penetration", "free"), 0.99),
+        (("penetration", "periodic"), 0.66),
+        (("mean_gap", "free"), 1.54),
+        (("mean_gap", "periodic"), 0.22),
+        (("stiffness", "free"), 1.21),
+        (("stiffness", "periodic"), 0.66),
     )
+    two: float = 1.4
     floor: float = 0.5
 
-    def factor(self, name: str) -> float:
-        """Return the factor of a quantity."""
-        return dict(self.factors).get(name, max(factor for _, factor in self.factors))
+    def factor(self, quantity: RoughQuantity, grids: int = 3) -> float:
+        """Return the factor of a quantity that so many grids know."""
+        own = dict(self.factors).get(quantity, max(factor for _, factor in self.factors))
+        return own if grids > 2 else self.two * own
 
 
 # Orders between which an observed one is looked for.
@@ -141,17 +152,21 @@ def grid_uncertainty(
 
 
 def rough_uncertainty(
-    resolutions: np.ndarray, curves: np.ndarray, name: str, rule: RoughRule = ROUGH_RULE
+    resolutions: np.ndarray,
+    curves: np.ndarray,
+    quantity: RoughQuantity,
+    rule: RoughRule = ROUGH_RULE,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids of a rough surface, (k,).
 
-    Parameters as of `grid_uncertainty`, and the name of the quantity.
+    Parameters as of `grid_uncertainty`, and the quantity with what kind of surface it is of.
 
     Examples
     --------
     >>> area = np.array([[1.2], [1.1], [1.05]])
-    >>> round(float(rough_uncertainty(np.array([64, 128, 256]), area, "contact_area")[0]), 3)
-    0.048
+    >>> free = ("contact_area", "free")
+    >>> round(float(rough_uncertainty(np.array([64, 128, 256]), area, free)[0]), 3)
+    0.037
     """
     curves = np.asarray(curves, dtype=float)
     usable = np.isfinite(curves).any(axis=1)
@@ -166,7 +181,7 @@ def rough_uncertainty(
         # a change that is small by chance: second order at best follows the one before
         change = np.fmax(change, changes[-2] / ratio**2)
     change = np.fmax(change, rule.floor * _typical(change))
-    return rule.factor(name) * change / (ratio - 1)
+    return rule.factor(quantity, len(curves)) * change / (ratio - 1)
 
 
 def _order(

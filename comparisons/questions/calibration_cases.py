@@ -18,8 +18,8 @@ class Case:
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
-    (steps) is the relative distance from the proved interval, 0 inside. `rough`: a rough surface,
-    whose bars follow another rule (`uncertainty.RoughRule`).
+    (steps) is the relative distance from the proved interval, 0 inside. `rough`: "free" or
+    "periodic" of a rough surface, whose bars follow another rule (`uncertainty.RoughRule`).
     """
 
     half: str
@@ -33,7 +33,7 @@ class Case:
     curves: np.ndarray
     bars_beside_grid: np.ndarray
     beyond: np.ndarray | None = None
-    rough: bool = False
+    rough: str = ""
 
     @property
     def missed(self) -> bool | None:

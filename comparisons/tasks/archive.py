@@ -80,7 +80,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         memory=numbers["memory"],
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
-        rough=bool(document["rough"]),
+        rough=document["rough"],
         machine=str(document.get("machine", "")),
     )
 

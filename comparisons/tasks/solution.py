@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,7 @@ from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
+Rough = Literal["", "free", "periodic"]
 
 
 class Stopwatch:
@@ -55,9 +57,9 @@ class Solution:
     path : bool
         Steps follow each other along a path or in time: errors and bars are then relative to the
         largest value along it, because single values pass zero.
-    rough : bool
+    rough : {"", "free", "periodic"}
         A rough surface without physics: differences between grids scatter from surface to surface,
-        and converge with orders that were measured.
+        and what they leave was measured.
     step_fields : dict
         Load step -> function that returns the pressure of realisation 0 at it, for the steps of
         `shown_loads.shown_steps`; not part of the solve.
@@ -81,7 +83,7 @@ class Solution:
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
     path: bool = False
-    rough: bool = False
+    rough: Rough = ""
     step_fields: dict[int, Callable[[], Fields]] = field(default_factory=dict)
     body_fields: Callable[[], Fields] | None = None
     seconds: float = float("nan")
@@ -100,7 +102,7 @@ class Solution:
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
             path=task.loads.is_path,
-            rough=isinstance(task.geometry, RoughGeometry) and not task.scene.physics,
+            rough=_rough(task),
         )
 
     @classmethod
@@ -229,6 +231,12 @@ class Solution:
             memory=max(p.memory for p in parts),
             machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
         )
+
+
+def _rough(task: Task) -> Rough:
+    if not isinstance(task.geometry, RoughGeometry) or task.scene.physics:
+        return ""
+    return "periodic" if task.geometry.periodic else "free"
 
 
 def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.ndarray]:
