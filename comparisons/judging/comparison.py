@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
+from comparisons.judging.bands import steps_outside
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import TruePressure, pressure_measures
@@ -201,6 +202,9 @@ def _measure_rows(
             error = truth.errors(curves, name, at)
             bar = combined(*truth.error_sources(levels, resolution, name, at).values())
             rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
+            beyond = steps_outside(levels, resolution, truth, name)
+            if beyond is not None and at == main_axis(truth.axis, name):
+                rows[-1]["outside_band"] = " ".join(str(k + 1) for k in beyond) or "never"
     return [common | row for row in rows]
 
 

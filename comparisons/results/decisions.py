@@ -22,7 +22,7 @@ from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, severity, w
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord, once
 
-LAST_LOAD = "last load"
+LAST_LOAD, NEVER = "last load", "never"
 NAN = math.nan
 
 
@@ -49,6 +49,9 @@ class Verdict:
         Why there is no result.
     counts : bool
         False for a quantity that the scene's solutions cannot answer for any method.
+    outside_band : str
+        Load steps, from 1, at which the one surface of a map is outside the band of single lines,
+        or "never"; "" where there is no such band. The error is that of the lines' mean.
     """
 
     quantity: str
@@ -64,6 +67,21 @@ class Verdict:
     reason: str = ""
     resolution: float = NAN
     counts: bool = True
+    outside_band: str = ""
+
+    @property
+    def band(self) -> str:
+        """Where the one surface of a map lies: "in the lines' band", or outside it and when."""
+        if not self.outside_band:
+            return ""
+        if self.outside_band == NEVER:
+            return "in the lines' band"
+        steps = [int(step) for step in self.outside_band.split()]
+        if len(steps) == 1:
+            return f"outside the lines' band at load step {steps[0]}"
+        whole = steps[-1] - steps[0] + 1 == len(steps) > 2
+        several = f"{steps[0]} to {steps[-1]}" if whole else ", ".join(map(str, steps))
+        return f"outside the lines' band at load steps {several}"
 
     @property
     def number(self) -> str:
@@ -79,9 +97,13 @@ class Verdict:
 
     @property
     def where(self) -> str:
-        """That step and what was equal there: "load step 4, equal force"."""
+        """That step and what was equal there: "load step 4, equal force"; on maps the band."""
         equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
-        return ", ".join(filter(None, [self.when, equal]))
+        return "; ".join(filter(None, [", ".join(filter(None, [self.when, equal])), self._place]))
+
+    @property
+    def _place(self) -> str:
+        return f"the lines' mean, the surface {self.band}" if self.band else ""
 
     @property
     def because(self) -> str:
@@ -271,6 +293,7 @@ def _verdict(record: SceneRecord, row: dict) -> Verdict:
         high=high,
         rms=_float(row.get("rms")),
         resolution=_float(row.get("resolution")),
+        outside_band=_text(row.get("outside_band")),
     )
 
 
@@ -330,6 +353,13 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     if gives:
         return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
     return "not computed by the method"
+
+
+def _text(value: object) -> str:
+    """Return a text of measures.csv, where a whole number stands for one step."""
+    if isinstance(value, float):
+        return f"{value:.0f}" if math.isfinite(value) else ""
+    return "" if value is None else str(value)
 
 
 def _float(value: object) -> float:

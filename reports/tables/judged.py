@@ -57,7 +57,8 @@ def _error(verdict: Verdict) -> Cell:
 
 def _verdict_text(verdict: Verdict, reasons: bool) -> str:
     if verdict.word != NO_RESULT:
-        return f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
+        within = f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
+        return f"{within}, {verdict.band}" if verdict.band and reasons else within
     return f"{NO_RESULT}: {verdict.reason}" if reasons else NO_RESULT
 
 
