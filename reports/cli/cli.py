@@ -21,6 +21,7 @@ from reports.cli.hard_cases_command import hard_cases
 from reports.cli.merge_command import merge
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.paper_command import paper
+from reports.cli.problems_command import leaderboard, problems, submit
 from reports.cli.shadowed import foreign_packages
 from reports.cli.workers import ALONE, Workers
 from reports.printable import say
@@ -44,6 +45,9 @@ app.command(hard_cases)
 app.command(compare)
 app.command(paper)
 app.command(merge)
+app.command(problems)
+app.command(submit)
+app.command(leaderboard)
 
 
 def run_command(arguments: list[str]) -> int:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from comparisons.results.store import StudyRecord
     from comparisons.solving.planning import Plan
     from comparisons.tasks.task import Task
+    from reports.tables.table import Table
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
@@ -208,6 +209,11 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
     if record.outcomes and not (record.deviations or record.lost):
         console.print("every outcome is as the catalogue expects", highlight=False)
     console.print(f"\n{page}", markup=False)
+
+
+def print_table(table: Table) -> None:
+    """Print any table."""
+    _console().print(drawn(table))
 
 
 def print_hard_case_list() -> None:

@@ -1,0 +1,141 @@
+"""Entries: a stranger's result file, read without running anything of theirs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from comparisons.errors import InputError
+from comparisons.geometry.prepare import prepare
+from comparisons.questions.problems.sheet import Sheet, builtin_sheets
+from comparisons.scene.fields import fail
+from comparisons.scene.problems import readable
+
+LARGEST_FILE = 1_000_000
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+Line = Annotated[str, Field(max_length=200)]
+Value = Annotated[float, Field(strict=True)] | None
+
+
+class Entry(BaseModel):
+    """What an entry states.
+
+    Attributes
+    ----------
+    problem, version
+        Of the sheet.
+    solver, author, machine, notes : str
+    values : dict
+        Quantity -> value at every load of the sheet, in SI units; null where the solver failed.
+    seconds : float
+        Everything that the solver does for all loads, on warm code, as its author states it.
+    threads, unknowns : int
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    problem: Annotated[str, Field(pattern=r"^RL-\d{3}$")]
+    version: Annotated[int, Field(strict=True, ge=1)]
+    solver: Annotated[str, Field(min_length=1, max_length=100)]
+    author: Line = ""
+    machine: Line = ""
+    notes: Annotated[str, Field(max_length=1000)] = ""
+    values: Annotated[
+        dict[str, Annotated[tuple[Value, ...], Field(max_length=10_000)]], Field(max_length=50)
+    ]
+    seconds: Annotated[float, Field(gt=0, lt=1e9)] | None = None
+    threads: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
+    unknowns: Annotated[int, Field(strict=True, ge=1, le=10**15)] | None = None
+
+    @field_validator("solver", "author", "machine", "notes")
+    @classmethod
+    def _plain_text(cls, value: str) -> str:
+        if _CONTROL.search(value):
+            raise fail("expected one line of text without control characters", value)
+        return value
+
+    @field_validator("values")
+    @classmethod
+    def _finite(cls, value: dict[str, Any]) -> dict[str, Any]:
+        for name, numbers in value.items():
+            if not all(number is None or math.isfinite(number) for number in numbers):
+                raise fail(f"{name}: expected finite numbers, or null where the solver failed")
+        return value
+
+    @property
+    def text(self) -> str:
+        """The entry in one form, whatever order and spaces its file had."""
+        stated = self.model_dump(mode="json")
+        return json.dumps(stated, sort_keys=True, ensure_ascii=False, indent=1) + "\n"
+
+    @property
+    def digest(self) -> str:
+        """Hash of `text`."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+
+def read_entry(path: Path) -> Entry:
+    """Read an entry and check it against its sheet.
+
+    Raises
+    ------
+    InputError
+        With all that is wrong with it.
+    """
+    try:
+        entry = Entry.model_validate(_document(path))
+    except ValidationError as error:
+        problems = [readable(message) for message in error.errors()]
+    else:
+        problems = _misfits(entry, builtin_sheets())
+        if not problems:
+            return entry
+    raise InputError("\n  ".join([f"{path}:", *problems]))
+
+
+def _document(path: Path) -> Any:
+    try:
+        if not path.is_file():
+            raise InputError(f"{path}: no such file")
+        if path.stat().st_size > LARGEST_FILE:
+            raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
+        return json.loads(path.read_bytes().decode("utf-8-sig"), parse_constant=_no_number)
+    except OSError as error:
+        raise InputError(f"{path}: not readable ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file in UTF-8") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON: {error}") from error
+
+
+def _no_number(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON; a value that is missing is null")
+
+
+def _misfits(entry: Entry, sheets: dict[str, Sheet]) -> list[str]:
+    """Return what does not fit the sheet of an entry."""
+    sheet = sheets.get(entry.problem)
+    if sheet is None:
+        return [f"problem: expected one of {', '.join(sheets)}, got {entry.problem!r}"]
+    problems = []
+    if entry.version != sheet.version:
+        problems.append(f"version: expected {sheet.version}, got {entry.version}")
+    _, loads = prepare(sheet.scene)
+    for name, values in entry.values.items():
+        if name not in sheet.quantities:
+            problems.append(
+                f"values.{name}: expected one of {', '.join(sheet.quantities)}: the quantities of "
+                f"{sheet.id}"
+            )
+        elif len(values) != len(loads.values):
+            problems.append(
+                f"values.{name}: expected {len(loads.values)} numbers, one for each load, got "
+                f"{len(values)}"
+            )
+    return problems

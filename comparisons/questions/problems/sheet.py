@@ -1,0 +1,134 @@
+"""Problem sheets: a scene, the quantities that are asked for, and what is known of them.
+
+A sheet states its reference with the 95 % half-width of its error, and what theorems enclose; or it
+is sealed, and states only a hash of the rounded reference: its recipe, the scene, gives the numbers
+again, and the hash shows that they are those which were sealed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from comparisons.errors import InputError
+from comparisons.facts.quantities import CURVES
+from comparisons.scene.fields import Positive
+from comparisons.scene.problems import readable
+from comparisons.scene.scene import Scene, load_scene
+from comparisons.scene.toml_files import read_toml
+
+FOLDER = Path(__file__).with_name("sheets")
+Text = Annotated[str, Field(min_length=1, max_length=2000)]
+Values = tuple[float, ...]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Known(_Table):
+    """What is known of a quantity at every load: the value, its bar, a proved interval."""
+
+    values: Values
+    bars: Values
+    lower: Values = ()
+    upper: Values = ()
+
+
+class Seal(_Table):
+    """The hash of the values of all quantities, rounded to significant digits."""
+
+    digits: Annotated[int, Field(ge=2, le=12)]
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+
+class Sheet(_Table):
+    """A problem sheet."""
+
+    id: Annotated[str, Field(pattern=r"^RL-\d{3}$")]
+    version: Annotated[int, Field(ge=1)] = 1
+    title: Text
+    definition: Text
+    source: Text
+    licence: Text = "CC0-1.0"
+    quantities: tuple[str, ...]
+    tolerance: Positive = 0.01
+    tables: dict[str, Any] = Field(alias="scene")
+    reference: dict[str, Known] = Field(default_factory=dict)
+    sealed: Seal | None = None
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene as roughline solves it."""
+        compare = {"quantities": list(self.quantities), "tolerance": self.tolerance}
+        tables = {**self.tables, "compare": {**self.tables.get("compare", {}), **compare}}
+        return load_scene({"name": self.id.lower(), "title": self.title, **tables})
+
+
+def builtin_sheets() -> dict[str, Sheet]:
+    """Return the sheets by id, in the order of their numbers."""
+    sheets = [read_sheet(path) for path in sorted(FOLDER.glob("*.toml"))]
+    return {sheet.id: sheet for sheet in sheets}
+
+
+def sheet_of(name: str) -> Sheet:
+    """Return a sheet by its id, in capitals or not.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    sheets = builtin_sheets()
+    if name.upper() not in sheets:
+        raise InputError(f"problem: expected one of {', '.join(sheets)}, got {name!r}")
+    return sheets[name.upper()]
+
+
+def read_sheet(path: Path) -> Sheet:
+    """Read a sheet.
+
+    Raises
+    ------
+    InputError
+        With all that is wrong with it.
+    """
+    try:
+        sheet = Sheet.model_validate(read_toml(path))
+    except ValidationError as error:
+        problems = [readable(message) for message in error.errors()]
+        raise InputError("\n".join([f"{path.name}:", *problems])) from error
+    unknown = [name for name in sheet.quantities if name not in CURVES]
+    if unknown:
+        raise InputError(f"{path.name}: quantities: not a curve: {', '.join(unknown)}")
+    return sheet
+
+
+def seal(values: Mapping[str, Sequence[float]], digits: int) -> Seal:
+    """Return the seal of the values of all quantities.
+
+    >>> seal({"force": [1.00004]}, 4) == seal({"force": [1.00001]}, 4)
+    True
+    """
+    lines = [
+        f"{name}: {' '.join(f'{value:.{digits - 1}e}' for value in values[name])}"
+        for name in sorted(values)
+    ]
+    return Seal(digits=digits, sha256=hashlib.sha256("\n".join(lines).encode()).hexdigest())
+
+
+def distance_from_rounding(values: Sequence[float], digits: int) -> float:
+    """Return how far, relative to itself, the nearest value is from being rounded differently.
+
+    >>> round(distance_from_rounding([1.25], 2), 12)
+    0.0
+    """
+    array = np.abs(np.asarray(values, dtype=float))
+    unit = 10.0 ** (np.floor(np.log10(array)) - digits + 1)
+    return float((np.abs(array / unit % 1 - 0.5) * unit / array).min())

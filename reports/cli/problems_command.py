@@ -1,0 +1,89 @@
+"""The commands ``roughline problems``, ``submit`` and ``leaderboard``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reports.printable import say
+
+FINE, OUTSIDE = 0, 1
+
+
+def problems(problem: str | None = None, *, out: Path | None = None) -> int:
+    """List the numbered problems, or print the sheet of one.
+
+    Parameters
+    ----------
+    problem
+        Its number: RL-001. Default: list all.
+    out
+        Also write the scene, the heights of a rough surface, and an entry to be filled in.
+    """
+    from comparisons.errors import InputError
+    from comparisons.questions.problems.sheet import builtin_sheets, sheet_of
+    from reports.cli.problem_files import write_problem
+    from reports.cli.terminal import print_table
+    from reports.tables.problems import problem_list, sheet_table, sheet_text
+
+    if problem is None:
+        if out is not None:
+            raise InputError("--out: expected a problem whose files are to be written")
+        print_table(problem_list(builtin_sheets().values()))
+        return FINE
+    sheet = sheet_of(problem)
+    say(sheet_text(sheet))
+    print_table(sheet_table(sheet))
+    if out is not None:
+        for path in write_problem(sheet, out):
+            say(path)
+    return FINE
+
+
+def submit(file: Path, *, leaderboard: Path | None = None) -> int:
+    """Judge a result file against its problem sheet; nothing of it is run.
+
+    Exits with code 1 if a quantity is outside the sheet's tolerance, or missing.
+
+    Parameters
+    ----------
+    file
+        JSON, as `roughline problems RL-001 --out DIR` writes it to be filled in.
+    leaderboard
+        Store the entry in this folder, too, and write its page.
+    """
+    from comparisons.judging.verdicts import WITHIN
+    from comparisons.questions.problems.board import add_entry, boards, judge_entry
+    from comparisons.questions.problems.entry import read_entry
+    from comparisons.questions.problems.sheet import sheet_of
+    from comparisons.results.folder import PAGE
+    from reports.cli.terminal import print_table
+    from reports.pages.leaderboard import write_leaderboard
+    from reports.tables.problems import judged_table, judged_text
+
+    entry = read_entry(file)
+    sheet = sheet_of(entry.problem)
+    judged = judge_entry(entry, sheet)
+    print_table(judged_table(judged, sheet))
+    say(judged_text(judged, sheet))
+    if leaderboard is not None:
+        say(add_entry(leaderboard, entry))
+        write_leaderboard(boards(leaderboard), leaderboard / PAGE)
+        say(leaderboard / PAGE)
+    return FINE if judged.verdicts[judged.worst].word == WITHIN else OUTSIDE
+
+
+def leaderboard(directory: Path) -> int:
+    """Write the page of all entries of a folder: the same bytes for the same entries.
+
+    Parameters
+    ----------
+    directory
+        Folder with entries/*.json, as `roughline submit FILE --leaderboard DIR` fills it.
+    """
+    from comparisons.questions.problems.board import boards
+    from comparisons.results.folder import PAGE
+    from reports.pages.leaderboard import write_leaderboard
+
+    write_leaderboard(boards(directory), directory / PAGE)
+    say(directory / PAGE)
+    return FINE

@@ -1,0 +1,28 @@
+"""The leaderboard page: entries of all problems, from nothing but the entries."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from comparisons.files import write_text
+from comparisons.questions.problems.board import Board
+from reports.pages.page import render
+from reports.plots.leaderboard import front_plot
+from reports.tables.problems import board_table
+
+
+def write_leaderboard(boards: list[Board], path: Path) -> None:
+    """Write the page, atomically; the same entries give the same bytes."""
+    write_text(path, leaderboard_page(boards))
+
+
+def leaderboard_page(boards: list[Board]) -> str:
+    """Return the whole page as text."""
+    plots = {board.sheet.id: front_plot(board) for board in boards}
+    return render(
+        "leaderboard.html.j2",
+        {figure.key: figure for figure in plots.values() if figure is not None},
+        boards=boards,
+        plots=plots,
+        tables={board.sheet.id: board_table(board) for board in boards},
+    )

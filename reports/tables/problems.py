@@ -1,0 +1,127 @@
+"""Tables of problem sheets and of the entries to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
+from comparisons.geometry.prepare import prepare
+from comparisons.questions.problems.board import Board, Judged
+from comparisons.questions.problems.sheet import Known, Sheet
+from reports.tables import cells
+from reports.tables.table import Cell, Table, table
+
+DIGITS = 6
+# Bars below are those of closed forms.
+NOTHING_UNKNOWN = 1e-10
+
+
+def problem_list(sheets: Iterable[Sheet]) -> Table:
+    """Return all sheets, a line each."""
+    rows = [
+        (
+            sheet.id,
+            sheet.title,
+            ", ".join(quantity(name).label for name in sheet.quantities),
+            "sealed" if sheet.sealed else "published",
+        )
+        for sheet in sheets
+    ]
+    return table(("problem", "title", "quantities", "reference"), rows)
+
+
+def sheet_text(sheet: Sheet) -> str:
+    """Return what a sheet says beside its numbers."""
+    reference = (
+        f"sealed: SHA-256 {sheet.sealed.sha256} of {sheet.sealed.digits} digits; "
+        "`roughline submit` computes it anew"
+        if sheet.sealed
+        else "published below, with the 95 % half-width of its error"
+    )
+    return (
+        f"{sheet.id}, version {sheet.version}: {sheet.title}\n\n{sheet.definition}\n\n"
+        f"Reference: {sheet.source}\n{reference}\nLicence of this sheet: {sheet.licence}\n"
+    )
+
+
+def sheet_table(sheet: Sheet) -> Table:
+    """Return the loads of a sheet, and the reference if it is published."""
+    _, loads = prepare(sheet.scene)
+    control = quantity(loads.control)
+    heads = [f"{control.label} / {control.unit}"]
+    heads += [f"{quantity(n).label} / {quantity(n).unit}".rstrip(" /") for n in sheet.quantities]
+    rows = []
+    for step, load in enumerate(loads.values):
+        row = [cells.number(f"{load:.{DIGITS}g}", float(load))]
+        row += [_known(sheet.reference.get(name), step) for name in sheet.quantities]
+        rows.append(row)
+    return table(heads, rows)
+
+
+def _known(known: Known | None, step: int) -> Cell:
+    if known is None:
+        return Cell("wanted")
+    value, bar = known.values[step], known.bars[step]
+    text = f"{value:.{DIGITS}g}"
+    if bar > NOTHING_UNKNOWN:
+        text += f" ± {fmt.relative(bar)}"
+    if known.lower:
+        text += f", proved {known.lower[step]:.{DIGITS}g} to {known.upper[step]:.{DIGITS}g}"
+    return cells.number(text, value)
+
+
+def judged_table(judged: Judged, sheet: Sheet) -> Table:
+    """Return the verdict on every quantity of an entry."""
+    rows = []
+    for name, verdict in judged.verdicts.items():
+        solved = verdict.step >= 0
+        error = cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
+        proved = "beyond what is proved" if name in judged.beyond else ""
+        at = f"load {verdict.step + 1}" if solved else ""
+        word = cells.verdict(verdict.word, text=f"{verdict.word} {fmt.tolerance(sheet.tolerance)}")
+        rows.append((quantity(name).label, error, at, word, proved))
+    return table(("quantity", "largest error", "at", "verdict", "theorem"), rows)
+
+
+def judged_text(judged: Judged, sheet: Sheet) -> str:
+    """Return the verdict on an entry in one sentence."""
+    entry, verdict = judged.entry, judged.verdicts[judged.worst]
+    cost = f"{fmt.duration(entry.seconds)} as stated" if entry.seconds else "no time stated"
+    return (
+        f"{entry.solver} on {sheet.id}: {verdict.word} {fmt.tolerance(sheet.tolerance)} "
+        f"({quantity(judged.worst).label} decides), {cost}, {fmt.count(entry.threads)} "
+        f"thread{'s' if entry.threads > 1 else ''}; SHA-256 {entry.digest}"
+    )
+
+
+def board_table(board: Board) -> Table:
+    """Return all entries of a problem, the best first."""
+    quantities = board.sheet.quantities
+    rows = []
+    for judged in board.entries:
+        entry = judged.entry
+        errors = []
+        for verdict in judged.verdicts.values():
+            solved = verdict.step >= 0
+            errors.append(
+                cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
+            )
+        seconds = cells.NOTHING if entry.seconds is None else cells.duration(entry.seconds)
+        rows.append(
+            (
+                Cell(entry.solver, entry.solver, "text"),
+                Cell(entry.author, entry.author, "text"),
+                cells.verdict(judged.verdicts[judged.worst].word),
+                *errors,
+                ", ".join(quantity(name).label for name in judged.beyond),
+                seconds,
+                cells.count(entry.threads),
+                "front" if judged in board.front else "",
+                entry.digest[:16],
+            )
+        )
+    heads = ("solver", "author", "verdict", *(quantity(name).label for name in quantities))
+    return table(
+        (*heads, "beyond what is proved", "time as stated", "threads", "front", "entry"), rows
+    )

@@ -1,0 +1,176 @@
+"""Problem sheets, and entries that are judged by them without running anything."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.geometry.prepare import prepare
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
+from comparisons.questions.problems import board as boards
+from comparisons.questions.problems import reference
+from comparisons.questions.problems.entry import LARGEST_FILE, Entry, read_entry
+from comparisons.questions.problems.sheet import (
+    builtin_sheets,
+    distance_from_rounding,
+    seal,
+    sheet_of,
+)
+
+SHEETS = builtin_sheets()
+HERTZ = SHEETS["RL-001"]
+
+
+def stated(**changes):
+    values = {name: list(known.values) for name, known in HERTZ.reference.items()}
+    entry = {"problem": "RL-001", "version": 1, "solver": "exact", "seconds": 1.0}
+    return entry | {"values": values} | changes
+
+
+def written(tmp_path, document, name="entry.json"):
+    path = tmp_path / name
+    path.write_text(document if isinstance(document, str) else json.dumps(document))
+    return path
+
+
+def test_half_of_the_sheets_are_sealed_and_the_others_state_all_they_know():
+    sealed = [sheet for sheet in SHEETS.values() if sheet.sealed]
+    assert len(sealed) == len(SHEETS) // 2
+    for sheet in SHEETS.values():
+        assert bool(sheet.reference) == (sheet.sealed is None)
+        _, loads = prepare(sheet.scene)
+        for known in sheet.reference.values():
+            assert len(known.values) == len(known.bars) == len(loads.values)
+
+
+def test_the_published_force_is_hertz_and_lies_between_its_bounds():
+    """F = 4/3 E* sqrt(R) d^(3/2)."""
+    _, loads = prepare(HERTZ.scene)
+    force = 4 / 3 * HERTZ.scene.effective_modulus * np.sqrt(0.01) * loads.values**1.5
+    known = HERTZ.reference["force"]
+    np.testing.assert_allclose(known.values, force, rtol=1e-9)
+    assert np.all(np.array(known.lower) <= force)
+    assert np.all(force <= np.array(known.upper))
+
+
+@pytest.mark.parametrize("name", ["RL-001", "RL-002", "RL-004", "RL-006"])
+def test_references_of_closed_forms_come_out_again(name):
+    sheet = SHEETS[name]
+    known = reference.computed(sheet)
+    values = {quantity: part.values for quantity, part in known.items()}
+    if sheet.sealed:
+        assert seal(values, sheet.sealed.digits) == sheet.sealed
+    for quantity, published in sheet.reference.items():
+        np.testing.assert_allclose(values[quantity], published.values, rtol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["RL-003", "RL-005"])
+def test_references_of_grids_come_out_again_within_their_bars(name):
+    """To a hundredth of the bar: the same grids, other processors."""
+    known = reference.computed(SHEETS[name])
+    for quantity, published in SHEETS[name].reference.items():
+        error = np.abs(np.array(known[quantity].values) / np.array(published.values) - 1)
+        assert np.all(error < 0.01 * np.array(published.bars))
+
+
+def test_a_seal_is_broken_by_a_change_of_the_last_digit():
+    assert seal({"a": [1.0, 2.0]}, 6) != seal({"a": [1.0, 2.00001]}, 6)
+    assert seal({"a": [1.0], "b": [2.0]}, 6) == seal({"b": [2.0], "a": [1.0]}, 6)
+    assert distance_from_rounding([1.24999, 3.0], 2) == pytest.approx(8e-6, rel=1e-3)
+
+
+def test_a_broken_seal_judges_nothing(monkeypatch):
+    sheet = sheet_of("rl-002")
+    wrong = sheet.model_copy(update={"sealed": seal({"a": [1.0]}, 6)})
+    monkeypatch.setattr(reference, "sheet_of", lambda _: wrong)
+    reference._unsealed.cache_clear()
+    with pytest.raises(InputError, match="not the sealed one"):
+        reference.reference_of(wrong)
+    reference._unsealed.cache_clear()
+
+
+def test_an_exact_entry_is_within_and_a_missing_quantity_is_no_result():
+    exact = boards.judge_entry(Entry.model_validate(stated()), HERTZ)
+    assert {verdict.word for verdict in exact.verdicts.values()} == {WITHIN}
+    assert exact.beyond == ()
+    partial = stated()
+    del partial["values"]["stiffness"]
+    partial["values"]["force"][2] = None
+    lacking = boards.judge_entry(Entry.model_validate(partial), HERTZ)
+    assert lacking.verdicts["stiffness"].word == NO_RESULT
+    assert lacking.verdicts["force"].word == "not resolved"
+    assert math.isnan(lacking.error)
+    assert not lacking.placed
+
+
+def test_two_per_cent_are_outside_one_and_beyond_what_is_proved():
+    off = stated()
+    off["values"]["force"][1] *= 1.02
+    judged = boards.judge_entry(Entry.model_validate(off), HERTZ)
+    assert (judged.worst, judged.verdicts["force"].word) == ("force", OUTSIDE)
+    assert judged.error == pytest.approx(0.02, rel=1e-6)
+    assert judged.beyond == ("force",)
+
+
+def test_the_front_has_whoever_none_beats_in_both():
+    def entry(solver, seconds, error):
+        off = stated(solver=solver, seconds=seconds)
+        off["values"]["force"][0] *= 1 + error
+        return boards.judge_entry(Entry.model_validate(off), HERTZ)
+
+    fast, good, dominated = entry("fast", 0.1, 0.1), entry("good", 9.0, 1e-4), entry("d", 10.0, 0.2)
+    untimed = entry("untimed", None, 1e-6)
+    front = boards.front([dominated, good, untimed, fast])
+    assert [judged.entry.solver for judged in front] == ["fast", "good"]
+
+
+def test_the_same_statement_is_one_entry_whatever_its_form(tmp_path):
+    one = read_entry(written(tmp_path, stated()))
+    other = read_entry(written(tmp_path, json.dumps(stated(), indent=7, sort_keys=True)))
+    assert one.digest == other.digest
+    assert boards.add_entry(tmp_path / "board", one) == boards.add_entry(tmp_path / "board", other)
+    (board,) = boards.boards(tmp_path / "board")
+    assert len(board.entries) == 1
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        ("", "not valid JSON"),
+        ("[" * 100_000, "not valid JSON"),
+        ("{}", "problem"),
+        ('{"problem": NaN}', "NaN is no number of JSON"),
+        (stated(problem="RL-999"), "problem: expected one of RL-001"),
+        (stated(version=7), "version: expected 1, got 7"),
+        (stated(values={"moon": [1.0]}), "values.moon: expected one of force"),
+        (stated(values={"force": [1.0]}), "values.force: expected 4 numbers"),
+        (stated(values={"force": ["1"] * 4}), "values.force.0"),
+        (stated(solver="a\x1b[31mb"), "without control characters"),
+        (stated(seconds=-1), "seconds"),
+        (stated(code="import os"), "code: unknown key"),
+        ('{"problem": "RL-001", "values": {"force": [1e999, 1, 1, 1]}}', "expected finite"),
+        ("x" * (LARGEST_FILE + 1), "at most"),
+    ],
+)
+def test_a_damaged_hostile_or_enormous_file_gets_one_clear_error(tmp_path, document, told):
+    with pytest.raises(InputError) as caught:
+        read_entry(written(tmp_path, document))
+    assert told in str(caught.value)
+
+
+def test_all_faults_of_a_folder_are_told_at_once(tmp_path):
+    entries = tmp_path / boards.ENTRIES
+    entries.mkdir()
+    written(entries, "{", "a.json")
+    written(entries, stated(version=2), "b.json")
+    with pytest.raises(InputError) as caught:
+        boards.boards(tmp_path)
+    assert "a.json" in str(caught.value)
+    assert "b.json" in str(caught.value)
+    with pytest.raises(InputError, match="no entries"):
+        boards.boards(tmp_path / "empty")

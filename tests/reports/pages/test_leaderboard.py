@@ -1,0 +1,108 @@
+"""The commands of numbered problems, and their page."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from comparisons.questions.problems.sheet import builtin_sheets
+from reports.cli.cli import run_command
+
+HERTZ = builtin_sheets()["RL-001"]
+
+
+@pytest.fixture
+def blank(tmp_path, capsys):
+    """Return the entry that the command leaves to be filled in."""
+    assert run_command(["problems", "rl-001", "--out", str(tmp_path / "sheet")]) == 0
+    capsys.readouterr()
+    return json.loads((tmp_path / "sheet" / "entry.json").read_text())
+
+
+@pytest.fixture
+def submit(tmp_path, capsys):
+    """Return a function that submits an entry, and its code and words."""
+
+    def send(entry, *options):
+        path = tmp_path / "mine.json"
+        path.write_text(json.dumps(entry))
+        code = run_command(["submit", str(path), *options])
+        said = capsys.readouterr()
+        return code, (said.out + said.err).replace("\N{NARROW NO-BREAK SPACE}", " ")
+
+    return send
+
+
+def filled(entry, factor=1.0, **more):
+    values = {
+        name: [factor * value for value in known.values] for name, known in HERTZ.reference.items()
+    }
+    return entry | {"values": values, "solver": "mine 1.0", "seconds": 0.5} | more
+
+
+def test_all_sheets_are_listed_and_one_is_printed(capsys):
+    assert run_command(["problems"]) == 0
+    said = capsys.readouterr().out
+    assert all(name in said for name in builtin_sheets())
+    assert run_command(["problems", "RL-002"]) == 0
+    said = capsys.readouterr().out
+    assert "sealed" in said
+    assert "wanted" in said
+    assert run_command(["problems", "RL-000"]) == 2
+    assert "'RL-000'" in capsys.readouterr().err
+
+
+def test_heights_of_a_rough_problem_are_written(tmp_path):
+    assert run_command(["problems", "RL-005", "--out", str(tmp_path)]) == 0
+    heights = np.loadtxt(tmp_path / "heights.csv", delimiter=",")
+    assert heights.shape == (64, 64)
+    assert (tmp_path / "scene.toml").is_file()
+
+
+def test_a_scene_of_a_sheet_is_solved_as_it_is_written(tmp_path, capsys):
+    run_command(["problems", "RL-001", "--out", str(tmp_path)])
+    capsys.readouterr()
+    arguments = ["solve", str(tmp_path / "scene.toml"), "--method", "closed_form", "--json"]
+    assert run_command(arguments) == 0
+    force = json.loads(capsys.readouterr().out)["force"]
+    np.testing.assert_allclose(force, HERTZ.reference["force"].values, rtol=1e-9)
+
+
+def test_an_entry_is_judged_and_the_code_says_how(blank, submit):
+    code, said = submit(filled(blank))
+    assert code == 0
+    assert "mine 1.0 on RL-001: within 1 %" in said
+    code, said = submit(filled(blank, 1.05))
+    assert code == 1
+    assert "outside 1 %" in said
+    code, said = submit(blank)
+    assert code == 1
+    assert "no result" in said
+
+
+def test_two_boards_of_the_same_entries_are_the_same_bytes(blank, submit, tmp_path):
+    entries = [filled(blank), filled(blank, 1.02, solver="fast", seconds=1e-3)]
+    pages = []
+    for name, order in (("a", entries), ("b", entries[::-1])):
+        for entry in order:
+            submit(entry, "--leaderboard", str(tmp_path / name))
+        pages.append((tmp_path / name / "report.html").read_bytes())
+        assert run_command(["leaderboard", str(tmp_path / name)]) == 0
+        assert (tmp_path / name / "report.html").read_bytes() == pages[-1]
+    assert pages[0] == pages[1]
+
+
+def test_texts_of_strangers_are_inert_on_the_page(blank, submit, tmp_path):
+    submit(filled(blank, solver="<script>x</script>"), "--leaderboard", str(tmp_path / "board"))
+    page = (tmp_path / "board" / "report.html").read_text(encoding="utf-8")
+    assert "<script>x</script>" not in page
+    assert "&lt;script&gt;x&lt;/script&gt;" in page
+
+
+def test_a_wrong_entry_adds_nothing(blank, submit, tmp_path):
+    code, said = submit(filled(blank, version=9), "--leaderboard", str(tmp_path / "board"))
+    assert code == 2
+    assert "version: expected 1, got 9" in said
+    assert not (tmp_path / "board").exists()
