@@ -37,7 +37,9 @@ def contacts(scene: Scene, profile: Profile, loads: AbsoluteLoads) -> tuple[np.n
     """
     body = elastic_body(scene)
     if isinstance(body, Stack):
-        return _on_layers(body, profile, loads)
+        plain = Springs(profile, scene.effective_modulus)
+        hertz = indent(plain, Load(loads.control, loads.values)).contact_radius
+        return _on_layers(body, profile, loads, hertz)
     if profile.section is None:
         raise ValueError("on a graded half-space expected a body of revolution")
     grading = grading_of(scene)
@@ -47,16 +49,14 @@ def contacts(scene: Scene, profile: Profile, loads: AbsoluteLoads) -> tuple[np.n
 
 
 def _on_layers(
-    body: Stack, profile: Profile, loads: AbsoluteLoads
+    body: Stack, profile: Profile, loads: AbsoluteLoads, guesses: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     values = loads.values
     chosen = np.unique(np.linspace(0, values.size - 1, _SINGLE).round().astype(int))
     contact = RoundContact(body, profile.height, profile.edge)
-    guess = min(profile.length, profile.edge)
     steps = []
-    for value in values[chosen]:
-        steps.append(contact.at(loads.control, float(value), guess, _TOLERANCE))
-        guess = steps[-1].contact_radius
+    for value, guess in zip(values[chosen], guesses[chosen], strict=True):
+        steps.append(contact.at(loads.control, float(value), float(guess), _TOLERANCE))
     few = np.log(values[chosen])
     depth, radius = (
         np.exp(np.interp(np.log(values), few, np.log([getattr(step, name) for step in steps])))

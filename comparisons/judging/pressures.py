@@ -109,9 +109,10 @@ class TruePressure:
     def _form(self) -> ClosedForm | None:
         """The closed form of the shape, which knows where its pressure is singular."""
         geometry = self.plan.geometry
-        if not isinstance(geometry, IndenterGeometry):
+        scene = self.plan.scene
+        if not isinstance(geometry, IndenterGeometry) or not scene.half_space.uniform:
             return None
-        return form_of(geometry.indenter, self.plan.scene.effective_modulus)
+        return form_of(geometry.indenter, scene.effective_modulus)
 
     @property
     def _formula(self) -> ClosedForm | None:

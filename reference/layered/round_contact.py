@@ -43,6 +43,8 @@ _SHORT = 14.0
 _GAUSS, _LENGTH, _PANELS = 12, 4.0, 44
 # Long waves in the thickness of all layers to which compliances are tabulated.
 _LONG = 1e-12
+# Values of Bessel functions that are held at once: 0.1 GB with what they are made of.
+_AT_ONCE = 2**22
 _STEPS = 200
 
 
@@ -55,12 +57,15 @@ class RoundStep:
     contact_radius, penetration, force : float
     stiffness : float
         dF/dd on the fixed contact.
+    energy : float
+        Elastic energy, the integral of the force over the penetration.
     """
 
     contact_radius: float
     penetration: float
     force: float
     stiffness: float
+    energy: float
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,11 @@ class RoundContact:
         depth = (float(self.line(np.array([a]))[0]) + added[1]) / punch
         modulus = plane_modulus(self.body.top)
         mean = 2 * a * modulus * solved[0]
-        return RoundStep(a, depth, float(depth * mean[0] - mean[1]), float(mean[0]))
+        # half of int s (d - g), of which sides are the polynomials
+        moment = 2 * a * modulus * (sides[:, 1] @ (depth * solved[:, 0] - solved[:, 1]))
+        force = depth * mean[0] - mean[1]
+        energy = (force * depth - moment) / 2
+        return RoundStep(a, depth, float(force), float(mean[0]), float(energy))
 
     def at(self, control: str, value: float, guess: float, tolerance: float = 1e-13) -> RoundStep:
         """Return the contact at a penetration or a force, whichever `control` names.
@@ -151,8 +160,11 @@ class RoundContact:
         if not self.body.thicknesses:
             return number, matrix
         x, weights = _panels(_SHORT * a / self.body.thicknesses[0])
-        bessel = _even_bessel(number, x)
-        return number, matrix + (2 / np.pi) * (bessel * (weights * self._excess(x / a))) @ bessel.T
+        weights = 2 / np.pi * weights * self._excess(x / a)
+        for part in np.array_split(np.arange(x.size), 1 + x.size * number // _AT_ONCE):
+            bessel = _even_bessel(number, x[part])
+            matrix += (bessel * weights[part]) @ bessel.T
+        return number, matrix
 
     @cached_property
     def _excess(self) -> Line:
@@ -166,7 +178,8 @@ def _pressed_further(full: RoundStep, control: str, value: float) -> RoundStep:
         depth, force = value, full.force + full.stiffness * (value - full.penetration)
     else:
         depth, force = full.penetration + (value - full.force) / full.stiffness, value
-    return RoundStep(full.contact_radius, depth, force, full.stiffness)
+    energy = full.energy + (force + full.force) / 2 * (depth - full.penetration)
+    return RoundStep(full.contact_radius, depth, force, full.stiffness, energy)
 
 
 def _panels(reach: float) -> tuple[Array, Array]:

@@ -235,11 +235,13 @@ def test_thin_layers_approach_springs_and_squeezed_rubber():
     assert rubber.penetration == pytest.approx(0.25, rel=3e-2)
 
 
-def test_stiffness_is_the_slope_of_the_force():
+def test_stiffness_is_the_slope_of_the_force_and_force_that_of_the_energy():
     contact = RoundContact(BODIES["hard coating"], lambda x: x**2)
     low, middle, high = (contact.at_radius(a) for a in (0.4999, 0.5, 0.5001))
     slope = (high.force - low.force) / (high.penetration - low.penetration)
     assert middle.stiffness == pytest.approx(slope, rel=1e-6)
+    slope = (high.energy - low.energy) / (high.penetration - low.penetration)
+    assert middle.force == pytest.approx(slope, rel=1e-6)
 
 
 @pytest.mark.parametrize("exponent", [-0.5, 0.3, 0.7])

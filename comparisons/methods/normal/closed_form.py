@@ -37,6 +37,11 @@ class ClosedForm(Solver[IndenterGeometry]):
         )
         self.note = self.form.source
 
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Half-spaces: `DepthForm` has layers."""
+        return scene.half_space.uniform
+
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return one: a closed form needs no refinement."""
         return (1,)

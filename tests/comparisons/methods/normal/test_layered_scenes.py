@@ -77,7 +77,7 @@ def test_everything_wrong_with_layers_is_told_at_once():
 
 def test_methods_for_one_modulus_refuse_layers_with_the_reason():
     made = scene({"layers": [COATING]})
-    for name in set(SOLVERS) - {"bem_fft", "fem", "reduced"}:
+    for name in set(SOLVERS) - {"closed_form", "bem_fft", "fem", "reduced"}:
         refusal = solver_for(name, made)
         assert isinstance(refusal, Refusal)
         assert "the same at all depths" in refusal.reason
@@ -168,3 +168,23 @@ def test_rough_surfaces_on_layers():
     reason = "a line has many"
     graded = scene({"grading": {"exponent": 0.3, "depth": "1 um"}}, **tables)
     assert reason in solver_for("reduced", graded).reason
+
+
+@pytest.mark.parametrize("name", ["coated-ball", "layer-on-base", "graded-ball"])
+def test_closed_forms_of_layers_and_powers_of_the_depth_are_what_the_grid_approaches(name):
+    """32 cells per radius at the largest load, half as many at the smallest."""
+    exact, grid = (
+        solved(load_scene(name), method, resolution, ("force", "contact_area", "stiffness"))
+        for method, resolution in (("closed_form", 1), ("bem_fft", 32))
+    )
+    np.testing.assert_allclose(grid["force"], exact["force"], rtol=3e-3)
+    np.testing.assert_allclose(grid["contact_area"], exact["contact_area"], rtol=2e-2)
+
+
+def test_flat_circle_on_a_graded_half_space_is_a_limit_of_powers():
+    face = {"shape": "cylinder", "radius": "3 um"}
+    graded = {"grading": {"exponent": 0.4, "depth": "2 um"}}
+    made = scene(graded, indenter=face)
+    exact, springs = solved(made, "closed_form", 1), solved(made, "reduced", 40)
+    np.testing.assert_allclose(springs["force"], exact["force"], rtol=1e-9)
+    np.testing.assert_allclose(exact["energy"], exact["force"] * exact["penetration"] / 2)
