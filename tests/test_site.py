@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
-METHODS = ("closed-form", "reduced", "bem-dense", "bem-fft", "fem", "peers")
+METHODS = ("closed-form", "reduced", "bem-dense", "bem-fft", "fem", "mca", "peers")
 
 
 def test_every_page_is_on_the_way_from_the_index():

@@ -37,6 +37,8 @@ class Method:
         user's (outside) is untrusted: it is judged, and takes no part in what the truth is.
     isolated : bool
         It runs in a separate process and measures its own time.
+    on_request : bool
+        A load takes seconds: it runs only where a scene names it.
     identity : str
         Distinguishes versions of user-supplied code.
     """
@@ -49,6 +51,7 @@ class Method:
     growth: float = 6.0
     origin: Literal["own", "peer", "outside"] = "own"
     isolated: bool = False
+    on_request: bool = False
     identity: str = ""
 
     @property
@@ -68,9 +71,10 @@ BUILT_IN: dict[str, Method] = {
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0),
     "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7),
     "fem": Method("FEM", preference=2, growth=40.0),
+    "mca": Method("cellular automata", preference=4, growth=16.0, on_request=True),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),
-    "ngsolve": Method("NGSolve", origin="peer", isolated=True),
+    "ngsolve": Method("NGSolve", origin="peer", isolated=True, on_request=True),
 }
 # Entry points under which installed packages offer methods of their own.
 GROUP = "roughline.methods"
@@ -98,7 +102,7 @@ def ours() -> list[str]:
     """Return the methods of roughline itself, in the order of every legend and table.
 
     >>> ours()
-    ['closed_form', 'reduced', 'bem_dense', 'bem_fft', 'fem']
+    ['closed_form', 'reduced', 'bem_dense', 'bem_fft', 'fem', 'mca']
     """
     return [name for name, row in METHODS.items() if row.origin == "own"]
 
@@ -107,15 +111,19 @@ def references() -> list[str]:
     """Return our own discretised candidate references, the preferred first.
 
     >>> references()
-    ['bem_fft', 'fem', 'bem_dense']
+    ['bem_fft', 'fem', 'bem_dense', 'mca']
     """
     return [name for name in leading(ours()) if not METHODS[name].exact]
 
 
 # The half-space on a grid that leads: others on the same grid are compared with it cell by cell.
 GRID = next(name for name in references() if METHODS[name].grid)
-# Candidates that share no code: of several grids, whose kernels are the same, the first one only.
-INDEPENDENT = (CLOSED_FORM, *(n for n in references() if n == GRID or not METHODS[n].grid))
+# Candidates that share no code and run unasked: of several grids, whose kernels are the same, the
+# first one only.
+INDEPENDENT = (
+    CLOSED_FORM,
+    *(n for n in references() if n == GRID or not (METHODS[n].grid or METHODS[n].on_request)),
+)
 
 
 def is_known(name: str) -> bool:

@@ -27,8 +27,10 @@ TOGETHER = (
     ("pressure_x", "pressure_y", "pressure", "pressure_weight"),
     ("pressure", "displacement", "gap"),
 )
-SCALARS = ("penetration", "profile_spacing", "line_penetration")
-POINTS = ("mesh_points", "mesh_displacement")
+SCALARS = ("penetration", "profile_spacing", "line_penetration", "particle_spacing")
+POINTS = ("mesh_points", "mesh_displacement", "particle_places", "particle_displacement")
+# Arrays with a row for each particle.
+PARTICLES = ("particle_places", "particle_displacement", "particle_von_mises")
 
 
 def with_columns(table: pd.DataFrame, kind: str) -> pd.DataFrame:
@@ -120,6 +122,8 @@ def _shape_problems(fields: dict[str, np.ndarray]) -> list[str]:
             problems.append("size: expected two numbers")
         if contact is not None and contact.shape != heights.shape:
             problems.append("contact: expected a map like that of the heights")
+    if len({np.shape(fields[name])[:1] for name in PARTICLES if name in fields}) > 1:
+        problems.append(f"{', '.join(PARTICLES)}: expected a row for each particle")
     cells, points = fields.get("mesh_cells"), fields.get("mesh_points")
     if cells is not None and (
         cells.ndim != 2

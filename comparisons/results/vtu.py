@@ -12,12 +12,14 @@ from comparisons.files import write_atomically
 
 
 def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
-    """Return the mesh of a solution's fields: the body of a FEM solve, the surface of a grid.
+    """Return the mesh of a solution's fields: the body of a FEM solve, particles, or a surface.
 
     None where there is neither (lines, closed forms, or pressure not asked for).
     """
     if "mesh_points" in fields:
         return _body(fields)
+    if "particle_places" in fields:
+        return _particles(fields)
     if "pressure_shape" not in fields:
         return None
     nx, ny = (int(n) for n in fields["pressure_shape"])
@@ -48,6 +50,17 @@ def _body(fields: dict[str, np.ndarray]) -> meshio.Mesh:
             "von_mises": fields["mesh_von_mises"],
         },
     )
+
+
+def _particles(fields: dict[str, np.ndarray]) -> meshio.Mesh:
+    """Return one point for each particle, as wide as their spacing."""
+    places = fields["particle_places"]
+    values = {
+        "displacement": fields["particle_displacement"],
+        "von_mises": fields["particle_von_mises"],
+        "diameter": np.full(len(places), float(fields["particle_spacing"])),
+    }
+    return meshio.Mesh(places, [("vertex", np.arange(len(places))[:, None])], point_data=values)
 
 
 def vtu_file(fields: dict[str, np.ndarray]) -> bytes | None:

@@ -90,6 +90,12 @@ class FemOptions(Options):
     element: Literal["splines", "linear"] = "splines"
 
 
+class McaOptions(Options):
+    """Options of the automata: largest imbalance of their forces, relative to the reactions."""
+
+    balance: Annotated[Positive, Field(gt=1e-12, lt=1e-2)] = 1e-6
+
+
 class PeerOptions(Options):
     """Options of other people's solvers.
 
@@ -115,6 +121,7 @@ class MethodOptions(Options):
     bem_dense: DenseOptions = DenseOptions()
     bem_fft: FftOptions = FftOptions()
     fem: FemOptions = FemOptions()
+    mca: McaOptions = McaOptions()
     tamaas: PeerOptions = PeerOptions()
     contactmechanics: PeerOptions = PeerOptions()
     ngsolve: NgSolveOptions = NgSolveOptions()

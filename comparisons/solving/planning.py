@@ -317,6 +317,8 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         if solver.broken:
             raise InputError(f"--method-file: {name}: {scene.name}: {solver.reason}")
         return MethodPlan(name, False, solver.reason)
+    if METHODS[name].on_request and scene.compare.methods is None:
+        return MethodPlan(name, False, "takes seconds per load: runs only if named")
     planned = solver.resolutions(draft.geometry)
     if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions

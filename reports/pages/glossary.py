@@ -15,6 +15,10 @@ TERMS = {
         "cells of uniform pressure. 'Dense' stores every influence coefficient; 'FFT' evaluates "
         "the convolution by fast Fourier transforms.",
     ),
+    "mca": (
+        "MCA",
+        "Movable cellular automata: the body is a packing of particles with forces between them.",
+    ),
     "fem": ("FEM", "Finite element method: the whole body is discretised, into small bricks."),
     "closed-form": (
         "closed form",

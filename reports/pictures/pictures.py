@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS, references
@@ -140,14 +141,14 @@ def _run(inputs: list[Path], command: Sequence[str]) -> None:
 
 
 def _job(scene: SceneRecord) -> Job | str:
-    """Choose the picture of a scene: rough surface, body cut open, or pressure surface."""
+    """Choose the picture: rough surface, body cut open, particles, or pressure surface."""
     finest: dict[str, int] = {}
     for method, level in scene.fields:
         finest[method] = max(level, finest.get(method, level))
     order = sorted(references(), key=lambda name: not METHODS[name].grid)
     order += [name for name in selection.methods(scene) if name not in order]
     stored = {m: scene.load_fields(m, finest[m]) for m in order if m in finest}
-    for build in (_rough_job, _body_job, _hill_job):
+    for build in (_rough_job, _body_job, _particle_job, _hill_job):
         for method, fields in stored.items():
             job = build(method, finest[method], fields)
             if job is not None:
@@ -233,6 +234,49 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
     top = fmt.number(highest * scale.factor)
     bar = ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis")
     return Job(arrays, caption, bar)
+
+
+def _particle_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    needed = {"particle_places", "particle_displacement", "particle_von_mises", "particle_spacing"}
+    if not {*needed, "pressure"} <= fields.keys():
+        return None
+    touching = np.ravel(fields["pressure"]) > 0
+    x, y = (np.ravel(fields[f"pressure{end}"])[touching] for end in ("_x", "_y"))
+    spacing = float(fields["particle_spacing"])
+    places = np.asarray(fields["particle_places"], dtype=float)
+    reach = 3 * float(np.hypot(x, y).max(initial=0.0)) or 3 * spacing
+    near = np.abs(places).max(axis=1) <= reach
+    # the quarter in front is taken away: one sees into the body
+    near &= (places[:, 0] <= spacing / 4) | (places[:, 1] >= -spacing / 4)
+    if not near.any():
+        return None
+    near[near] = _exposed(places[near], spacing)
+    shift = np.asarray(fields["particle_displacement"], dtype=float)[near]
+    deepest = np.abs(shift).max()
+    exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
+    stress = np.asarray(fields["particle_von_mises"], dtype=float)[near]
+    highest = float(np.quantile(stress, 0.999))
+    scale = fmt.prefix_for(highest, "Pa")
+    arrays = {
+        "kind": np.array("particles"),
+        "places": (places[near] + exaggeration * shift) / reach,
+        "stress": stress,
+        "spacing": np.array(spacing / reach),
+        "highest": np.array(highest),
+    }
+    caption = (
+        f"The particles around the contact ({look(method).label}, N = {level}) at the last load, a "
+        f"quarter of them taken away. {_exaggerated('Displacements', exaggeration)} The part shown "
+        f"is {fmt.with_unit(2 * reach, 'm')} wide."
+    )
+    top = fmt.number(highest * scale.factor)
+    return Job(arrays, caption, ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis"))
+
+
+def _exposed(places: np.ndarray, spacing: float) -> np.ndarray:
+    """Return which particles can be seen: those without all of their twelve neighbours."""
+    tree = cKDTree(places)
+    return tree.query_ball_point(places, 1.1 * spacing, return_length=True) < 13
 
 
 def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:

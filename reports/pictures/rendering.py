@@ -120,6 +120,28 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
     plotter.screenshot(output, transparent_background=True)
 
 
+def _draw_particles(job: dict[str, np.ndarray], output: Path) -> None:
+    """Draw the particles as balls, a quarter of them taken away, with the surface up."""
+    import pyvista
+
+    cloud = pyvista.PolyData(job["places"] * np.array([1.0, 1.0, -1.0]))
+    cloud["stress"] = job["stress"]
+    ball = pyvista.Sphere(0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
+    plotter = _plotter()
+    plotter.add_mesh(
+        cloud.glyph(geom=ball, scale=False, orient=False),
+        scalars="stress",
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        smooth_shading=True,
+        ambient=0.5,
+        specular=0.0,
+    )
+    _look(plotter, (0.0, 0.0, -0.36), 1.32)
+    plotter.screenshot(output, transparent_background=True)
+
+
 def _deformed_body(job: dict[str, np.ndarray]) -> UnstructuredGrid:
     """Return the whole body near the contact as a pyvista grid."""
     import pyvista
@@ -142,7 +164,12 @@ def _contact_rim(opened: UnstructuredGrid) -> PolyData | None:
     return rim if rim.n_points else None
 
 
-DRAWERS = {"rough": _draw_rough, "body": _draw_body, "hill": _draw_hill}
+DRAWERS = {
+    "rough": _draw_rough,
+    "body": _draw_body,
+    "particles": _draw_particles,
+    "hill": _draw_hill,
+}
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -17,6 +17,8 @@ from reports.plots.style import CONTACT
 MOST_POINTS = 96  # per side of a surface
 FILLING, FILLING_FLAT = 1.55, 2.0
 _SHADES = 255
+# Pixels of a ball as large as the half-width of what is shown.
+BALLS = 200.0
 # The camera of the still pictures: from the front right, from above.
 CAMERA = {
     "eye": {"x": 1.0, "y": -1.25, "z": 0.95},
@@ -111,6 +113,27 @@ def _body(job: dict[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
     return trace, np.ptp(points, axis=0)
 
 
+def _particles(job: dict[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
+    points = job["places"] * np.array([1.0, 1.0, -1.0])
+    marker = {
+        "size": BALLS * float(job["spacing"]),
+        "color": _packed(job["stress"] / float(job["highest"])),
+        "colorscale": "Viridis",
+        "cmin": 0.0,
+        "cmax": 1.0,
+        "opacity": 1.0,
+        "line": {"width": 0},
+    }
+    trace = {
+        "type": "scatter3d",
+        "mode": "markers",
+        **_coordinates(points),
+        "marker": marker,
+        "hoverinfo": "skip",
+    }
+    return trace, np.ptp(points, axis=0)
+
+
 def _coordinates(points: np.ndarray) -> dict[str, Any]:
     return {name: _packed(points[:, axis]) for axis, name in enumerate("xyz")}
 
@@ -124,7 +147,7 @@ def _packed(values: np.ndarray, dtype: str = "f4") -> dict[str, Any]:
 
 
 _PLAIN = {"cmin": 0.0, "showscale": False, "hoverinfo": "skip"}
-_VIEWS = {"rough": _rough, "hill": _hill, "body": _body}
+_VIEWS = {"rough": _rough, "hill": _hill, "body": _body, "particles": _particles}
 # Cividis in ten steps (Nunez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239).
 _CIVIDIS = tuple(
     zip(

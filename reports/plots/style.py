@@ -14,6 +14,7 @@ from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, MODEL, references
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 ORANGE, SKY, GREEN, BLUE, VERMILION = "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00"
+PURPLE = "#CC79A7"
 INK, MUTED, PEER, TRUTH, CONTACT = "@ink", "@muted", "@peer", "@truth", ORANGE
 
 
@@ -62,6 +63,7 @@ LOOKS = {
         "bem_dense": (SKY, Marker("square", "s"), DOTTED, 10),
         "bem_fft": (BLUE, Marker("diamond", "D"), Dash("dashdot", (0, (5, 1.5, 1, 1.5))), 9),
         "fem": (GREEN, Marker("triangle-up", "^"), Dash("longdash", (0, (7, 2))), 12),
+        "mca": (PURPLE, Marker("hexagon2", "H"), Dash("4px,4px", (0, (4, 4))), 10),
         # Other people's codes are grey.
         "tamaas": (PEER, Marker("pentagon", "p"), OUTSIDE, 11),
         "contactmechanics": (PEER, Marker("hexagon", "h"), Dash("6px,3px", (0, (5, 2.5))), 8),

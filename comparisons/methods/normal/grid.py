@@ -229,7 +229,7 @@ def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) 
         contact_quantities(task, operator, contact, grid),
         iterations=contact.iterations,
         violation=contact.violation,
-        pressure=_pressure_of(task, contact, grid),
+        pressure=pressure_of(task, contact, grid),
         fields=partial(contact_fields, task, contact, grid),
     )
 
@@ -273,7 +273,7 @@ def _patch_quantities(
     return {"contact_count": float(patches.count), "contact_length": length}
 
 
-def _pressure_of(
+def pressure_of(
     task: Task, contact: Contact, grid: Grid
 ) -> Callable[[], dict[str, np.ndarray]] | None:
     """Return what makes the pressure that the report shows, kept in single precision."""

@@ -17,6 +17,7 @@ from comparisons.questions.experiments import (
     line_statistics,
     neighbours,
     partial_slip,
+    particles,
     procedure,
     proved,
     reading_scan,
@@ -39,7 +40,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved, rolling),
+    *(relaxation, proved, rolling, particles),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

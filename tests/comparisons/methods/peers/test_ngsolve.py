@@ -79,7 +79,6 @@ def test_force_control_is_the_inverse_of_penetration_control():
 @needs_ngsolve
 def test_what_it_is_not_made_for_is_said():
     reasons = {
-        "paraboloid": "runs only if named",
         "square-punch": "no mesh is fitted to a square punch",
         "rough-free": "single contacts only",
     }

@@ -1,0 +1,1 @@
+"""Movable cellular automata: particles in place of a continuum."""

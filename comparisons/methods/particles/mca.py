@@ -1,0 +1,251 @@
+"""The method `mca`: movable cellular automata below a rigid indenter or a rough patch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.normal.grid import Grid
+from comparisons.methods.particles.step import contact_step
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.task import Task
+from reference.loads import Load
+from reference.particles import Domain, ParticleHalfSpace
+
+G = TypeVar("G", bound=Geometry)
+
+# The mean stress grows as 1/(1 - 2 nu), and the steps to equilibrium as its root. Hertz at four
+# automata per radius: 0.4 % at nu = 0.3, 1.0 at 0.45, 1.5 at 0.49, where steps are three times as
+# many; at 0.499 they are ten times as many, and the pressure alternates from one to the next.
+LARGEST_POISSON = 0.49
+# Automata between the edge of the overlap and the shell, in contact radii: 2.5 are as good as 5.5
+# within 2e-4 of the force. Of a rough patch, in half sides.
+MARGIN, ROUGH_MARGIN = 2.5, 0.5
+TRUNCATION, ROUGH_TRUNCATION = 3e-4, 2e-3
+# A load takes about a minute on this many.
+MOST_AUTOMATA = 200_000
+BYTES_PER_AUTOMATON = 900
+# Across the narrow side of a contact.
+FEWEST_ACROSS = 3
+
+
+class McaSolver(Solver[G]):
+    """A half-space of automata, in a shell that follows Boussinesq."""
+
+    options_read = frozenset({"balance"})
+    span = 1e6  # each load scales the packing onto its own contact
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.modulus, self.nu = scene.elastic_constants
+        if self.nu > LARGEST_POISSON:
+            raise Refused(
+                f"nu = {self.nu:g}: the mean stress of automata follows their change of volume, "
+                f"which is lost in their pair strains above {LARGEST_POISSON}"
+            )
+        if scene.loading.control == "mean_gap":
+            raise Refused("no mean-gap control")
+        if scene.surface is not None and scene.surface.periodic:
+            raise Refused("models a free patch, not a periodic half-space")
+        self.balance = scene.methods.mca.balance
+
+    def domain(self, geometry: G, resolution: int) -> Domain:
+        """Return the sizes of the body for the largest load."""
+        raise NotImplementedError
+
+    def refusal(self, task: Task[G]) -> str:
+        """Refuse bodies of more automata than a minute per load is enough for."""
+        number = self.domain(task.geometry, task.resolution).count
+        if number <= MOST_AUTOMATA:
+            return ""
+        return f"{number:.0f} automata, more than {MOST_AUTOMATA}"
+
+    def memory(self, task: Task[G]) -> float:
+        """Bytes of the automata, their bonds and the arrays of the relaxation."""
+        return BYTES_PER_AUTOMATON * self.domain(task.geometry, task.resolution).count
+
+    def warm_up(self, task: Task[G]) -> None:
+        """Press two automata deep into a handful."""
+        body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), self.nu)
+        for _ in body.press((body.points**2).sum(axis=1), Load("penetration", 1.5)):
+            pass
+
+    def body(self, domain: Domain, spacing: float) -> ParticleHalfSpace:
+        """Return the automata in SI units."""
+        return ParticleHalfSpace(domain, self.nu, spacing=spacing, youngs_modulus=self.modulus)
+
+
+class Mca(McaSolver[IndenterGeometry]):
+    """Single contacts: a packing that is scaled to each of them."""
+
+    name = "mca"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "single contacts only")
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rigid indenters."""
+        return not scene.rough
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Automata per contact radius: seconds for the three, or some ten."""
+        return (3, 4, 6) if self.scene.compare.tolerance < 0.01 else (2, 3, 5)
+
+    def domain(self, geometry: IndenterGeometry, resolution: int) -> Domain:
+        """Return the overlap at the largest load, and a margin."""
+        return self._domain(geometry.penetration, geometry.contact_radius, resolution)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse what is too long for its width, too."""
+        half = min(task.geometry.reach) / task.geometry.contact_radius
+        across = 2 * task.resolution * half
+        if across < FEWEST_ACROSS:
+            return f"{across:.1f} automata across the narrow side, fewer than {FEWEST_ACROSS}"
+        return super().refusal(task)
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the body."""
+        number = 100 * round(self.domain(geometry, self.resolutions(geometry)[-1]).count / 100)
+        return (
+            f"half an ellipsoid of up to {number} automata in dense packing, scaled to each load, "
+            "with pair forces and a mean stress of all neighbours; around it a shell in the field "
+            "of Boussinesq"
+        )
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Yield the only row: every load has its own scale."""
+        yield Row(partial(self._steps, task), truncation=TRUNCATION)
+
+    def _steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
+        geometry = task.geometry
+        for step, load in enumerate(loads, start=len(task.loads.values) - len(loads)):
+            depth, radius = geometry.penetrations[step], geometry.contact_radii[step]
+            if not (radius > 0.0 and depth > 0.0):
+                raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
+            domain = self._domain(depth, radius, task.resolution)
+            body, gap = self._placed(domain, radius / task.resolution)
+            pressed = Load(task.loads.control, [load])
+            for contact in body.press(gap, pressed, balance=self.balance):
+                yield contact_step(task, body, contact, _net(body, gap, domain))
+
+    def _domain(self, depth: float, radius: float, resolution: int) -> Domain:
+        half_x, half_y = (half / radius for half in self.indenter.reach(1.05 * depth))
+        loaded = half_x * resolution + 0.5, half_y * resolution + 0.5
+        return Domain(loaded, MARGIN * resolution)
+
+    def _placed(self, domain: Domain, spacing: float) -> tuple[ParticleHalfSpace, np.ndarray]:
+        """Return the body and the gap at its surface.
+
+        The automata under a flat face have its area: their spacing is chosen so.
+        """
+        body = self.body(domain, spacing)
+        gap = np.asarray(self.indenter.gap(*body.points.T), dtype=float)
+        face = self.indenter.face_area
+        if face is None:
+            return body, gap
+        count = np.count_nonzero(np.isfinite(gap))
+        if not count:
+            raise NoAnswerError("no automaton lies under the face: it is too narrow")
+        return self.body(domain, float(np.sqrt(face / count))), gap
+
+
+class McaPatch(McaSolver[RoughGeometry]):
+    """A rough patch, an automaton of the surface below each of its points."""
+
+    name = "mca"
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rough surfaces."""
+        return scene.rough
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
+        """Points of the surface, and twice as many where that is affordable."""
+        n = geometry.points[0]
+        able = [m for m in (n, 2 * n) if self.domain(geometry, m).count <= MOST_AUTOMATA]
+        return tuple(able) or (n,)
+
+    def block(self, resolution: int) -> int:
+        """Return one surface per task: each takes seconds."""
+        return 1
+
+    def domain(self, geometry: RoughGeometry, resolution: int) -> Domain:
+        """Return the patch, and a margin."""
+        nx, ny = _points(geometry, resolution)
+        return Domain((nx / 2 + 0.5, ny / 2 + 0.5), ROUGH_MARGIN * max(nx, ny) / 2 + 1.0)
+
+    def refusal(self, task: Task[RoughGeometry]) -> str:
+        """Refuse cells that are no squares, too."""
+        counts = _points(task.geometry, task.resolution)
+        dx, dy = (side / n for side, n in zip(task.geometry.size, counts, strict=True))
+        if abs(dx / dy - 1) > 1e-6:
+            return f"automata form a square net, and the points are {dx:.6g} m by {dy:.6g} m apart"
+        return super().refusal(task)
+
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the body."""
+        return (
+            "half an ellipsoid of automata in dense packing below the patch, one of the surface at "
+            "each of its points; around it a shell in the field of Boussinesq"
+        )
+
+    def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
+        """Yield each realisation on the same body."""
+        geometry = task.geometry
+        nx, ny = _points(geometry, task.resolution)
+        body = self.body(self.domain(geometry, task.resolution), geometry.size[0] / nx)
+        # the first point of the patch lies on an automaton; the patch is centred to half a spacing
+        corner = np.array([-(nx // 2), -(ny // 2)])
+        numbers = _numbers_at(body, corner, (nx, ny))
+        for realisation in task.realisations:
+            sweep = partial(self._steps, task, body, numbers, realisation)
+            unknowns = 6 * body.automata.packing.free
+            yield Row(sweep, unknowns=unknowns, truncation=ROUGH_TRUNCATION)
+
+    def _steps(
+        self,
+        task: Task[RoughGeometry],
+        body: ParticleHalfSpace,
+        numbers: np.ndarray,
+        realisation: int,
+        loads: np.ndarray,
+    ) -> Iterator[Step]:
+        heights = task.geometry.heights(realisation, task.resolution)
+        top = max(task.geometry.top(realisation), float(heights.max()))
+        grid = Grid(top - heights, task.geometry.spacing(heights), (0.0, 0.0))
+        gap = np.full(len(body.points), np.inf)
+        gap[numbers] = grid.gap.ravel()
+        load = Load(task.loads.control, loads)
+        for contact in body.press(gap, load, balance=self.balance):
+            yield contact_step(task, body, contact, (numbers, grid))
+
+
+def _points(geometry: RoughGeometry, resolution: int) -> tuple[int, int]:
+    nx, ny = geometry.points
+    return resolution, ny * resolution // nx
+
+
+def _net(body: ParticleHalfSpace, gap: np.ndarray, domain: Domain) -> tuple[np.ndarray, Grid]:
+    """Return the automata around an indenter's overlap, and the grid of cells around them."""
+    nx, ny = (int(half) for half in domain.loaded)
+    shape = 2 * nx + 1, 2 * ny + 1
+    numbers = _numbers_at(body, np.array([-nx, -ny]), shape)
+    origin = tuple(-0.5 * n * body.spacing for n in shape)
+    return numbers, Grid(gap[numbers].reshape(shape), (body.spacing,) * 2, origin)
+
+
+def _numbers_at(body: ParticleHalfSpace, corner: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Return the numbers of the automata of a rectangle of the surface, row by row."""
+    places = np.rint(body.points / body.spacing).astype(int) - corner
+    inside = ((places >= 0) & (places < shape)).all(axis=1)
+    numbers = np.full(shape, -1)
+    numbers[tuple(places[inside].T)] = np.flatnonzero(inside)
+    return numbers.ravel()

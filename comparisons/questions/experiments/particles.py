@@ -1,0 +1,105 @@
+"""19.1.4: particles whose interactions are to give the behaviour of the material."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reference.closed_form import paraboloid
+from reference.loads import Load
+from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace, periodic_packing
+from reference.particles.motion import Motion, wave_speeds
+
+ROUND_OFF = 1e-12
+DIRECTIONS = 200
+# Steps in a period of the wave, and periods marched.
+STEPS, PERIODS = 200, {"quick": 1, "full": 10}
+
+
+def _waves(effort: str, *, wavelength: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
+    """Compare the speeds of plane waves in the packing, `wavelength` in spacings, with Hooke's.
+
+    The largest error of the three speeds over many directions, from the dispersion relation. A
+    longitudinal wave along x is marched in time, too, for its speed and the conserved energy.
+    """
+    above("wavelength", wavelength, 2)
+    material = Elastic(poisson_ratio)
+    transverse, longitudinal = material.shear, material.lame + 2 * material.shear
+    exact = np.sqrt([transverse, transverse, longitudinal])
+    vectors = np.random.default_rng(1).normal(size=(DIRECTIONS, 3))
+    vectors *= 2 * np.pi / wavelength / np.linalg.norm(vectors, axis=1)[:, None]
+    errors = np.array([wave_speeds(material, wave) / exact - 1 for wave in vectors])
+    largest = float(errors.flat[np.argmax(np.abs(errors))])
+    speed, drift = _marched(material, round(wavelength), PERIODS[effort])
+    details: dict[str, float | str] = {
+        "longitudinal, largest": float(np.abs(errors[:, 2]).max()),
+        "transverse, largest": float(np.abs(errors[:, :2]).max()),
+        "marched along x: speed over the continuum's - 1": speed / float(exact[2]) - 1,
+        "marched: largest change of energy": drift,
+    }
+    return Finding(largest, ROUND_OFF, details)
+
+
+def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, float]:
+    """Return the speed of a standing wave along x of some spacings, and its change of energy."""
+    packing = periodic_packing((spacings, 2, 2))
+    wave = 2 * np.pi / spacings
+    mode = np.zeros((packing.free, 6))
+    mode[:, 0] = np.cos(wave * packing.places[:, 0])
+    step = spacings / STEPS / float(wave_speeds(material, [wave, 0.0, 0.0])[2])
+    motion = Motion(Automata(packing, material), mode.copy(), np.zeros_like(mode), step)
+    energies = motion.run(periods * STEPS - 1)
+    amplitudes = []
+    for _ in range(3):
+        amplitudes.append(np.vdot(motion.moved, mode))
+        energies = np.append(energies, motion.run(1))
+    # leapfrog: the sum of the neighbours in time is 2 - (omega dt)^2 times the middle one
+    before, middle, after = amplitudes
+    frequency = np.sqrt(2 - (before + after) / middle) / step
+    return float(frequency / wave), float(np.ptp(energies) / energies[0])
+
+
+def _hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
+    """Measure the force on a rigid paraboloid pressed into automata, against Hertz.
+
+    With three automata per contact radius, five at full effort; the bar is the difference from one
+    fewer.
+    """
+    numbers = (2, 3) if effort == "quick" else (4, 5)
+    forces, radii = zip(*(_pressed(poisson_ratio, n) for n in numbers), strict=True)
+    details: dict[str, float | str] = {
+        "automata per contact radius": float(numbers[-1]),
+        "radius from the pressure, over Hertz' - 1": radii[-1],
+    }
+    return Finding(forces[-1], abs(forces[-1] - forces[0]), details)
+
+
+def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float]:
+    """Return the relative errors of force and radius at d = a/10."""
+    radius, depth = 10.0 * per_radius, 0.1 * per_radius
+    domain = Domain((1.5 * per_radius,) * 2, 2.5 * per_radius)
+    body = ParticleHalfSpace(domain, poisson_ratio)
+    squares = (body.points**2).sum(axis=1)
+    (contact,) = body.press(squares / (2 * radius), Load("penetration", depth))
+    exact = paraboloid(radius, body.effective_modulus).force(depth)
+    # of Hertz' pressure the mean of r^2 is 2/5 a^2
+    mean = float(contact.reactions @ squares) / contact.force
+    return contact.force / float(exact) - 1, float(np.sqrt(2.5 * mean)) / per_radius - 1
+
+
+EXPERIMENTS = (
+    experiment(
+        "particle-waves",
+        "Speeds of waves in a packing of automata, against those of the elastic solid",
+        "wavelength in spacings",
+        "wavelength",
+        _waves,
+    ),
+    experiment(
+        "particle-hertz",
+        "Force on a paraboloid pressed into a half-space of automata, against Hertz",
+        "Poisson's ratio nu",
+        "poisson_ratio",
+        _hertz,
+    ),
+)

@@ -1,0 +1,198 @@
+"""Make the tables of docs/particles.md: accuracy of cellular automata, their cost, their memory.
+
+Run from the repository's root (ten minutes on one core; the table of memory alone takes several);
+the tables between the markers of the page are written anew, all or those that are named::
+
+    python docs/examples/particle_tables.py hertz shapes waves rough speed memory
+"""
+
+# %%
+import resource
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.scene.scene import load_scene, make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
+from reference.loads import Load
+from reference.particles import Domain, Elastic, ParticleHalfSpace
+from reference.particles.motion import wave_speeds
+from reports.tables.documents import rewrite
+
+PAGE = Path(__file__).resolve().parents[1] / "particles.md"
+NUMBERS = (2, 3, 4, 5, 6)
+RATIOS = (-0.5, 0.0, 0.3, 0.45, 0.49)
+# Automata per contact radius of the large body: a million.
+LARGE = 16.7
+
+
+# %%
+def scene(indenter: dict[str, object], nu: float = 0.3) -> dict[str, object]:
+    """Return the keys of a scene pressed 2 um deep."""
+    return {
+        "name": "particles",
+        "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": nu},
+        "indenter": indenter,
+        "loading": {"penetration": [2e-6]},
+        "compare": {"methods": ["closed_form", "mca"], "quantities": ["force", "contact_area"]},
+    }
+
+
+def errors(keys: dict[str, object], number: int) -> tuple[float, float, int, int, float]:
+    """Return errors of force and radius, automata, steps and processor seconds."""
+    (plan, *_) = plan_scene(make_scene(keys, "particles.toml", None))
+    exact = execute(task_of(plan, "closed_form", 1)).quantities
+    start = time.process_time()
+    solution = execute(task_of(plan, "mca", number))
+    spent = time.process_time() - start
+    force, area = (
+        float(solution.quantities[q][0, 0] / exact[q][0, 0]) for q in ("force", "contact_area")
+    )
+    steps = int(solution.iterations[0, 0])
+    return force - 1, float(np.sqrt(area)) - 1, solution.unknowns // 6, steps, spent
+
+
+def per_cent(error: float) -> str:
+    """Return a signed error in per cent."""
+    return f"{100 * error:+.2f}"
+
+
+def hertz() -> list[list[str]]:
+    """Return the errors of the force on a ball over nu, and the cost at 0.3."""
+    ball = {"shape": "paraboloid", "radius": "10 mm"}
+    heads = [f"force, ν = {nu:g}" for nu in RATIOS]
+    rows = [["N", *heads, "radius, ν = 0.3", "automata", "steps", "time"]]
+    for number in NUMBERS:
+        runs = {nu: errors(scene(ball, nu), number) for nu in RATIOS}
+        _, radius, automata, steps, spent = runs[0.3]
+        forces = [per_cent(run[0]) for run in runs.values()]
+        cost = [str(automata), str(steps), f"{spent:.1f} s"]
+        rows.append([str(number), *forces, per_cent(radius), *cost])
+    return rows
+
+
+SHAPES = {
+    "cone": {"shape": "cone", "slope": 0.1},
+    "f = c r⁴": {"shape": "power_law", "exponent": 4, "coefficient": 1e6},
+    "rounded punch": {"shape": "rounded_punch", "flat_radius": "0.2 mm", "edge_radius": "10 mm"},
+    "flat cylinder": {"shape": "cylinder", "radius": "1 mm"},
+    "ellipsoid, radii 5 : 2": {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "4 mm"},
+    "elliptic punch 2 : 1": {"shape": "elliptic_punch", "semi_axes": ["1 mm", "0.5 mm"]},
+}
+
+
+def shapes() -> list[list[str]]:
+    """Return errors of force and radius of other shapes."""
+    rows = [["shape", "force, N = 3", "N = 5", "radius, N = 3", "N = 5"]]
+    for name, indenter in SHAPES.items():
+        coarse, fine = (errors(scene(indenter), number) for number in (3, 5))
+        rows.append([name, *map(per_cent, (coarse[0], fine[0], coarse[1], fine[1]))])
+    return rows
+
+
+def waves() -> list[list[str]]:
+    """Return the largest errors of wave speeds over 1000 directions."""
+    material = Elastic(0.3)
+    exact = np.sqrt([material.shear, material.shear, material.lame + 2 * material.shear])
+    vectors = np.random.default_rng(0).normal(size=(1000, 3))
+    vectors /= np.linalg.norm(vectors, axis=1)[:, None]
+    rows = [["wavelength in spacings", "transverse", "longitudinal"]]
+    for length in (4, 8, 16, 32):
+        off = [wave_speeds(material, 2 * np.pi / length * vector) / exact - 1 for vector in vectors]
+        worst = [part.flat[np.argmax(np.abs(part))] for part in np.split(np.array(off), [2], 1)]
+        rows.append([str(length), *(per_cent(float(error)) for error in worst)])
+    return rows
+
+
+def rough() -> list[list[str]]:
+    """Return a rough patch by automata against the half-space, both on the same points."""
+    surface = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 16}
+    keys = scene({}) | {
+        "surface": surface | {"rms_slope": 0.05, "periodic": False, "short_cutoff": "0.25 um"},
+        "loading": {"penetration": [2e-9, 10e-9]},
+        "compare": {"methods": ["bem_fft", "mca"], "quantities": ["force", "contact_area"]},
+    }
+    del keys["indenter"]
+    (plan, *_) = plan_scene(make_scene(keys, "particles.toml", None))
+    truth = execute(task_of(plan, "bem_fft", 128)).quantities
+    rows = [["points", "force, 2 nm", "10 nm", "area, 2 nm", "10 nm", "automata", "time"]]
+    for number in (16, 32):
+        start = time.process_time()
+        solution = execute(task_of(plan, "mca", number))
+        spent = time.process_time() - start
+        ratios = [solution.quantities[q][0] / truth[q][0] - 1 for q in ("force", "contact_area")]
+        row = [per_cent(float(error)) for error in np.concatenate(ratios)]
+        rows.append([str(number), *row, str(solution.unknowns // 6), f"{spent:.1f} s"])
+    return rows
+
+
+def speed() -> list[list[str]]:
+    """Return the time of one pass of forces per automaton, beside what memory allows."""
+    rows = [["automata", "forces of one step", "by automaton", "copying what it reads"]]
+    for half in (12.0, 20.0, 32.0):
+        body = ParticleHalfSpace(Domain((half / 2, half / 2), half / 2), 0.3)
+        packing = body.automata.packing
+        moved = np.random.default_rng(0).normal(size=(len(packing.places), 6))
+        traces, pulls = np.zeros(len(moved)), np.empty((packing.free, 6))
+        once = best(lambda m=moved, t=traces, p=pulls, b=body: b.automata.forces(m, t, p))
+        read = [moved, pulls, packing.neighbours, packing.neighbours]
+        copies = best(lambda arrays=read: [array.copy() for array in arrays])
+        per = [f"{1e9 * seconds / packing.free:.0f} ns" for seconds in (once, copies)]
+        rows.append([str(packing.free), f"{1e3 * once:.2f} ms", *per])
+    return rows
+
+
+def best(task: object, repeats: int = 7) -> float:
+    """Return the shortest processor time of a call."""
+    task()
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        task()
+        times.append(time.process_time() - start)
+    return min(times)
+
+
+def memory() -> list[list[str]]:
+    """Return the peak memory of a contact of a million automata, in a process of its own."""
+    call = [sys.executable, __file__, "--large"]
+    row = subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()  # noqa: S603
+    return [["automata", "N", "force", "peak memory", "time"], row]
+
+
+def large() -> list[str]:
+    """Return one row: the ball on a million automata, and what it took beyond the imports."""
+    load_scene("paraboloid")
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.process_time()
+    body = ParticleHalfSpace(Domain((1.5 * LARGE,) * 2, 2.5 * LARGE), 0.3)
+    gap = (body.points**2).sum(axis=1) / (20 * LARGE)
+    (contact,) = body.press(gap, Load("penetration", 0.1 * LARGE))
+    spent = time.process_time() - start
+    gigabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
+    force = contact.force / (4 / 3 * body.effective_modulus * np.sqrt(10.0 * 0.1**3) * LARGE**2)
+    number = body.automata.packing.free
+    return [str(number), str(LARGE), per_cent(force - 1), f"{gigabytes:.2f}GB", f"{spent:.0f}s"]
+
+
+# %%
+TABLES = {
+    "hertz": hertz,
+    "shapes": shapes,
+    "waves": waves,
+    "rough": rough,
+    "speed": speed,
+    "memory": memory,
+}
+
+
+# %%
+if __name__ == "__main__":
+    if sys.argv[1:] == ["--large"]:
+        print(*large())
+    else:
+        rewrite(PAGE, TABLES, sys.argv[1:])

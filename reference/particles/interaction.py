@@ -1,0 +1,198 @@
+r"""Forces between automata: pair strains, and a mean stress that depends on all neighbours.
+
+An automaton i has a displacement u and a rotation theta. With n from i to its neighbour j, lengths
+in units of the spacing,
+
+    eps   = (u_j - u_i) . n
+    gamma = (u_j - u_i) - eps n - (theta_i + theta_j)/2 x n
+    tr_i  = sum_j eps / 4
+    sigma = 2 G eps + lambda (tr_i + tr_j)/2,   tau = 2 G gamma
+
+(S. G. Psakhie et al., Phys. Mesomech. 14 (2011) 224: with sigma_m = K tr their sigma = 2 G eps +
+(1 - 2 G/(3 K)) (sigma_m,i + sigma_m,j)/2 is this). The pair pulls with the force S (sigma n + tau)
+and turns both with S/2 n x tau. A homogeneous strain gives Hooke's stress exactly: over the twelve
+directions sum n n = 4, and normal and tangential parts have the same modulus.
+
+All of it is the derivative of an energy,
+
+    W = sum_pairs (V/2) G (eps^2 + gamma^2) + sum_i (V/2) lambda tr_i^2,
+
+so that the stiffness is symmetric; it is positive wherever the bulk modulus is. Automata that the
+surface cuts in half have V/2, half a face to each other, and tr = (sum_level eps + 2 sum_below
+eps)/4: that of the strain again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from reference.arguments import poisson_faults, refuse
+from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME, Packing
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Moduli of an isotropic elastic material in units of Young's modulus.
+
+    Raises
+    ------
+    ValueError
+        If nu is not in (-1, 0.5): the mean stress follows the strain, which incompressible
+        automata would not have.
+    """
+
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        faults = poisson_faults(self.poisson_ratio)
+        if self.poisson_ratio == 0.5:
+            faults = [
+                "poisson_ratio must be below 0.5: mean stress follows from a change of volume"
+            ]
+        refuse(faults)
+
+    @property
+    def shear(self) -> float:
+        """G/E = 1/(2 (1 + nu))."""
+        return 0.5 / (1 + self.poisson_ratio)
+
+    @property
+    def lame(self) -> float:
+        """lambda/E = nu/((1 + nu)(1 - 2 nu))."""
+        return self.poisson_ratio / ((1 + self.poisson_ratio) * (1 - 2 * self.poisson_ratio))
+
+
+@dataclass(frozen=True, eq=False)
+class Automata:
+    """A packing of one elastic material: forces that follow from displacements.
+
+    Lengths are in units of the spacing, forces of E r0^2.
+    """
+
+    packing: Packing
+    material: Elastic
+
+    def strains(self, moved: Floats, traces: Floats) -> None:
+        """Write the relative changes of volume of the automata that may move.
+
+        Parameters
+        ----------
+        moved : (n, 6) ndarray
+            Displacements and rotations of all automata.
+        traces : (n,) ndarray
+            Of those that are held they are given, because their neighbours outside are not there.
+        """
+        packing = self.packing
+        _strains(moved, packing.neighbours, packing.surface, traces[: packing.free])
+
+    def forces(self, moved: Floats, traces: Floats, out: Floats) -> Floats:
+        """Write and return forces and torques (free, 6) on the automata that may move."""
+        self.strains(moved, traces)
+        moduli = self.material.shear, self.material.lame
+        _forces(moved, traces, self.packing.neighbours, self.packing.surface, moduli, out)
+        return out
+
+    def stresses(self, moved: Floats, traces: Floats) -> Floats:
+        """Return the stress tensors (free, 3, 3) in units of E.
+
+        The mean of what pulls at the faces, sum n (force) r0/(2 V): of a homogeneous strain it is
+        Hooke's stress.
+        """
+        packing = self.packing
+        moduli = self.material.shear, self.material.lame
+        out = np.empty((packing.free, 3, 3))
+        _stresses(moved, traces, packing.neighbours, packing.surface, moduli, out)
+        return out
+
+
+@njit(cache=True, error_model="numpy")
+def _strains(moved: Floats, neighbours: Integers, surface: int, out: Floats) -> None:
+    for i in range(len(out)):
+        total = 0.0
+        for k in range(12):
+            j = neighbours[i, k]
+            if j < 0:
+                continue
+            share = 0.5 if i < surface and k >= LEVEL else 0.25
+            for axis in range(3):
+                total += share * (moved[j, axis] - moved[i, axis]) * DIRECTIONS[k, axis]
+        out[i] = total
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _pull(
+    moved: Floats, i: int, j: int, k: int, shear: float
+) -> tuple[float, float, float]:  # pragma: no cover - compiled
+    """Return S (2 G eps n + tau) of a bond: all relative motion but the common rotation."""
+    nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
+    rx = 0.5 * (moved[j, 3] + moved[i, 3])
+    ry = 0.5 * (moved[j, 4] + moved[i, 4])
+    rz = 0.5 * (moved[j, 5] + moved[i, 5])
+    return (
+        shear * (moved[j, 0] - moved[i, 0] - (ry * nz - rz * ny)),
+        shear * (moved[j, 1] - moved[i, 1] - (rz * nx - rx * nz)),
+        shear * (moved[j, 2] - moved[i, 2] - (rx * ny - ry * nx)),
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def _forces(
+    moved: Floats,
+    traces: Floats,
+    neighbours: Integers,
+    surface: int,
+    moduli: tuple[float, float],
+    out: Floats,
+) -> None:
+    shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
+    for i in range(len(out)):
+        fx = fy = fz = mx = my = mz = 0.0
+        for k in range(12):
+            j = neighbours[i, k]
+            if j < 0:
+                continue
+            share = 0.5 if i < surface and k < LEVEL else 1.0
+            gx, gy, gz = _pull(moved, i, j, k, share * shear)
+            mean = share * lame * (traces[i] + traces[j])
+            nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
+            fx += gx + mean * nx
+            fy += gy + mean * ny
+            fz += gz + mean * nz
+            mx += ny * gz - nz * gy
+            my += nz * gx - nx * gz
+            mz += nx * gy - ny * gx
+        out[i, 0], out[i, 1], out[i, 2] = fx, fy, fz
+        out[i, 3], out[i, 4], out[i, 5] = 0.5 * mx, 0.5 * my, 0.5 * mz
+
+
+@njit(cache=True, error_model="numpy")
+def _stresses(
+    moved: Floats,
+    traces: Floats,
+    neighbours: Integers,
+    surface: int,
+    moduli: tuple[float, float],
+    out: Floats,
+) -> None:
+    shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
+    for i in range(len(out)):
+        volume = 0.5 * VOLUME if i < surface else VOLUME
+        out[i] = 0.0
+        for k in range(12):
+            j = neighbours[i, k]
+            if j < 0:
+                continue
+            share = (0.5 if i < surface and k < LEVEL else 1.0) * 0.5 / volume
+            pull = _pull(moved, i, j, k, share * shear)
+            mean = share * lame * (traces[i] + traces[j])
+            for a in range(3):
+                for b in range(3):
+                    force = pull[b] + mean * DIRECTIONS[k, b]
+                    out[i, a, b] += DIRECTIONS[k, a] * force
