@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from comparisons.scene.fields import Positive
+from comparisons.scene.fields import Finite, Positive
 
 
 class Options(BaseModel):
@@ -78,6 +78,7 @@ class FemOptions(Options):
     mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     condensed like any other mesh (free patches of up to 32 points a side).
     element: of a repeating mesh: quadratic "splines", or bilinear ("linear") in the plane.
+    inertia: of a body that rolls, rho V^2/G; the pressure is that at rest.
     """
 
     solver: Literal["nested_dissection", "pardiso", "multigrid"] = "nested_dissection"
@@ -88,6 +89,7 @@ class FemOptions(Options):
     coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
     mesh: Literal["repeating", "block"] = "repeating"
     element: Literal["splines", "linear"] = "splines"
+    inertia: Annotated[Finite, Field(ge=0, le=0.5)] = 0.0
 
 
 class McaOptions(Options):

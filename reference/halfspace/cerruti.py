@@ -181,11 +181,29 @@ class Transfer(NamedTuple):
     y: Field
 
 
+def free_coefficients(
+    shape: tuple[int, int], spacing: tuple[float, float], compliance: Compliance
+) -> Transfer:
+    """Return the displacements by uniform tractions on a cell, at offsets from zero on.
+
+    `x` and `y` of the normal displacement, by tractions.
+    """
+    i, j = np.ix_(*(np.arange(n) for n in shape))
+    cells = cell_integrals(i, j, spacing)
+    c1, c2, c3 = compliance.normal, compliance.lateral, compliance.coupling
+    both, scale = cells.xx + cells.yy, 1 / (2 * np.pi)
+    return Transfer(
+        scale * (c1 * both + c2 * cells.xx),
+        scale * (c1 * both + c2 * cells.yy),
+        scale * c2 * cells.xy,
+        scale * c3 * cells.x,
+        scale * c3 * cells.y,
+    )
+
+
 def free_transfer(
     table: Callable[[Field, int, int], NDArray[np.complex128]],
-    shape: tuple[int, int],
-    spacing: tuple[float, float],
-    compliance: Compliance,
+    coefficients: Transfer,
 ) -> Transfer:
     """Return the factors of the free half-space under uniform tractions on cells.
 
@@ -194,20 +212,15 @@ def free_transfer(
     table : callable
         ``table(quarter, sign_x, sign_y)``: transform of the coefficients whose values at offsets
         from zero on are `quarter`, even (1) or odd (-1) in x and y.
-    shape, spacing
-        Shape and spacing of the grid.
-    compliance : Compliance
+    coefficients : Transfer
+        As of `free_coefficients`.
     """
-    i, j = np.ix_(*(np.arange(n) for n in shape))
-    cells = cell_integrals(i, j, spacing)
-    c1, c2, c3 = compliance.normal, compliance.lateral, compliance.coupling
-    both, scale = cells.xx + cells.yy, 1 / (2 * np.pi)
     return Transfer(
-        table(scale * (c1 * both + c2 * cells.xx), 1, 1).real.copy(),
-        table(scale * (c1 * both + c2 * cells.yy), 1, 1).real.copy(),
-        table(scale * c2 * cells.xy, -1, -1).real.copy(),
-        table(scale * c3 * cells.x, -1, 1).imag.copy(),
-        table(scale * c3 * cells.y, 1, -1).imag.copy(),
+        table(coefficients.xx, 1, 1).real.copy(),
+        table(coefficients.yy, 1, 1).real.copy(),
+        table(coefficients.xy, -1, -1).real.copy(),
+        table(coefficients.x, -1, 1).imag.copy(),
+        table(coefficients.y, 1, -1).imag.copy(),
     )
 
 

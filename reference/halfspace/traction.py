@@ -87,7 +87,11 @@ class NormalAndTangential:
     def _transfer(self) -> Transfer:
         if self.periodic:
             return cerruti.periodic_transfer(self.shape, self.spacing, self.compliance)
-        return cerruti.free_transfer(self._table, self.shape, self.spacing, self.compliance)
+        return cerruti.free_transfer(self._table, self.free_coefficients())
+
+    def free_coefficients(self) -> Transfer:
+        """Displacements by tractions on a cell of the free half-space, at offsets from zero on."""
+        return cerruti.free_coefficients(self.shape, self.spacing, self.compliance)
 
     def _table(self, quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
         """Return the transform of coefficients on the padded grid, mirrored with their signs."""

@@ -51,7 +51,10 @@ _EVEN = 1e-12
 class Surface(Protocol):
     """What is needed of an elastic surface: its answer to tangential tractions on cells."""
 
-    spacing: tuple[float, float]
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Sides of a cell."""
+        ...
 
     def shear_coefficients(self) -> Fields:
         """Return u_x by q_x, u_y by q_y, and u_x by q_y, at all offsets of cells.

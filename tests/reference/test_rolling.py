@@ -8,12 +8,15 @@ from numpy.testing import assert_allclose
 
 from reference.closed_form.carter import Carter
 from reference.errors import ConvergenceError
+from reference.fem import Material
+from reference.fem.columns import Layers, tensor
+from reference.fem.shear_body import ShearBody
 from reference.halfspace import stick_slip
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
-from reference.rolling.coefficients import CreepCoefficients, creep_coefficients
+from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
 from reference.rolling.contact import Creep, roll
 from reference.rolling.plane import PlaneSurface, hertz
 from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
@@ -294,3 +297,76 @@ def test_limit_of_unknowns_is_named():
     bound[-1] = 0.0
     with rolling:
         Rolling(body, bound).at(np.ones((2, 90, 90)))
+
+
+# --- finite elements in the stationary frame ------------------------------------------------
+
+
+def elements(nu, inertia=0.0):
+    """Return what makes a surface of finite elements of G = 1."""
+    material = Material(2 * (1 + nu), nu)
+    return lambda shape, side: ShearBody(shape, (side, side), material, inertia=inertia)
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.25, 0.45])
+def test_elements_roll_as_the_half_space_on_the_same_mesh(nu):
+    """C11 and C22 within 1 % on six elements per radius, and closer on finer ones."""
+    compliance = Compliance.of(1.0, nu)
+    errors = []
+    for cells in (6, 10):
+        ours = on_grid(lambda s, h: NormalAndTangential(s, (h, h), compliance), 1.0, cells)
+        errors.append(np.abs(on_grid(elements(nu), 1.0, cells) / ours - 1))
+    assert (errors[0] < 0.01).all()
+    assert (errors[1] < 0.85 * errors[0]).all()
+
+
+def test_incompressible_elements_roll_within_two_percent():
+    """Shear waves of two cells lock there: they cannot change their volume."""
+    compliance = Compliance.of(1.0, 0.5)
+    half_space = on_grid(lambda s, h: NormalAndTangential(s, (h, h), compliance), 1.0, 8)
+    assert_allclose(on_grid(elements(0.5), 1.0, 8), half_space, rtol=0.02)
+
+
+@pytest.mark.parametrize("component", range(5))
+def test_elements_are_the_half_space_some_cells_away(component):
+    body = elements(0.3)((16, 16), 1.0)
+    far = NormalAndTangential((16, 16), (1.0, 1.0), Compliance.of(1.0, 0.3))
+    ours, theirs = body.free_coefficients()[component], far.free_coefficients()[component]
+    scale = np.abs(theirs[8:, 8:]).max()
+    assert np.abs(ours - theirs)[8:, 8:].max() < 0.02 * scale
+
+
+def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
+    press = ball(5, nu=0.2, coupled=True)
+    body = elements(0.2)(press.body.shape, press.body.spacing[0])
+    creeps, load = [Creep(0.0), Creep(0.1)], Load("force", 2.0)
+    ours = list(roll(press, load, creeps))
+    theirs = list(roll(FrictionalPress(body, press.gap, press.friction), load, creeps))
+    scale = press.friction * ours[0].force
+    for one, other in zip(ours, theirs, strict=True):
+        assert abs(one.tangential_force - other.tangential_force) < 0.02 * scale
+        assert_allclose(other.penetration, one.penetration, rtol=0.01)
+
+
+def test_flow_through_the_mesh_softens_it():
+    """Inertia: waves of shear run ahead; in the plane C ~ 1/f(M), to first order in M = rho V^2/G.
+
+    Along x on a half-space with nu = 0 a wave's shear compliance grows by 7/8 M (Rayleigh's
+    function to first order).
+    """
+    wave = (np.array([2 * np.pi / 64]), np.array([0.0]))
+    layers = Layers([400.0], [Material(2.0, 0.0)])
+    rest, flow = (tensor(wave, (1.0, 1.0), layers, inertia=m)[0, 0, 0] for m in (0.0, 0.01))
+    b, a = np.sqrt(1 - 0.01), np.sqrt(1 - 0.01 / 2)
+    exact = 0.01 * b / (4 * a * b - (1 + b * b) ** 2)
+    assert_allclose(flow / rest, exact, rtol=1e-3)
+    slow, fast = (on_grid(elements(0.25, m), 1.0, 6) for m in (0.0, 0.05))
+    assert (0.9 * slow < fast).all()
+    assert (fast < 0.99 * slow).all()
+
+
+def test_inertia_beyond_waves_is_refused():
+    with pytest.raises(ValueError, match="inertia"):
+        tensor(
+            (np.ones(1), np.ones(1)), (1.0, 1.0), Layers([9.0], [Material(1.0, 0.3)]), inertia=1.5
+        )

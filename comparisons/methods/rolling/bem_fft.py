@@ -80,19 +80,23 @@ class GridRolling(BemFft):
     def warm_up(self, task: Task) -> None:
         """Solve a small paraboloid."""
         x = np.arange(8.0) - 3.5
-        body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
+        body = self.body((8, 8), (1.0, 1.0))
         ball = FrictionalPress(body, (x[:, None] ** 2 + x**2) / 16, 0.5)
         list(roll(ball, reference_loads.Load("penetration", 0.5), [Creep(0.1)]))
+
+    def body(self, shape: tuple[int, int], spacing: tuple[float, float]) -> NormalAndTangential:
+        """Return the elastic body below the grid."""
+        nu = self.scene.poisson_ratio
+        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
+        return NormalAndTangential(shape, spacing, compliance)
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Lay the grid."""
         grid = make_grid(task.geometry, task.resolution)
-        nu = self.scene.poisson_ratio
-        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
-        body = NormalAndTangential(grid.gap.shape, grid.spacing, compliance)
-        yield Row(partial(self._steps, task, body, grid))
+        body = self.body(grid.gap.shape, grid.spacing)
+        yield Row(partial(self._rolled, task, body, grid))
 
-    def _steps(
+    def _rolled(
         self,
         task: Task,
         body: NormalAndTangential,
@@ -102,7 +106,7 @@ class GridRolling(BemFft):
         """Yield the steps; each starts from the tractions of the one before."""
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         creeps = [Creep(*pair) for pair in pairs(self.rolling, values)]
-        tolerance = max(self.options.tolerance, LEAST_TOLERANCE)
+        tolerance = max(self.scene.methods.bem_fft.tolerance, LEAST_TOLERANCE)
         load = reference_loads.Load(*normal_load(task))
         for value, step in zip(
             values, roll(press, load, creeps, tolerance=tolerance), strict=False

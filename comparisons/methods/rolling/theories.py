@@ -115,5 +115,5 @@ def _hertz(scene: Scene) -> ClosedForm:
     keys = {"paraboloid": ("radius", "radius"), "ellipsoid": ("radius_x", "radius_y")}
     if indenter.shape not in keys:
         raise Refused(reason)
-    radii = [float(indenter.parameters[key]) for key in keys[indenter.shape]]
-    return ellipsoid(*radii, scene.effective_modulus)
+    radius_x, radius_y = (float(indenter.parameters[key]) for key in keys[indenter.shape])
+    return ellipsoid(radius_x, radius_y, scene.effective_modulus)
