@@ -55,3 +55,4 @@ def part_of(text: str) -> tuple[int, int]:
 
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
+Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from reports.cli.arguments import MaybeWhole, part_of, share
+from reports.cli.arguments import MaybeWhole, Verbose, part_of, share
 from reports.cli.calibrate_command import calibrate
 from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
@@ -110,6 +110,7 @@ def run(
     part: str | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
     pictures: bool = True,
+    verbose: Verbose = False,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
@@ -139,6 +140,8 @@ def run(
         Continue an interrupted run.
     pictures
         Render 3-D pictures for the report.
+    verbose
+        Print the verdict on every quantity, and the advice for each scene.
     """
     from comparisons.questions.study import WHOLE, Study
     from comparisons.results.decisions import asked_in_vain
@@ -167,7 +170,7 @@ def run(
     record = watched(study, lambda: _write_report(directory, pictures=False))
     _write_report(directory, pictures)
     lost = study.lost()
-    terminal.print_study(record, lost)
+    terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost or asked_in_vain(record.scenes) else FINE
 
 

@@ -6,6 +6,7 @@ import shlex
 import sys
 from pathlib import Path
 
+from reports.cli.arguments import Verbose
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 
 FINE, LOST = 0, 1
@@ -16,6 +17,7 @@ def merge(
     out: Path,
     files: Path = Path(),
     pictures: bool = True,
+    verbose: Verbose = False,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Merge results folders: parts of one study, or different methods and scenes.
@@ -32,6 +34,8 @@ def merge(
         Folder of the maps and meshes that the scenes refer to; default: the current folder.
     pictures
         Render 3-D pictures for the report.
+    verbose
+        Print the verdict on every quantity, and the advice for each scene.
     """
     from comparisons.questions.merging import merge as merged
     from comparisons.results.store import load_study
@@ -43,5 +47,5 @@ def merge(
     record = load_study(out)
     write_report(record, out / "report.html", pictures=pictures)
     lost = study.lost()
-    terminal.print_study(record, lost)
+    terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost else FINE

@@ -51,13 +51,18 @@ def print_plans(plans: list[Plan]) -> None:
         console.print()
 
 
-def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
-    """Print the verdicts, the answer for each scene, and the path of the report."""
+def print_study(
+    record: StudyRecord, lost: list[tuple[Task, str]], *, verbose: bool = False
+) -> None:
+    """Print a line per scene, the finding, and the path of the report; all verdicts if `verbose`.
+
+    What a reader must know first stands first: doubtful input, references that disagree.
+    """
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import CHECK
-    from comparisons.results.advice import advise
-    from comparisons.results.decisions import asked_in_vain, judged_methods
-    from reports.tables.judged import verdict_table
+    from comparisons.results.decisions import asked_in_vain
+    from comparisons.results.finding import finding
+    from reports.tables.judged import summary_lines
 
     console = _console()
     for scene in record.scenes:
@@ -66,11 +71,11 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
                 console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
-    methods = list(dict.fromkeys(name for scene in record.scenes for name in judged_methods(scene)))
-    for method in methods:
-        console.print(drawn(verdict_table(record.scenes, method).without("cheapest")))
-    for scene in record.scenes:
-        console.print(f"{scene.name}: {advise(scene).sentence}", markup=False, highlight=False)
+    if verbose:
+        _print_verdicts(console, record)
+    lines = summary_lines(record.scenes)
+    console.print(drawn(lines, tight=True))
+    console.print(lines.note, style="dim", markup=False, highlight=False)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold", markup=False)
     for task, reason in lost[:MANY]:
@@ -78,9 +83,21 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
         console.print(f"lost: {where}: {reason}", style="bold", markup=False)
     if len(lost) > MANY:
         console.print(f"... and {len(lost) - MANY} more lost solves", style="bold")
-    console.print(
-        f"\n{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False
-    )
+    console.print(f"\n{finding(record.scenes)}".rstrip(), markup=False, highlight=False)
+    console.print(f"{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False)
+
+
+def _print_verdicts(console: Console, record: StudyRecord) -> None:
+    """Print the verdict on every quantity, and the advice for each scene."""
+    from comparisons.results.advice import advise
+    from comparisons.results.decisions import judged_methods
+    from reports.tables.judged import verdict_table
+
+    methods = list(dict.fromkeys(name for scene in record.scenes for name in judged_methods(scene)))
+    for method in methods:
+        console.print(drawn(verdict_table(record.scenes, method).without("cheapest")))
+    for scene in record.scenes:
+        console.print(f"{scene.name}: {advise(scene).sentence}\n", markup=False, highlight=False)
 
 
 def print_solution(result: SingleResult) -> None:

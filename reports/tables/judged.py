@@ -11,7 +11,13 @@ from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import Advice, advise
-from comparisons.results.decisions import Verdict, title_of, verdicts, worst
+from comparisons.results.decisions import (
+    Verdict,
+    judged_methods,
+    title_of,
+    verdicts,
+    worst,
+)
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
@@ -36,6 +42,32 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             rows.append((sides[0], label, _error(judgement), judgement.when, judged, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
     return table(heads, rows, title=f"The {title_of(method)}")
+
+
+def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
+    """Return a line per scene and judged method: verdict, worst quantity, cheapest setting.
+
+    Quantities are symbols, so that a line has room in 80 columns; the note explains them.
+    """
+    rows, told_of, tolerances = [], {}, {}
+    for scene in scenes:
+        cheapest = advise(scene).cheapest
+        best = [cells.method("", "none"), "", ""]
+        if cheapest is not None:
+            level = cells.count(cheapest.resolution)
+            best = [cells.method(cheapest.method), cells.duration(cheapest.seconds), level]
+        tolerances[fmt.tolerance(scene.tolerance)] = None
+        for method in judged_methods(scene):
+            decisive = worst(verdicts(scene, method))
+            row = quantity(decisive.quantity)
+            told_of[row.symbol or row.label] = row.label
+            name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
+            error = _error(decisive)
+            rows.append((name, cells.verdict(decisive.word), row.symbol or row.label, error, *best))
+    symbols = ", ".join(f"{symbol} {label}" for symbol, label in told_of.items() if symbol != label)
+    note = f"worst: {symbols}; verdicts at {' and '.join(tolerances)}"
+    heads = ("scene", "verdict", "worst", "error", "cheapest", "time", "N")
+    return table(heads, rows, note=note)
 
 
 def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:

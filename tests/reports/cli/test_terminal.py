@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.formatting import duration
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
+from comparisons.results.advice import advise
+from comparisons.results.finding import deciding, finding
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
 from reports.cli import terminal
@@ -65,7 +68,7 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     odd = replace(scene, reference=reference, measures=scene.measures.iloc[:0])
     odd = replace(odd, rows=odd.rows.iloc[:0], disagreements=("[/red] they differ",))
     lost = [(task_of(plans), "[/bold] broke")] * 14
-    terminal.print_study(replace(record, scenes=(odd,)), lost)
+    terminal.print_study(replace(record, scenes=(odd,)), lost, verbose=True)
     told = capsys.readouterr().out
     assert "ball: [/] truth." in told
     assert "ball: [/red] they differ" in told
@@ -92,8 +95,25 @@ def test_a_plan_says_which_resolutions_were_left_out(capsys, plans):
     assert "[left out 8: needs about 9 GB, and 1 GB are free]" in capsys.readouterr().out
 
 
-def test_a_study_ends_with_verdicts_the_answer_and_the_report(capsys, record):
+def test_a_study_is_a_line_a_scene_the_finding_and_the_report(capsys, record, monkeypatch):
+    """80 columns: the same words as on the page, none of them broken."""
+    monkeypatch.setenv("COLUMNS", "80")
     terminal.print_study(record, [])
+    told = capsys.readouterr().out
+    lines = told.splitlines()
+    assert all(len(line) <= 80 for line in lines)
+    assert len(lines) < 10
+    decisive, cheapest = deciding(record.scenes[0]), advise(record.scenes[0]).cheapest
+    said = " ".join(told.split())
+    assert " ".join(finding(record.scenes).split()) in said
+    (line,) = [line for line in lines if line.startswith("ball ")]
+    time, level = duration(cheapest.seconds), str(cheapest.resolution)
+    for text in (decisive.word, decisive.number, cheapest.title, time, level):
+        assert " ".join(text.split()) in " ".join(line.split())
+
+
+def test_details_are_the_verdicts_and_the_advice(capsys, record):
+    terminal.print_study(record, [], verbose=True)
     told = capsys.readouterr().out
     for quantity in ("force", "penetration", "contact area"):
         (row,) = [

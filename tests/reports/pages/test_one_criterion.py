@@ -94,7 +94,7 @@ def rows_of(table):
 def assert_one_voice(scene, folder, capsys):
     """Read page, terminal, advice, paper tables and notebook; compare with the verdicts."""
     study, advice, told = study_of(scene, folder), advise(scene), verdicts(scene)
-    terminal.print_study(study, [])
+    terminal.print_study(study, [], verbose=True)
     run = words(capsys.readouterr().out)
     terminal.print_advice([(scene.name, advice)])
     advised = words(capsys.readouterr().out)

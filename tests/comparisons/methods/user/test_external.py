@@ -494,7 +494,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     scene = record_scene(*solved_in_memory(plan, "quick"))
     assert judged_methods(scene) == ["reduced", "winkler"]
     study = StudyRecord(tmp_path, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
-    print_study(study, [])
+    print_study(study, [], verbose=True)
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
     assert told.index("The Winkler foundation") < told.index(row)
