@@ -28,7 +28,8 @@ class ReducedOptions(Options):
     """Options of the reduced model.
 
     rule: "mdr" is the exact transform; "half_radius" the chapter's (19.17), for every shape.
-    stress: "abel" is exact for axisymmetric bodies; "local" is (19.37).
+    stress: "abel" is exact for axisymmetric bodies; "local" is (19.37) with the curvature at each
+    spring, "one_radius" with the radius of the parabola of the contact's size and depth.
     edges: "sub_cell" finds the contact edge inside a cell; "nodal" are the printed sums.
     spectrum: "rings" keeps the rms height exactly; "printed" samples (19.26); "split" keeps height
     and slope.
@@ -40,7 +41,7 @@ class ReducedOptions(Options):
     """
 
     rule: Literal["mdr", "half_radius"] = "mdr"
-    stress: Literal["abel", "local"] = "abel"
+    stress: Literal["abel", "local", "one_radius"] = "abel"
     edges: Literal["sub_cell", "nodal"] = "sub_cell"
     spectrum: Literal["rings", "printed", "split"] = "rings"
     layers: Literal["substrate", "layer", "effective"] = "substrate"

@@ -11,11 +11,12 @@ are new or changed, is put into it, and the tables between the markers are writt
 # %%
 import re
 import sys
+import tomllib
 from collections import Counter
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.formatting import duration, plus_minus
+from comparisons.formatting import duration
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
 from comparisons.questions.claims.record import (
@@ -25,13 +26,19 @@ from comparisons.questions.claims.record import (
     load_claims_record,
 )
 from comparisons.questions.claims.verdicts import VERDICTS
-from comparisons.questions.claims.wording import limit_words
+from comparisons.questions.claims.wording import error_text, limit_words, value
 from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]
 STORED = DOCS / "claims.json"
-PAGES = (DOCS.parent / "README.md", DOCS / "findings.md", DOCS / "claims.md")
-BLOCK = re.compile(r"(<!-- claims (eight|short|long) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
+PAGES = (
+    DOCS.parent / "README.md",
+    *(DOCS / name for name in ("findings.md", "claims.md", "what-we-now-know.md")),
+)
+TEXTS = tomllib.loads((DOCS / "examples" / "claims_pages.toml").read_text(encoding="utf-8"))
+BLOCK = re.compile(
+    r"(<!-- claims (eight|short|long|choices|known) -->\n).*?(<!-- end of claims -->)", re.DOTALL
+)
 # The README's eight, in words that need no chapter beside them; the verdict is on the claim itself.
 EIGHT = {
     "half-radius-cone": "Any body of revolution may be replaced by a one-dimensional cross-section "
@@ -116,7 +123,7 @@ def largest(claim: ClaimRecord) -> str:
     if not measured:
         return "–"
     point = max(measured, key=lambda point: abs(point.error))
-    return plus_minus(point.error, point.uncertainty)
+    return error_text(point.error, point.uncertainty, claim.factor)
 
 
 def _cells(texts: tuple[str, ...]) -> list[str]:
@@ -158,16 +165,77 @@ ROWS = {"eight": readme_row, "short": short_row, "long": long_row}
 
 # %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
-    """Return one table, with a line that says when and on what it was made.
+    """Return one block of a page.
 
-    The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all.
+    The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all, each
+    with a line that says when and on what it was made; two blocks have texts of their own.
     """
     by_id = {claim.id: claim for claim in record.claims}
+    if kind == "choices":
+        return choices(by_id)
+    if kind == "known":
+        return known(by_id)
     ids = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
     table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in ids)])
     cost = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
     origin = f"(Most of them by {cost}, {machine_text(record.machine)}.)"
     return f"{table}\n\n{tally(record)} {origin}\n"
+
+
+def choices(by_id: dict[str, ClaimRecord]) -> str:
+    """Return the verdicts that hung on a choice: what they were, what they are, why."""
+    rows = [("claim", "was", "is", "why")]
+    for row in TEXTS["choice"]:
+        claim = by_id[row["claim"]]
+        within = sum(point.word == "within" for point in claim.measured)
+        verdict = f"**{claim.verdict}**, {largest(claim)} at the worst; {within} of "
+        verdict += f"{len(claim.measured)} points within"
+        rows.append((f"`{claim.id}`", row["was"], verdict, row["why"]))
+    return markdown([rows[0], *(_cells(row) for row in rows[1:])]) + "\n"
+
+
+def known(by_id: dict[str, ClaimRecord]) -> str:
+    """Return the sentences of docs/what-we-now-know.md; every number is a claim's."""
+    lines = []
+    for text in TEXTS["known"]["sentences"]:
+        told, ids = _with_numbers(text, by_id)
+        verdicts = ", ".join(f"`{name}`: {by_id[name].verdict}" for name in ids)
+        lines.append(f"- {told} ({verdicts})")
+    return "\n".join(lines) + "\n"
+
+
+def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[str]]:
+    """Return a sentence with the numbers of its claims in place of {claim.number}; the claims."""
+    place = re.compile(r"\{([a-z0-9-]+)\.(\w+)\}")
+    ids = list(dict.fromkeys(match[1] for match in place.finditer(text)))
+    return place.sub(lambda m: getattr(Numbers(by_id[m[1]]), m[2]), text), ids
+
+
+class Numbers:
+    """The numbers of a claim, as its sentence in docs/what-we-now-know.md names them."""
+
+    def __init__(self, claim: ClaimRecord) -> None:
+        stated = [point for point in claim.points if point.error is not None]
+        ordered = sorted(stated, key=lambda point: abs(point.error))
+        self.least, self.most = (
+            error_text(point.error, point.uncertainty, claim.factor)
+            for point in (ordered[0], ordered[-1])
+        )
+        self.tolerance = limit_words(claim.tolerance, claim.factor)
+        self.verdict = claim.verdict
+        self.first, self.last = (
+            value(stated[place].parameter) if stated[place].parameter is not None else ""
+            for place in (0, -1)
+        )
+        self.low, self.high = (
+            (value(claim.ranges[0].low), value(claim.ranges[-1].high)) if claim.ranges else ("", "")
+        )
+        beside = [point for n in claim.nuisances for point in n.points] + claim.draws
+        sized = [point for point in beside if point.error is not None]
+        self.beyond = ""
+        if sized:
+            worst = max(sized, key=lambda point: abs(point.error))
+            self.beyond = error_text(worst.error, worst.uncertainty, claim.factor)
 
 
 def tally(record: ClaimsRecord) -> str:

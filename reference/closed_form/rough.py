@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import quad
+from scipy.optimize import brentq
 from scipy.special import erf
 
 from reference.closed_form.form import checked_load
@@ -63,3 +66,53 @@ def bush_gibson_thomas_area(relative_load: ArrayLike) -> Any:
     0.02507
     """
     return np.asarray(KAPPA_BUSH * checked_load("relative_load", relative_load))[()]
+
+
+@dataclass(frozen=True)
+class GreenwoodWilliamson:
+    """J. A. Greenwood and J. B. P. Williamson, Proc. R. Soc. A 295 (1966) 300.
+
+    Spherical caps of one radius whose heights are normal, each a Hertz contact of its own; E* = 1.
+
+    Attributes
+    ----------
+    density : float
+        Summits per area.
+    radius : float
+        Their radius.
+    mean, deviation : float
+        Mean and standard deviation of their heights.
+    """
+
+    density: float
+    radius: float
+    mean: float
+    deviation: float
+
+    def _moment(self, separation: float, power: float) -> float:
+        """Return the mean of (z - separation)^power over the summits that are higher."""
+        low = (separation - self.mean) / self.deviation
+
+        def integrand(t: float) -> float:
+            return float(t**power * math.exp(-0.5 * (low + t) ** 2))
+
+        integral = quad(integrand, max(0.0, -low - 12), max(0.0, -low) + 12, epsabs=0)[0]
+        return self.deviation**power * integral / math.sqrt(2 * math.pi)
+
+    def pressure(self, separation: float) -> float:
+        """Return F/(E* A0) at a separation of the mean plane from the flat one."""
+        factor = 4 / 3 * self.density * math.sqrt(self.radius)
+        return factor * self._moment(separation, 1.5)
+
+    def separation(self, pressure: float) -> float:
+        """Return the separation at F/(E* A0)."""
+        ends = self.mean - 10 * self.deviation, self.mean + 10 * self.deviation
+        return float(brentq(lambda d: math.log(self.pressure(d) / pressure), *ends, xtol=1e-12))
+
+    def area(self, separation: float) -> float:
+        """Return A/A0."""
+        return math.pi * self.density * self.radius * self._moment(separation, 1.0)
+
+    def stiffness(self, separation: float) -> float:
+        """Return the contact stiffness per area, over E*."""
+        return 2 * self.density * math.sqrt(self.radius) * self._moment(separation, 0.5)

@@ -9,7 +9,7 @@ from pathlib import Path
 from comparisons.files import write_text
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.questions.claims.verdicts import VERDICTS
-from comparisons.questions.claims.wording import limit_words
+from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render
 from reports.plots.claim import along, evidence, validity_map
 from reports.plots.figure import Figure
@@ -53,6 +53,7 @@ def claims_page(record: ClaimsRecord) -> str:
         drawn,
         record=record,
         limit_words=limit_words,
+        error_text=error_text,
         views=views,
         tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
     )

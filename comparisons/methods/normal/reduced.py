@@ -119,6 +119,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
     def _pressure(self, depth: float, r: np.ndarray) -> np.ndarray:
         if self.options.stress == "abel":
             return np.asarray(stress.abel(self.profile, self.bed.modulus, depth, r))
+        if self.options.stress == "one_radius":
+            return np.asarray(stress.one_radius_rule(self.profile, self.bed.modulus, depth, r))
         pressure, valid = stress.local_rule(self.profile, self.bed.modulus, depth, r)
         # Where the rule has no real value there is no pressure to show: NaN, and the report counts
         # it.

@@ -6,12 +6,11 @@ from collections import Counter
 
 import numpy as np
 
-from comparisons.formatting import plus_minus
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.claims.boundaries import Point, ranges_of
 from comparisons.questions.claims.claim import Claim
-from comparisons.questions.claims.nuisances import Along, Draw, Openness, Setting
-from comparisons.questions.claims.wording import stretch_words, value
+from comparisons.questions.claims.nuisances import Along, Draw, Openness, Row, Setting
+from comparisons.questions.claims.wording import error_text, stretch_words, value
 
 
 def conditions(claim: Claim, openness: Openness) -> str:
@@ -25,8 +24,9 @@ def conditions(claim: Claim, openness: Openness) -> str:
         return ""
     at = openness.along[0].at
     where = "" if at is None else f" (at {claim.parameter} {value(at)})"
-    along = "; ".join(_along(line) for line in openness.along)
-    return f"The statement leaves open{where}: {along}.{_draws(claim, openness.draws)}"
+    along = "; ".join(_along(claim, line) for line in openness.along)
+    beyond = f"{_draws(claim, openness.draws)}{_rows(claim, openness.rows)}"
+    return f"The statement leaves open{where}: {along}.{beyond}"
 
 
 def in_words(claim: Claim, setting: Setting) -> dict[str, str]:
@@ -37,10 +37,10 @@ def in_words(claim: Claim, setting: Setting) -> dict[str, str]:
     }
 
 
-def _along(line: Along) -> str:
+def _along(claim: Claim, line: Along) -> str:
     nuisance = line.nuisance
     if nuisance.values:
-        outcomes = (f"{nuisance.choice(p.parameter)} {_outcome(p)}" for p in line.points)
+        outcomes = (f"{nuisance.choice(p.parameter)} {_outcome(claim, p)}" for p in line.points)
         return f"{nuisance.name}: {', '.join(outcomes)}"
     first, last = (value(line.points[end].parameter) for end in (0, -1))
     verdicts = {point.word for point in line.points}
@@ -52,11 +52,24 @@ def _along(line: Along) -> str:
     return f"{nuisance.name}: nowhere within from {first} to {last}"
 
 
-def _outcome(point: Point) -> str:
+def _rows(claim: Claim, rows: list[Row]) -> str:
+    """Return where the claim holds along its own parameter, row by row of its map."""
+    if claim.map is None or not rows:
+        return ""
+    up = next(nuisance for nuisance in claim.nuisance if nuisance.key == claim.map.up)
+    places = []
+    for row in rows:
+        number = up.choice(row.number) if up.values else value(row.number)
+        stretches = "; ".join(stretch_words(stretch) for stretch in ranges_of(row.points))
+        places.append(f"{number}: {stretches or 'nowhere'}")
+    return f" Within, for {claim.parameter}, by {up.name}: {'. '.join(places)}."
+
+
+def _outcome(claim: Claim, point: Point) -> str:
     if point.word == NO_RESULT:
         return point.word
     measured = point.measurement
-    return f"{plus_minus(measured.error, measured.uncertainty)} ({point.word})"
+    return f"{error_text(measured.error, measured.uncertainty, claim.factor)} ({point.word})"
 
 
 def _draws(claim: Claim, draws: list[Draw]) -> str:
@@ -66,13 +79,13 @@ def _draws(claim: Claim, draws: list[Draw]) -> str:
     counts = Counter(draw.point.word for draw in draws)
     order = (WITHIN, OUTSIDE, *sorted(set(counts) - {WITHIN, OUTSIDE}))
     counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
-    size = [abs(np.nan_to_num(draw.point.measurement.error, nan=-1.0)) for draw in draws]
+    size = [np.nan_to_num(abs(draw.point.measurement.error), nan=-1.0) for draw in draws]
     worst = draws[int(np.argmax(size))]
     measured = worst.point.measurement
     place = [f"{name} {text}" for name, text in in_words(claim, worst.setting).items()]
     if claim.parameter:
         place.insert(0, f"{claim.parameter} {value(worst.point.parameter)}")
-    error = plus_minus(measured.error, measured.uncertainty)
+    error = error_text(measured.error, measured.uncertainty, claim.factor)
     return (
         f" Of {len(draws)} draws over all of it: {counted}; the largest error is {error} "
         f"({', '.join(place)})."

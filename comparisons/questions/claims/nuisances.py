@@ -115,7 +115,7 @@ def representative(points: Sequence[Point]) -> Point:
     within = [point for point in points if point.word == WITHIN]
     if within:
         return within[len(within) // 2]
-    size = [abs(np.nan_to_num(point.measurement.error, nan=np.inf)) for point in points]
+    size = [np.nan_to_num(abs(point.measurement.error), nan=np.inf) for point in points]
     return points[int(np.argmin(size))]
 
 

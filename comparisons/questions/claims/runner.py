@@ -36,7 +36,7 @@ from comparisons.questions.claims.record import (
 )
 from comparisons.questions.claims.scenes import measure_scene
 from comparisons.questions.claims.verdicts import verdict_of
-from comparisons.questions.claims.wording import sentence, value
+from comparisons.questions.claims.wording import WRONG_SIGN, sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
@@ -211,7 +211,7 @@ def as_factor(measured: Measurement) -> Measurement:
 
 def _signed_factor(ratio: float) -> float:
     if ratio <= 0:
-        return -1e9  # no factor; finite, as every result of an experiment
+        return WRONG_SIGN  # no factor, but finite as every result of an experiment
     return round(ratio - 1 if ratio >= 1 else 1 - 1 / ratio, 12)
 
 

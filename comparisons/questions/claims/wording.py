@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from comparisons.formatting import number, plus_minus, tolerance, without_padding
+from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.claims.boundaries import Point, Range
 from comparisons.questions.claims.claim import Claim
@@ -21,19 +21,19 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     """
     limit = limit_words(claim.tolerance, claim.factor)
     if claim.vary is None:
-        return _single(points[0], limit)
+        return _single(points[0], limit, claim.factor)
     judged = [point for point in points if point.word != NO_RESULT]
     if not judged:
         return f"No result: {_reason(points[0])}."
-    largest = max(judged, key=_size)
+    largest = _at(max(judged, key=_size), claim.factor)
     stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
     stretch += value(points[-1].parameter)
     if verdict == HOLDS:
-        return f"Within {limit} for {stretch}; the largest error is {_at(largest)}."
+        return f"Within {limit} for {stretch}; the largest error is {largest}."
     if verdict == FAILS:
         failing = [point for point in judged if point.word == OUTSIDE]
         resolved = "" if len(failing) == len(points) else " wherever it is resolved,"
-        smallest = _at(min(failing, key=_size))
+        smallest = _at(min(failing, key=_size), claim.factor)
         return (
             f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
             f"{_open(points)}{_sign_changes(points)}."
@@ -42,7 +42,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
         stretches = "; ".join(stretch_words(stretch) for stretch in ranges)
         return (
             f"Within {limit} for {claim.parameter} {stretches}. "
-            f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
+            f"The largest error is {largest}{_open(points)}{_sign_changes(points)}."
         )
     failing = [point for point in points if point.word == OUTSIDE]
     if failing:
@@ -63,6 +63,22 @@ def limit_words(limit: float, factor: float | None) -> str:
     return tolerance(limit) if factor is None else f"a factor of {value(factor)}"
 
 
+WRONG_SIGN = -1e9  # the error of a factor where stated and true differ in sign
+
+
+def error_text(error: object, uncertainty: object, factor: float | None = None) -> str:
+    """Return an error with its bar, or as a factor.
+
+    >>> error_text(3.9, 0.01, 10.0), error_text(-1.5, 0.01, 10.0), error_text(WRONG_SIGN, 0.0, 10.0)
+    ('a factor of 4.9', 'a factor of 0.4', 'of the other sign')
+    """
+    if factor is None or not finite(error):
+        return plus_minus(error, uncertainty)
+    if error <= WRONG_SIGN:
+        return "of the other sign"
+    return f"a factor of {value(1 + error if error >= 0 else 1 / (1 - error))}"
+
+
 def value(parameter: float) -> str:
     """Return a value of a parameter as text: four digits, without padding zeros.
 
@@ -72,17 +88,17 @@ def value(parameter: float) -> str:
     return without_padding(number(parameter, 4))
 
 
-def _single(point: Point, limit: str) -> str:
+def _single(point: Point, limit: str, factor: float | None) -> str:
     if point.word == NO_RESULT:
         return f"No result: {_reason(point)}."
-    error = plus_minus(point.measurement.error, point.measurement.uncertainty)
+    error = error_text(point.measurement.error, point.measurement.uncertainty, factor)
     phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
     return f"Error {error}: {phrases.get(point.word, f'the bar is wider than {limit} can bear')}."
 
 
-def _at(point: Point) -> str:
+def _at(point: Point, factor: float | None) -> str:
     measured = point.measurement
-    return f"{plus_minus(measured.error, measured.uncertainty)} at {value(point.parameter)}"
+    return f"{error_text(measured.error, measured.uncertainty, factor)} at {value(point.parameter)}"
 
 
 def _size(point: Point) -> float:

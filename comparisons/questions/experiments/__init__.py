@@ -6,7 +6,9 @@ from comparisons.questions.experiments import (
     active_set,
     adhesive_face,
     adhesive_range,
+    asperities,
     bodies,
+    contact_statistics,
     cost,
     dry_oscillator,
     equivalent_body,
@@ -16,6 +18,7 @@ from comparisons.questions.experiments import (
     kernel,
     line_statistics,
     neighbours,
+    outline_rules,
     partial_slip,
     particles,
     procedure,
@@ -27,6 +30,7 @@ from comparisons.questions.experiments import (
     rough_area,
     rough_slip,
     rubber_sliding,
+    sheets,
     stress_use,
     tangential,
     two_bodies,
@@ -41,6 +45,7 @@ _MODULES = (
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
     *(relaxation, proved, rolling, particles),
+    *(outline_rules, sheets, asperities, contact_statistics),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

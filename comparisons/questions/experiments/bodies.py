@@ -146,6 +146,7 @@ def _kinetic_energy(
     ratio: float = 0.1,
     frame: str = "far",
     reading: str = "rigid",
+    quantity: str = "energy",
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
@@ -155,10 +156,12 @@ def _kinetic_energy(
     chapter's: v0 is the velocity far away), of a half-ball whose round side moves at v0
     (``"held"``), or of a free half-ball whose centre of mass moves at v0 (``"centre"``).
     Statements: ``"rigid"`` K = m v0^2/2, ``"printed"`` times 1 - D/R (19.12), ``"linear"`` with the
-    exact coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one.
+    exact coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one. Quantities: the
+    ``"energy"``, or the ``"reduction"`` 1 - 2 K/(m v0^2) of (19.12), an estimate.
     """
     one_of("frame", frame, "far", "held", "centre")
     one_of("reading", reading, "rigid", "printed", "linear")
+    one_of("quantity", quantity, "energy", "reduction")
     if not 0 < ratio <= 0.5:
         raise ValueError(f"ratio D/R must lie in (0, 0.5], not {ratio!r}")
     if frame == "far" and kind == "plane":
@@ -181,6 +184,9 @@ def _kinetic_energy(
         "linear coefficient 2 <u>/d R/D": float(2 * pair[1].mean_displacement[0] / ratio),
         "of the half-space": exact,
     }
+    if quantity == "reduction":
+        error = (1 - stated) / (1 - float(true)) - 1
+        return Finding(error, abs(1 + error) * float(bar / abs(1 - true)), details)
     return Finding(float(stated / true - 1), float(bar / true), details)
 
 

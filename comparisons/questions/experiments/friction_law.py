@@ -17,7 +17,6 @@ QUANTITIES = ("rest", "force", "kinetic", "way")
 # The oscillator with m = k = P = 1 that sticks twice per period of its force.
 _DRIVEN = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
 _PERIODS = 4
-_CYCLES = 10
 
 
 def _block(
@@ -93,26 +92,30 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
     return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
 
 
-def _belt(effort: str, *, static: float = 1.2, speed_ratio: float = 1e3) -> Finding:
-    """Measure the amplitude of a mass on a belt after ten cycles; V = m = k = kinetic friction = 1.
+def _belt(
+    effort: str, *, static: float = 1.2, speed_ratio: float = 1e3, cycles: float = 10
+) -> Finding:
+    """Measure the amplitude of a mass on a belt after `cycles`; V = m = k = kinetic friction = 1.
 
     The reference is the closed stick-slip cycle; the law contains only kinetic friction.
     """
     above("static", static, 0.999999)
+    count = int(above("cycles", cycles, 0.999))
     v0 = 1 / above("speed_ratio", speed_ratio, 0)
     cycle = stick_slip(1.0, 1.0, 1.0, static, 1.0)
     true = 0.5 * (cycle.largest - cycle.smallest)
     swings = []
-    for steps in (60_000, 120_000) if effort == "full" else (12_000, 24_000):
+    per_cycle = 5000 if effort == "full" else 1000
+    for steps in ((count + 2) * per_cycle, 2 * (count + 2) * per_cycle):
         run = integrate(
             Blocks(1.0, 1.0, stiffness=1.0, belt=1.0),
             v0,
-            Stepping((_CYCLES + 2) * cycle.period / steps, steps),
+            Stepping((count + 2) * cycle.period / steps, steps),
             scheme="implicit_midpoint",
             position=static,
             velocity=1.0,
         )
-        late = run.position[steps * _CYCLES // (_CYCLES + 2) :, 0]
+        late = run.position[steps * count // (count + 2) :, 0]
         swings.append(0.5 * float(np.ptp(late)))
     details: dict[str, float | str] = {"swing": swings[1], "true swing": true}
     error = swings[1] / true - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -14,7 +15,14 @@ from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form import random_field
 from reference.summits import hessian, summits
 
-MOMENTS = ("height", "slope", "section_slope", "curvature_laplacian", "curvature_product")
+MOMENTS = (
+    "height",
+    "mean_square_height",
+    "slope",
+    "section_slope",
+    "curvature_laplacian",
+    "curvature_product",
+)
 PEAKS = ("mean_radius", "mean_curvature")
 
 
@@ -41,9 +49,14 @@ def _moments(
     spectrum = surface_spectrum.self_affine(
         surface.points, 1.0, surface_spectrum.SelfAffine(**surface.recipe)
     )
-    stated = {"height": line.rms_height, "curvature_laplacian": line.rms_curvature}
+    stated = {
+        "height": line.rms_height,
+        "mean_square_height": line.rms_height**2,
+        "curvature_laplacian": line.rms_curvature,
+    }
     true = {
         "height": spectrum.rms_height,
+        "mean_square_height": spectrum.rms_height**2,
         "slope": spectrum.rms_slope,
         "section_slope": spectrum.rms_slope / np.sqrt(2),
         "curvature_laplacian": spectrum.rms_curvature,
@@ -131,30 +144,59 @@ def _distribution(
     return Finding(_distance(*shares), float(np.quantile(noise, 0.95)), details)
 
 
+def _pooled(sums: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Return samples, one per realisation, of the mean over the peaks of all realisations.
+
+    Their mean is sum/number; their scatter is that of this ratio, to first order.
+    """
+    if not numbers.sum():
+        raise ValueError("no peak is so high")
+    mean = sums.sum() / numbers.sum()
+    samples: np.ndarray = mean + (sums - mean * numbers) / numbers.mean()
+    return samples
+
+
 @lru_cache(maxsize=32)
-def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.ndarray]:
+def _surface_peaks(
+    surface: Surface, count: int, factor: int, height: float
+) -> dict[str, np.ndarray]:
     """Return means over the summits of `count` realisations, on a grid `factor` times finer."""
     step = 1 / (surface.points * factor)
     rows = []
     for k in range(count):
-        peaks = summits(surface.heights(k, factor), (step, step)).curvatures
-        rows.append((np.mean(1 / np.sqrt(peaks.prod(axis=1))), peaks.mean(), len(peaks)))
+        heights = surface.heights(k, factor)
+        peaks = summits(heights, (step, step))
+        high = heights[tuple(peaks.places.T)] > height * heights.std()
+        curvatures = peaks.curvatures[high]
+        radii = 1 / np.sqrt(curvatures.prod(axis=1))
+        rows.append((radii.sum(), curvatures.mean(axis=1).sum(), high.sum()))
     radius, curvature, number = np.array(rows).T
-    return {"mean_radius": radius, "mean_curvature": curvature, "number": number}
+    return {
+        "mean_radius": _pooled(radius, number),
+        "mean_curvature": _pooled(curvature, number),
+        "number": number,
+    }
 
 
 @lru_cache(maxsize=32)
-def _line_peaks(surface: Surface, count: int, rule: str, factor: int) -> dict[str, np.ndarray]:
+def _line_peaks(
+    surface: Surface, count: int, rule: str, factor: int, height: float
+) -> dict[str, np.ndarray]:
     """Return means over the maxima of `count` lines, `factor` times finer than necessary."""
     points = 2 * factor * surface.points
     lines = ensemble.RandomLines(surface.line(rule), points, count, seed=SEED).draw().heights
     wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
     second = fft.irfft(fft.rfft(lines, axis=1) * wavenumber**2, n=points, axis=1)
     top = (lines > np.roll(lines, 1, axis=1)) & (lines > np.roll(lines, -1, axis=1)) & (second > 0)
+    top &= lines > height * lines.std()
     number = top.sum(axis=1)
-    curvature = np.where(top, second, 0.0).sum(axis=1) / number
-    radius = np.where(top, 1 / np.where(top, second, 1.0), 0.0).sum(axis=1) / number
-    return {"mean_radius": radius, "mean_curvature": curvature, "number": number}
+    curvature = np.where(top, second, 0.0).sum(axis=1)
+    radius = np.where(top, 1 / np.where(top, second, 1.0), 0.0).sum(axis=1)
+    return {
+        "mean_radius": _pooled(radius, number),
+        "mean_curvature": _pooled(curvature, number),
+        "number": number,
+    }
 
 
 def _peaks(
@@ -167,9 +209,11 @@ def _peaks(
     rule: str = "rings",
     quantity: str = "mean_radius",
     ratio: float = 0.5,
+    height: float = -math.inf,
 ) -> Finding:
     """Compare the mean peak radius of the line with `ratio` times that of the surface ("half").
 
+    Peaks that are higher than `height` rms heights count, all by default.
     Surface: the Gaussian radius 1/sqrt(kappa1 kappa2) of every summit, or the mean of (kappa1 +
     kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then divides.
     Bars: scatter of both, and the change on a grid twice as fine, at second order.
@@ -180,8 +224,11 @@ def _peaks(
     count = 120 if effort == "full" else 12
     values = {}
     for factor in (4, 8):
-        on_surface = _surface_peaks(surface, count, factor)[quantity]
-        values[factor] = (_line_peaks(surface, 20 * count, rule, factor)[quantity], on_surface)
+        on_surface = _surface_peaks(surface, count, factor, height)[quantity]
+        values[factor] = (
+            _line_peaks(surface, 20 * count, rule, factor, height)[quantity],
+            on_surface,
+        )
     line, true = values[8]
     line_value = line / ratio if quantity == "mean_radius" else line * ratio
     coarse = values[4][0].mean() / values[4][1].mean()
@@ -191,8 +238,10 @@ def _peaks(
     details: dict[str, float | str] = {
         "line over surface": float(line.mean() / true.mean()),
         "line over surface, Gaussian": getattr(gauss[0], quantity) / getattr(gauss[1], quantity),
-        "summits per surface": float(_surface_peaks(surface, count, 8)["number"].mean()),
-        "maxima per line": float(_line_peaks(surface, 20 * count, rule, 8)["number"].mean()),
+        "summits per surface": float(_surface_peaks(surface, count, 8, height)["number"].mean()),
+        "maxima per line": float(
+            _line_peaks(surface, 20 * count, rule, 8, height)["number"].mean()
+        ),
     }
     return Finding(error, bar, details)
 

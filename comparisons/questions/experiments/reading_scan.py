@@ -1,67 +1,124 @@
-"""Best of many readings of Fig. 19.8: spectrum and line length for which the areas coincide.
+"""Best of many readings of Fig. 19.8: those for which the areas of line and surface coincide.
 
-A search over readings selects the one most favourable to the statement. Therefore all readings are
-tried on some surfaces, and the best one is judged on others.
+The readings are data, `readings.toml`: what the chapter leaves open, with the sentence that leaves
+it open. A search over readings selects the one most favourable to the statement. Therefore all
+readings are tried on some surfaces, and the best one is judged on others.
 """
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_area import measure_area
-from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, line_samples, press
+from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, press, pressed_lines
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 
-HURSTS = (0.1, 0.3, 0.5, 0.8, 1.0)
-ROLL_OFFS = (1.0, 2.0, 4.0, 8.0)
-LINE_LENGTHS = (0.125, 0.25, 0.5, 1.0)
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
-Reading = tuple[float, float, float]
-READINGS: tuple[Reading, ...] = tuple(product(HURSTS, ROLL_OFFS, LINE_LENGTHS))
 # Surfaces and lines of the search; the surfaces differ from those of the judgement.
 _FIRST = 200_000
-_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (8, 150), "full": (24, 450)}
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (4, 60), "full": (24, 450)}
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the chapter leaves open, and the sentence that does so.
+
+    Attributes
+    ----------
+    parameter, values
+        Of the experiment `rough-contact`.
+    name : str
+        The parameter in words.
+    sentence, unsaid : str
+        From the chapter, and what it does not say.
+    """
+
+    parameter: str
+    name: str
+    values: tuple[float | str, ...]
+    sentence: str
+    unsaid: str
+
+
+def _choices() -> tuple[Choice, ...]:
+    data = tomllib.loads((Path(__file__).parent / "readings.toml").read_text(encoding="utf-8"))
+    return tuple(Choice(**{**row, "values": tuple(row["values"])}) for row in data["choice"])
+
+
+CHOICES = _choices()
+# A reading: the values of the choices, in their order.
+Reading = tuple[float | str, ...]
+READINGS: tuple[Reading, ...] = tuple(product(*(choice.values for choice in CHOICES)))
+
+
+def parameters_of(reading: Reading) -> dict[str, Any]:
+    """Return a reading as parameters of the experiment `rough-contact`."""
+    names = (choice.parameter for choice in CHOICES)
+    return dict(zip(names, reading, strict=True))
 
 
 @lru_cache(maxsize=4)
 def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]:
     """Return counted area of the line over that of the surface, less one, at `LOADS`, by reading.
 
-    Means over 24 surfaces and 450 lines, at quick effort 8 and 150: enough to rank readings, not
+    Means over 24 surfaces and 450 lines, at quick effort 4 and 60: enough to rank readings, not
     to judge one.
     """
-    surfaces, count = _COUNTS[effort]
+    _, count = _COUNTS[effort]
     errors = {}
-    for hurst, roll_off in product(HURSTS, ROLL_OFFS):
-        surface = Surface.of(points, hurst, roll_off, 2.0, False)
-        operator = surface.operator()
-        maps = [surface.heights(_FIRST + k) for k in range(surfaces)]
-        true = [
-            np.mean([press(operator, heights, load)[1]["contact_area_raw"] for heights in maps])
-            for load in LOADS
-        ]
-        for length in LINE_LENGTHS:
-            drawing = Drawing(length=length)
-            lines = [line_samples(surface, load, count, drawing) for load in LOADS]
-            stated = [lines_pressed["contact_area_raw"].mean() for lines_pressed in lines]
-            errors[hurst, roll_off, length] = np.array(stated) / np.array(true) - 1
+    for reading in READINGS:
+        chosen = parameters_of(reading)
+        surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
+        drawing = Drawing(
+            rule=chosen["rule"],
+            edges=chosen["edges"],
+            length=chosen["line_length"],
+            sided=int(chosen["sided"]),
+        )
+        stated = pressed_lines(surface, LOADS, count, drawing, ("contact_area",))["contact_area"]
+        errors[reading] = stated.mean(axis=0) / _true(surface, effort) - 1
     return errors
 
 
-def best_reading(points: int = 64, by: str = "largest", effort: Effort = "full") -> Reading:
+@lru_cache(maxsize=64)
+def _true(surface: Surface, effort: Effort) -> np.ndarray:
+    """Return the mean counted areas of the surfaces of the search at `LOADS`."""
+    operator = surface.operator()
+    maps = [surface.heights(_FIRST + k) for k in range(_COUNTS[effort][0])]
+    return np.array(
+        [
+            np.mean([press(operator, heights, load)[1]["contact_area_raw"] for heights in maps])
+            for load in LOADS
+        ]
+    )
+
+
+def best_reading(
+    points: int = 64, by: str = "largest", effort: Effort = "full", steepest: float = np.inf
+) -> Reading:
     """Return the reading whose error over `LOADS`, as a factor, is the smallest.
+
+    Of those with Hurst exponents up to `steepest`.
 
     By the largest error over the loads, if curves should coincide everywhere, or by the median one,
     if they should coincide over a part of the loads.
     """
     middle = one_of("by", by, "largest", "median") == "median"
     size: Callable[[np.ndarray], np.floating] = np.median if middle else np.max
-    tried = scan(points, effort)
+    tried = {
+        reading: errors
+        for reading, errors in scan(points, effort).items()
+        if parameters_of(reading)["hurst"] <= steepest
+    }
     return min(tried, key=lambda reading: float(size(np.abs(np.log1p(tried[reading])))))
 
 
@@ -72,23 +129,26 @@ def _best(
     points: float = 64,
     realisations: float = 450,
     by: str = "largest",
+    steepest: float = np.inf,
 ) -> Finding:
-    """Compare the counted areas under the best of all readings, on fresh surfaces."""
+    """Compare the counted areas under the best of the readings, on fresh surfaces.
+
+    `steepest`: the largest Hurst exponent that is allowed.
+    """
     above("points", points, 3)
-    hurst, roll_off, length = best_reading(int(points), by, effort)
+    chosen = parameters_of(best_reading(int(points), by, effort, float(steepest)))
     finding = measure_area(
         effort,
         load=load,
         quantity="contact_area_raw",
         grid="native",
         points=points,
-        hurst=hurst,
-        roll_off=roll_off,
-        line_length=length,
         realisations=realisations,
+        **chosen,
     )
-    chosen = {"readings tried": float(len(READINGS)), "H": hurst, "line length L1/L": length}
-    return finding._replace(details={**finding.details, **chosen})
+    names = {choice.name: chosen[choice.parameter] for choice in CHOICES}
+    tried = {"readings tried": float(len(READINGS)), **names}
+    return finding._replace(details={**finding.details, **tried})
 
 
 EXPERIMENTS = (

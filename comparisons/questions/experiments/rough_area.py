@@ -37,6 +37,7 @@ def measure_area(
     edges: str = "sub_cell",
     line_length: float = 1.0,
     line_points: float = 0,
+    sided: float = 2,
     realisations: float = 450,
 ) -> Finding:
     """Compare the mean of lines (or a theory) with the mean of surfaces at equal F/(E* A0 h')."""
@@ -50,7 +51,7 @@ def measure_area(
 
     true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
-        drawing = Drawing(rule, edges, float(line_length), int(line_points))
+        drawing = Drawing(rule, edges, float(line_length), int(line_points), int(sided))
         number = max(_LINES_PER_SURFACE * count, _LEAST_LINES)
         stated = line_samples(surface, float(load), number, drawing)[quantity]
     else:

@@ -8,7 +8,7 @@ cached within the process.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -42,7 +42,7 @@ class Surface:
     points : int
         Points per side.
     hurst : float
-        Hurst exponent H, C2D ~ q^(-2 (1 + H)).
+        Hurst exponent H, C2D ~ q^(-2 (1 + H)); above one it is a steeper spectrum.
     roll_off : float
         L/lambda_l >= 1, the side over the longest wavelength of the power law; longer waves form a
         plateau. One for no plateau.
@@ -72,7 +72,7 @@ class Surface:
     def recipe(self) -> dict[str, float | None]:
         """Keyword arguments of the synthesis in both packages."""
         return {
-            "hurst": self.hurst,
+            "power": 2 * (1 + self.hurst),
             "rms_slope": 1.0,
             "long_cutoff": 1 / self.roll_off if self.roll_off > 1 else None,
             "short_cutoff": self.shortest / self.points,
@@ -144,12 +144,15 @@ class Drawing:
     points : int
         Points per L; by default twice those of the surface, to resolve the modes in the corners of
         its spectrum.
+    sided : int
+        Sides of the spectrum C1D: two as in (19.28), or one, which doubles the mean square height.
     """
 
     rule: str = "rings"
     edges: str = "sub_cell"
     length: float = 1.0
     points: int = 0
+    sided: int = 2
 
 
 ONE_SIDE = Drawing()
@@ -167,19 +170,33 @@ def line_samples(
     A line of length L1 stands for a patch of side L1: it carries F = p L1^2, and its area, force
     and stiffness count per L^2.
     """
+    names = ("contact_area", "penetration", "mean_gap", "contact_length", "stiffness")
+    pressed = pressed_lines(surface, (load,), count, drawing, names)
+    samples = {name: values[:, 0] for name, values in pressed.items()}
+    return samples | {"contact_area_raw": samples["contact_area"]}
+
+
+def pressed_lines(
+    surface: Surface,
+    loads: tuple[float, ...],
+    count: int,
+    drawing: Drawing,
+    names: Sequence[str],
+) -> dict[str, np.ndarray]:
+    """Return quantities of `count` lines at several loads, arrays (count, loads), per patch L^2."""
     length = drawing.length
     per_side = drawing.points or 2 * surface.points
-    names = ("contact_area", "penetration", "mean_gap", "contact_length", "stiffness")
+    spectrum = surface.line(drawing.rule)
+    spectrum = replace(spectrum, power=spectrum.power * (2 / drawing.sided))
     lines = ensemble.RandomLines(
-        surface.line(drawing.rule), round(per_side * length), count, seed=SEED, length=length
+        spectrum, round(per_side * length), count, seed=SEED, length=length
     )
-    pressed = ensemble.press_ensemble(
-        lines, 1.0, Load("force", load * length**2), edges=drawing.edges, quantities=names
-    )
-    samples = {name: pressed.samples[name][:, 0] for name in names}
-    for name in ("contact_area", "contact_length", "stiffness"):
-        samples[name] = samples[name] / length**2
-    return samples | {"contact_area_raw": samples["contact_area"]}
+    force = Load("force", [load * length**2 for load in loads])
+    pressed = ensemble.press_ensemble(lines, 1.0, force, edges=drawing.edges, quantities=names)
+    per_patch = ("contact_area", "contact_length", "stiffness")
+    return {
+        name: pressed.samples[name] / (length**2 if name in per_patch else 1.0) for name in names
+    }
 
 
 def truth(

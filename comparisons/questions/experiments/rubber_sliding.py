@@ -19,33 +19,45 @@ from reference import loads as reference_loads
 from reference.sliding.studies import paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
-# Lines of length 1, band-limited so that 512 points resolve them; loads with a tenth in contact.
-_POINTS, _LOAD = 512, 3e-3
+# Lines of length 1 with 32 or more points to the shortest of their 16 waves; loads with a tenth in
+# contact.
+_SHORTEST, _PER_WAVE, _LOAD = 1 / 16, 32.0, 3e-3
 _QUANTITIES = ("friction", "work", "start")
 _RADIUS, _DEPTH = 1.0, 0.01
 _ROUNDING = 1e-9  # relative tolerance of forces is 1e-11
 
 
-def _rough_lines(count: int) -> RoughLines:
-    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
-    return RandomLines(spectrum, _POINTS, count, seed=7).draw()
+def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
+    points = round(above("per_wave", per_wave, 2) / _SHORTEST)
+    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=_SHORTEST))
+    return RandomLines(spectrum, points, count, seed=7).draw()
 
 
-def _printed_run(line: RoughLines, number: float) -> PrintedSliding:
+def _printed_run(line: RoughLines, number: float, load: float) -> PrintedSliding:
     """Return a line's sliding as printed, from static contact, averaged over the last period."""
-    at_rest = press(line, 4.0, Load("force", _LOAD), edges="nodal").penetration.item()
+    at_rest = press(line, 4.0, Load("force", load), edges="nodal").penetration.item()
+    points = line.heights.shape[1]
     return slide_as_printed(
         line,
         kelvin_voigt(1.0, 1.0),
-        1 / (_POINTS * number),
-        _LOAD,
-        steps=4 * _POINTS,
+        1 / (points * number),
+        load,
+        steps=4 * points,
         level=float(line.heights.max()) - at_rest,
     )
 
 
-def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") -> Finding:
+def _printed(
+    effort: str,
+    *,
+    number: float = 1.0,
+    quantity: str = "friction",
+    per_wave: float = _PER_WAVE,
+    load: float = _LOAD,
+) -> Finding:
     """Measure the printed algorithm at `number` = G dt/eta = dx/(v tau).
+
+    `per_wave`: points to the shortest wave of the lines; `load`: F/(G L), with rms slopes of 0.1.
 
     ``"friction"``: its friction against the exact steady state. ``"work"``: the work of its forces
     on the moving springs against the dissipated energy. ``"start"``: the fraction of lines without
@@ -53,23 +65,25 @@ def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") ->
     """
     one_of("quantity", quantity, *_QUANTITIES)
     above("number", number, 0)
-    rough = _rough_lines(20 if effort == "full" else 6)
+    above("load", load, 0)
+    rough = _rough_lines(20 if effort == "full" else 6, per_wave)
+    points = rough.heights.shape[1]
     if quantity == "start":
         missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough.heights]
         return Finding(float(np.mean(missed)), 0.0, {"lines": float(len(rough))})
-    speed = 1 / (_POINTS * number)
-    exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", _LOAD))
-    runs = [_printed_run(rough[row], number) for row in range(len(rough))]
+    speed = 1 / (points * number)
+    exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", load))
+    runs = [_printed_run(rough[row], number, load) for row in range(len(rough))]
     done = [run.outcome == "completed" for run in runs]
     name = "tangential_force" if quantity == "friction" else "conjugate_force"
-    forces = [float(getattr(run, name)[-_POINTS:].mean()) for run in runs]
+    forces = [float(getattr(run, name)[-points:].mean()) for run in runs]
     errors = np.array(forces) / exact.tangential_force[:, 0] - 1
     bar = 2 * float(errors.std(ddof=1)) / np.sqrt(len(errors))
     details: dict[str, float | str] = {
         "lines": float(len(rough)),
         "lines that ended": float(np.sum(done)),
         "largest error of a line": float(np.abs(errors).max()),
-        "springs in tension": float(np.mean([run.tensile_count[-_POINTS:].mean() for run in runs])),
+        "springs in tension": float(np.mean([run.tensile_count[-points:].mean() for run in runs])),
     }
     return Finding(float(errors.mean()), bar, details)
 
@@ -84,9 +98,10 @@ def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> F
     one_of("quantity", quantity, "work", "friction")
     above("number", number, 0)
     rough = _rough_lines(20 if effort == "full" else 6)
-    speed = 1 / (_POINTS * number)
+    points = rough.heights.shape[1]
+    speed = 1 / (points * number)
     rubber = kelvin_voigt(1.0, 1.0)
-    run = slide_in_time(rough, rubber, speed, _LOAD, steps=3 * _POINTS)
+    run = slide_in_time(rough, rubber, speed, _LOAD, steps=3 * points)
     exact = slide(rough, rubber, speed, LoadPath("force", _LOAD))
     friction = run.friction_coefficient() / exact.friction_coefficient[:, 0] - 1
     errors = run.energy_error() if quantity == "work" else friction
@@ -114,7 +129,7 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
         body,
         speed,
         reference_loads.Load("penetration", _DEPTH),
-        cells=96 if effort == "full" else 48,
+        cells=144 if effort == "full" else 48,
     )
     x = np.linspace(-0.3, 0.3, 4001)
     sliding = slide(

@@ -21,6 +21,8 @@ _MOST = {
     "per_side": 1000,
     "realisations": 10**5,
     "runs": 10**5,
+    "cycles": 1000,
+    "per_wave": 256,
 }
 
 

@@ -14,7 +14,7 @@ from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.rough import ensemble, regions
 from reduced.springs import stress
-from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
+from reference.closed_form import ClosedForm, paraboloid, power_law, rounded_punch, sphere
 
 RULES = ("own_curvature", "one_radius", "abel")
 
@@ -96,6 +96,20 @@ def _first_yield(
     }
     error = forces[0] / forces[1] - 1
     return Finding(error, 1e-6 * (1 + abs(error)), details)
+
+
+def _spring_force(effort: str, *, ratio: float = 2.0) -> Finding:
+    """Use the local force in place of the stress (19.37): the force at first yield of a ball.
+
+    The largest spring force per length, E* d, is set to its value at the first yield of a ball of
+    radius R; the other ball has the radius `ratio` R. Yield is at p0 = 2 E* a/(pi R) of either, so
+    at depths in proportion to the radius.
+    """
+    limit, radius = 0.01, above("ratio", ratio, 0)
+    first, second = ((np.pi * limit / 2) ** 2 * r for r in (1.0, radius))
+    form = paraboloid(radius, 1.0)
+    error = float(form.force(first)) / float(form.force(second)) - 1
+    return Finding(error, 1e-12, {"depth over that at yield": first / second})
 
 
 def _largest_mises(poisson_ratio: float = 0.3) -> float:
@@ -186,6 +200,13 @@ EXPERIMENTS = (
         "exponent n of f = c r^n",
         "exponent",
         _first_yield,
+    ),
+    experiment(
+        "spring-force-yield",
+        "Force at first yield by the spring force, set on one ball and used on another",
+        "ratio of the radii",
+        "ratio",
+        _spring_force,
     ),
     experiment(
         "above-hardness",

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
+from functools import lru_cache
 
-from comparisons.judging.uncertainty import grid_uncertainty
+import numpy as np
+from scipy import stats
+
+from comparisons.judging.uncertainty import RULE, combined, grid_uncertainty
+from comparisons.questions.experiments.proved import equal_area
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
@@ -14,11 +18,13 @@ from reference.halfspace.friction import tangential_stiffness
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
-from reference.surfaces import SelfAffine, self_affine
+from reference.surfaces import SelfAffine, self_affine, subdivide
 
 SHAPES = ("ellipse", "rectangle", "triangle", "rough")
 # Side of the grid in units of the contact half-width.
 _SIDE = 2.1
+# Faces whose normal stiffness is proved: their names and sides there.
+_FACES = {"rectangle": ("rectangle", 4), "triangle": ("polygon", 3)}
 
 
 def _ratio(
@@ -28,31 +34,87 @@ def _ratio(
     shape: str = "ellipse",
     aspect: float = 1.0,
     direction: str = "x",
+    quantity: str = "ratio",
+    realisations: float = 12,
 ) -> Finding:
-    """Compare the stiffness ratio of springs with that of the half-space without coupling.
+    """Compare the stiffness of springs with that of the half-space without coupling.
 
-    `aspect` is length along x over width. Both stiffnesses use the same cells, so that errors at
-    cell edges cancel in the ratio. The bar follows from three grids.
+    `aspect` is length along x over width. Quantities: the ``"ratio"`` k_x/k_z, both on the same
+    cells, so that errors at cell edges cancel; or the ``"stiffness"`` k_x itself against G* D, D =
+    (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles and triangles). The bar
+    follows from three grids; of rough contacts from two grids and the scatter of the surfaces.
     """
     one_of("shape", shape, *SHAPES)
     one_of("direction", direction, "x", "y")
+    one_of("quantity", quantity, "ratio", "stiffness")
     above("poisson_ratio", poisson_ratio, -1)
     above("aspect", aspect, 0)
-    resolutions = np.array([32, 64, 96] if effort == "quick" else [64, 96, 128])
-    true = np.array(
-        [_half_space(int(n), poisson_ratio, shape, aspect, direction) for n in resolutions]
-    )
+    above("realisations", realisations, 1)
+    if shape == "rough":
+        count = int(realisations) if effort == "full" else min(int(realisations), 4)
+        true, bar = _of_rough_contacts(effort, poisson_ratio, direction, count)
+    else:
+        resolutions = np.array([32, 64, 96] if effort == "quick" else [64, 96, 128])
+        ratios = np.array(
+            [_half_space(int(n), poisson_ratio, shape, aspect, direction) for n in resolutions]
+        )
+        true, bar = float(ratios[-1]), float(grid_uncertainty(resolutions, ratios[:, None])[0])
     error = stiffness_ratio(poisson_ratio) / true - 1
-    bar = float(grid_uncertainty(resolutions, true[:, None])[0]) * (1 + abs(float(error[-1])))
     details: dict[str, float | str] = {
         "k_x/k_z of the springs": stiffness_ratio(poisson_ratio),
-        "k_x/k_z of the half-space": float(true[-1]),
+        "k_x/k_z of the half-space": true,
     }
     if shape == "ellipse":
         axes = (aspect, 1.0) if direction == "x" else (1.0, aspect)
         exact = closed_form.stiffness_ratio(*axes, poisson_ratio)
         details["k_x/k_z of the ellipse, exact"] = exact
-    return Finding(float(error[-1]), bar, details)
+    if quantity == "stiffness":
+        if shape not in _FACES:
+            raise ValueError(f"the normal stiffness is proved of {', '.join(_FACES)}, not {shape}")
+        kind, sides = _FACES[shape]
+        normal = equal_area(effort, shape=kind, sides=sides, aspect=aspect)
+        details["error of the normal stiffness"] = normal.error
+        error = (1 + error) * (1 + normal.error) - 1
+        bar += normal.uncertainty
+    return Finding(error, bar * (1 + abs(error)), details)
+
+
+def _of_rough_contacts(
+    effort: str, poisson_ratio: float, direction: str, count: int
+) -> tuple[float, float]:
+    """Return the mean of k_x/k_z over rough contacts, and its bar from two grids and the scatter.
+
+    Patches with H = 0.8, waves of 1/2 to 1/16 of their side, F = 0.05 E* A0 h'. The contact is
+    another on a finer grid of the same surface, and the ratio changes at first order.
+    """
+    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
+    factors = (1, 2) if effort == "quick" else (1, 2, 4)
+    means, scatter = [], 0.0
+    for factor in factors:
+        ratios = [_rough_ratio(factor, k, poisson_ratio, along) for k in range(count)]
+        means.append(float(np.mean(ratios)))
+        scatter = float(stats.t.ppf(0.975, count - 1) * np.std(ratios, ddof=1) / np.sqrt(count))
+    change = abs(means[-1] / means[-2] - 1)
+    factor_of_bar = RULE.safe if effort == "full" else RULE.two
+    return means[-1], float(combined(factor_of_bar * change, scatter / means[-1]))
+
+
+_ROUGH_POINTS = 48
+
+
+@lru_cache(maxsize=256)
+def _rough_ratio(
+    factor: int, realisation: int, poisson_ratio: float, along: tuple[float, float]
+) -> float:
+    """Return k_x/k_z of a rough contact on a grid `factor` times finer than its surface."""
+    points = _ROUGH_POINTS * factor
+    body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(1.0, poisson_ratio))
+    spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=1 / 2, short_cutoff=1 / 16)
+    native = self_affine(_ROUGH_POINTS, 1.0, spectrum, seed=4, realisation=realisation)
+    height = subdivide(native, factor)
+    force = 0.05 * body.compliance.effective_modulus * 0.1
+    mask = fft.solve(Press(body.normal, height.max() - height), Load("force", force)).mask
+    return tangential_stiffness(body, mask, along)[0] / areas.contact_stiffness(body.normal, mask)
 
 
 def _half_space(
@@ -69,8 +131,6 @@ def _half_space(
 
 def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray:
     """Return the cells of a contact of half-length one, or half-width one if wider than long."""
-    if shape == "rough":
-        return _rough_contact(body)
     points, step = body.shape[0], body.spacing[0]
     centres = (np.arange(points) - points / 2 + 0.5) * step
     x, y = np.meshgrid(centres, centres, indexing="ij")
@@ -80,20 +140,6 @@ def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray
     if shape == "rectangle":
         return np.maximum(np.abs(x), np.abs(y)) < 1
     return (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
-
-
-def _rough_contact(body: NormalAndTangential) -> np.ndarray:
-    """Return the contact of a rough patch (H = 0.8, waves 1/2 to 1/16 of it), F = 0.05 E* A0 h'."""
-    height = self_affine(
-        body.shape[0],
-        _SIDE,
-        SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=_SIDE / 2, short_cutoff=_SIDE / 16),
-        seed=4,
-        realisation=0,
-    )
-    modulus = body.compliance.effective_modulus
-    force = 0.05 * modulus * _SIDE**2 * 0.1
-    return fft.solve(Press(body.normal, height.max() - height), Load("force", force)).mask
 
 
 EXPERIMENTS = (

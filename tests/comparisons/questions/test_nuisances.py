@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.questions.claims.claim import ClaimError, make_claim
+from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
 from comparisons.questions.claims.nuisances import shares
 from comparisons.questions.claims.runner import judge_claim
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
@@ -146,3 +146,20 @@ def test_what_is_wrong_in_a_nuisance_is_told(monkeypatch):
         law(monkeypatch, lambda *_: 0.0, map={"up": "y"})
     with pytest.raises(ClaimError, match="citation"):
         law(monkeypatch, lambda *_: 0.0, says="literature")
+
+
+# Claims of every kind of experiment whose draws cost little.
+SAMPLE = (
+    *("rubber-printed-stable", "line-height-printed", "friction-law-one-coefficient"),
+    *("stress-local-integral", "kinetic-energy-printed", "rough-penetration", "gw-area"),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SAMPLE)
+def test_twenty_other_draws_give_the_verdict_of_the_claim(name):
+    """A verdict that the sample's seed decided would change with it (some minutes)."""
+    (claim,) = load_claims((name,))
+    record = judge_claim(claim.model_copy(update={"draws": 40, "map": None}), "quick", seed=7)
+    assert len(record.draws) == 20
+    assert not record.differs, record.sentence

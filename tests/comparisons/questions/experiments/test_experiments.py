@@ -206,19 +206,34 @@ def test_theories_bracket_the_periodic_surface():
 
 def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
     """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
-    monkeypatch.setattr(reading_scan, "HURSTS", (0.3, 0.8))
-    monkeypatch.setitem(reading_scan._COUNTS, "quick", (2, 150))
+    few = [reading for reading in reading_scan.READINGS if reading[0] in (0.3, 2.0)]
+    monkeypatch.setattr(reading_scan, "READINGS", few)
+    monkeypatch.setitem(reading_scan._COUNTS, "quick", (2, 40))
     reading_scan.scan.cache_clear()
     tried = reading_scan.scan(32, "quick")
     worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
-    assert len(tried) == 2 * 4 * 4
-    hurst, roll_off, length = reading_scan.best_reading(32, effort="quick")
-    assert worst[hurst, roll_off, length] == min(worst.values())
-    chosen = {"hurst": hurst, "roll_off": roll_off, "line_length": length}
+    best = reading_scan.best_reading(32, effort="quick")
+    assert worst[best] == min(worst.values())
+    assert reading_scan.best_reading(32, effort="quick", steepest=1)[0] == 0.3
     counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
-    alone = measure("rough-contact", 0.01, **counted, **chosen)
+    alone = measure("rough-contact", 0.01, **counted, **reading_scan.parameters_of(best))
     assert measure("best-reading", 0.01, points=32).error == alone.error
     reading_scan.scan.cache_clear()
+
+
+def test_every_reading_is_one_that_the_text_of_the_chapter_leaves_open():
+    """All combinations, as many as the claims say, and each choice with the sentence behind it."""
+    assert len(reading_scan.READINGS) == 768
+    scans = [claim for claim in load_claims() if claim.experiment == "best-reading"]
+    assert all("768" in claim.text for claim in scans)
+    assert all(choice.sentence and choice.unsaid for choice in reading_scan.CHOICES)
+
+
+def test_a_one_sided_spectrum_doubles_the_mean_square_height():
+    """At a small load the depth grows with the heights, between sqrt 2 times and not at all."""
+    deep = {"grid": "native", "quantity": "penetration", "points": 32, "edges": "nodal"}
+    two, one = (measure("rough-contact", 0.03, sided=sided, **deep) for sided in (2.0, 1.0))
+    assert 1 < one.details["stated"] / two.details["stated"] < 2**0.5
 
 
 def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():

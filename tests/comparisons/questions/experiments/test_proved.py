@@ -15,7 +15,7 @@ from comparisons.questions.experiments.proved import (
     _CELLS,
     SHAPES,
     punch_stiffness,
-    pyramid_force,
+    pyramid_bounds,
 )
 from comparisons.scene.scene import Scene
 from reference import closed_form
@@ -111,7 +111,7 @@ def test_the_problem_sheet_lies_within_coarser_intervals():
     circle = equal_area_stiffness(4.0)
     coarse = {
         "square": punch_stiffness("polygon", 4, 1.0, "quick") * (1 / circle),
-        "Vickers": pyramid_force(4, "quick") * math.tan(math.radians(68)),
+        "Vickers": pyramid_bounds(4, "quick") * math.tan(math.radians(68)),
     }
     for name, interval in coarse.items():
         sides = [float(sheet[name][side]) for side in ("not below", "not above")]

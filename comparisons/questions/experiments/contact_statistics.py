@@ -1,0 +1,198 @@
+"""Contacts of rough surfaces: their area, their sizes, and what a power spectrum fixes."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.rough_ensemble import (
+    SEED,
+    Surface,
+    compare,
+    press,
+    surface_samples,
+    truth,
+)
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load
+from reduced.rough import ensemble, regions
+from reference.halfspace import areas
+from reference.surfaces import rms_gradient_spectral
+
+_MIDDLE = 0.01  # the load through which the straight line goes
+SIZES = ("number", "mean_size", "largest_size")
+LOADED = ("contact_area", "penetration", "stiffness")
+
+
+def _straight(
+    effort: str,
+    *,
+    load: float = 0.1,
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 4.0,
+    periodic: bool = False,
+    realisations: float = 60,
+) -> Finding:
+    """Measure how far A(F) is from the straight line through zero and A(0.01 E* A0 h').
+
+    Means over surfaces, at vanishing spacing; the same surfaces at both loads.
+    """
+    above("load", load, 0)
+    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
+    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+
+    def sample_at(force: float) -> tuple[np.ndarray, float]:
+        return truth(
+            lambda factor, number: surface_samples(surface, force, factor, number)["contact_area"],
+            "refined",
+            count,
+            effort,
+        )
+
+    (there, bar), (middle, bar_of_middle) = sample_at(float(load)), sample_at(_MIDDLE)
+    ratio, scatter = ratio_of_means(middle[:, None], there[:, None], paired=True)
+    error = float(ratio[0]) * load / _MIDDLE - 1
+    width = float(combined(float(scatter[0]), bar, bar_of_middle))
+    details: dict[str, float | str] = {
+        "A E* h'/F there": float(there.mean()) / load,
+        "A E* h'/F in the middle": float(middle.mean()) / _MIDDLE,
+    }
+    return Finding(error, (1 + error) * width, details)
+
+
+def _of_spots(sizes: np.ndarray, quantity: str) -> float:
+    """Return the number of contacts, or their mean or largest area."""
+    if quantity == "number":
+        return float(len(sizes))
+    return float(sizes.mean() if quantity == "mean_size" else sizes.max())
+
+
+@lru_cache(maxsize=128)
+def _spots(surface: Surface, load: float, factor: int, count: int) -> tuple[np.ndarray, ...]:
+    """Return the areas of the contacts of `count` surfaces, one array each."""
+    operator = surface.operator(factor)
+    masks = (press(operator, surface.heights(k, factor), load)[0].mask for k in range(count))
+    return tuple(areas.patches(mask, operator.spacing, operator.periodic).areas for mask in masks)
+
+
+def _sizes(
+    effort: str,
+    *,
+    load: float = 0.01,
+    quantity: str = "number",
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 4.0,
+    periodic: bool = False,
+    realisations: float = 60,
+) -> Finding:
+    """Compare the contacts of lines with those of surfaces: their number, mean or largest area.
+
+    A region of length l has the area (pi/4) l^2 (19.29).
+    """
+    above("load", load, 0)
+    one_of("quantity", quantity, *SIZES)
+    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
+    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        spots = _spots(surface, float(load), factor, number)
+        return np.array([_of_spots(sizes, quantity) for sizes in spots])
+
+    true, grid_bar = truth(sample, "refined", count, effort)
+    lines = ensemble.RandomLines(surface.line("rings"), 8 * surface.points, 4 * count, seed=SEED)
+    pressed = ensemble.press_ensemble(
+        lines, 1.0, Load("force", float(load)), quantities=["penetration"]
+    )
+    stated = []
+    for k, depth in enumerate(pressed.samples["penetration"][:, 0]):
+        lengths = regions.regions(lines.draw([k]), float(depth)).lengths
+        stated.append(_of_spots(np.pi / 4 * lengths**2, quantity))
+    error, bar = compare(stated, true, grid_bar)
+    details: dict[str, float | str] = {
+        "of lines": float(np.mean(stated)),
+        "of surfaces": float(true.mean()),
+    }
+    return Finding(error, bar, details)
+
+
+def _skewed(surface: Surface, realisation: int, strength: float, sign: float) -> np.ndarray:
+    """Return sign times the surface of heights exp(strength z), rms gradient one.
+
+    A surface and its negative have the same power spectrum.
+    """
+    heights = surface.heights(realisation)
+    bent = np.expm1(strength * heights / heights.std()) / strength
+    bent = sign * (bent - bent.mean())
+    step = 1 / surface.points
+    return np.asarray(bent / rms_gradient_spectral(bent, (step, step)))
+
+
+def _spectrum(
+    effort: str,
+    *,
+    skew: float = 0.3,
+    load: float = 0.01,
+    quantity: str = "contact_area",
+    statement: str = "skewness",
+    hurst: float = 0.8,
+    roll_off: float = 4.0,
+    periodic: bool = True,
+    realisations: float = 60,
+) -> Finding:
+    """Measure how much surfaces of one power spectrum differ, as defined by their points.
+
+    ``"skewness"``: a surface of heights exp(skew z) against its negative, over the mean of both.
+    ``"phases"``: standard deviation over surfaces of equal amplitudes and random phases, over the
+    mean.
+    """
+    above("skew", skew, 0)
+    above("load", load, 0)
+    one_of("quantity", quantity, *LOADED)
+    one_of("statement", statement, "skewness", "phases")
+    surface = Surface.of(64, hurst, roll_off, 4.0, periodic)
+    count = int(realisations) if effort == "full" else min(int(realisations), 16)
+    if statement == "phases":
+        values = surface_samples(surface, float(load), 1, count, quantity == "stiffness")[quantity]
+        spread = float(values.std(ddof=1) / values.mean())
+        # the standard deviation of n normal values is known to 1/sqrt(2 n)
+        return Finding(spread, 2 * spread / np.sqrt(2 * count), {"mean": float(values.mean())})
+    operator = surface.operator()
+    samples = []
+    for sign in (1.0, -1.0):
+        maps = (_skewed(surface, k, float(skew), sign) for k in range(count))
+        rows = [press(operator, m, float(load), quantity == "stiffness")[1] for m in maps]
+        samples.append(np.array([row[quantity] for row in rows]))
+    ratio, scatter = ratio_of_means(samples[0][:, None], samples[1][:, None], paired=True)
+    r = float(ratio[0])
+    # the difference over the mean, (r - 1)/((r + 1)/2), changes with r as 4/(r + 1)^2
+    bar = 4 * r / (r + 1) ** 2 * float(scatter[0])
+    return Finding(2 * (r - 1) / (r + 1), bar, {"peaks over valleys": r})
+
+
+EXPERIMENTS = (
+    experiment(
+        "straight-area",
+        "Contact area of rough surfaces against a straight line through zero",
+        "load F/(E* A0 h')",
+        "load",
+        _straight,
+    ),
+    experiment(
+        "contact-sizes",
+        "Number and sizes of the contacts of lines against those of surfaces",
+        "load F/(E* A0 h')",
+        "load",
+        _sizes,
+    ),
+    experiment(
+        "same-spectrum",
+        "Differences between surfaces with the same power spectrum",
+        "skewness of the heights, exp(s z)",
+        "skew",
+        _spectrum,
+    ),
+)

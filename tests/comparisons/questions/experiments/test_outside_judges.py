@@ -1,0 +1,110 @@
+"""Judges from outside: rules for faces, engineering sheets, theories of asperities."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments.asperities import of_surface
+from comparisons.questions.experiments.rough_ensemble import Surface
+from reference.closed_form.outline_rules import ellipsoid_force, face_stiffness, pyramid_force
+from reference.closed_form.rough import GreenwoodWilliamson
+
+
+def measure(name, value=None, **parameters):
+    return EXPERIMENTS[name].measure(value, "quick", **parameters)
+
+
+def test_the_rule_of_faces_is_exact_for_a_circle_and_blind_to_the_place_of_the_face():
+    """A polygon of 2000 corners is a circle to 1e-6; a face that is moved is as stiff."""
+    angles = 2 * np.pi * np.arange(2000) / 2000
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    assert face_stiffness(circle, 1.0) == pytest.approx(2.0, rel=2e-6)
+    triangle = [(0, 0), (2, 0), (1, math.sqrt(3))]
+    moved = [(x + 5, y - 3) for x, y in triangle]
+    assert face_stiffness(moved, 1.0) == pytest.approx(face_stiffness(triangle, 1.0), rel=1e-12)
+
+
+def test_popovs_rule_has_the_cone_and_hertz_as_limits():
+    """A pyramid of 1000 faces is a cone, 2/pi; an ellipsoid of one radius is a ball, 4/3."""
+    assert pyramid_force(1000) == pytest.approx(2 / math.pi, rel=1e-5)
+    assert ellipsoid_force(1.0, 1.0, 1.0) == pytest.approx(4 / 3, rel=1e-9)
+    assert ellipsoid_force(1.0, 3.0, 1.0) == pytest.approx(ellipsoid_force(3.0, 1.0, 1.0))
+
+
+def test_the_numbers_of_the_literature_are_below_the_proved_stiffness():
+    """Polya and Szego bound beta by one only; King and Hendrix stay below the truth by percents."""
+    for rule in ("king", "hendrix", "fabrikant"):
+        finding = measure("face-rule", 4, rule=rule)
+        assert finding.error + finding.uncertainty < 0
+    with pytest.raises(InputError, match="no number for 5 sides"):
+        measure("face-rule", 5, rule="king")
+
+
+def test_sheets_agree_with_closed_forms_and_hertz_errs_on_deep_balls():
+    """Hertz at a depth of 0.04 R, a/R = 0.199: the pressure of the sphere is 0.22 % larger."""
+    assert abs(measure("sheet", quantity="nafems_pressure").error) < 1e-5
+    deep = measure("deep-ball", 0.2, quantity="pressure").error
+    assert measure("sheet", quantity="code_aster").error == pytest.approx(deep, rel=0.02)
+    assert abs(measure("deep-ball", 0.01).error) < 1e-4
+
+
+def test_springs_give_the_closed_form_of_cattaneo_where_the_code_has_cells():
+    """3 mu F/(4 a G*) (1 - (1/8)^(2/3)) = 8.172e-3 mm; CONTACT prints 8.155e-3 on 15 x 15 cells."""
+    details = measure("printed-cattaneo", quantity="shift").details
+    force, star = 9.195402298850574, 4 * 200.0 / (2 - 0.42) / 2
+    assert details["springs"] == pytest.approx(3 * 0.4 * force / (4 * star) * 0.75, rel=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["truncated_cone", "truncated_paraboloid", "round_cone"])
+def test_blunt_bodies_on_springs_have_the_force_of_the_closed_form(shape):
+    finding = measure("blunt-body", 0.5, shape=shape)
+    assert abs(finding.error) < 1e-4
+
+
+def test_greenwood_and_williamson_is_hertz_summed_over_normal_heights():
+    """The moments against a sum over a million heights, to their scatter of 1 %."""
+    model = GreenwoodWilliamson(density=100.0, radius=0.02, mean=0.0, deviation=0.01)
+    heights = np.random.default_rng(3).normal(0.0, 0.01, 1_000_000)
+    above = np.maximum(heights - 0.012, 0.0)
+    force = 100 * np.mean(4 / 3 * math.sqrt(0.02) * above**1.5)
+    assert model.pressure(0.012) == pytest.approx(force, rel=0.01)
+    assert model.area(0.012) == pytest.approx(100 * math.pi * 0.02 * above.mean(), rel=0.01)
+    assert model.separation(model.pressure(0.012)) == pytest.approx(0.012, rel=1e-9)
+    step = 1e-6
+    slope = (model.pressure(0.012 - step) - model.pressure(0.012 + step)) / (2 * step)
+    assert model.stiffness(0.012) == pytest.approx(slope, rel=1e-5)
+
+
+def test_the_summits_of_a_gaussian_surface_are_those_of_nayak():
+    """Radius times density^(1/2) depends on the bandwidth alone: 0.29 for summits of one wave."""
+    model = of_surface(Surface(roll_off=4.0, shortest=4.0))
+    assert 0.1 < model.radius * model.density**0.5 < 0.5
+
+
+def test_a_surface_and_its_negative_have_one_spectrum_and_two_contacts():
+    """Peaks that are sharper than the valleys carry the load on less area."""
+    plain = measure("same-spectrum", 0.005, realisations=6)
+    skewed = measure("same-spectrum", 0.5, realisations=6)
+    assert abs(plain.error) < 0.2
+    assert skewed.error < -1
+
+
+def test_a_line_has_fewer_and_larger_contacts_than_the_surface():
+    number = measure("contact-sizes", 0.01, realisations=6)
+    size = measure("contact-sizes", 0.01, quantity="mean_size", realisations=6)
+    assert number.error < -0.5
+    assert size.error > 1
+
+
+def test_the_straight_line_goes_through_its_own_point():
+    assert measure("straight-area", 0.01, realisations=4).error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_spring_force_does_not_scale_as_the_stress():
+    """At equal depth F ~ R^(1/2), at first yield F ~ R^2 (Johnson 1985, 6.1)."""
+    assert measure("spring-force-yield", 4.0).error == pytest.approx(4**-1.5 - 1, rel=1e-12)
