@@ -123,13 +123,8 @@ def _grid_force(
     heights = _heights(points, hurst)
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
-<<<<<<< HEAD
     stated = patch.on_grid(penetration)
-    error, bar = _judged(stated, patch.force(penetration, 1.0))
-=======
-    stated = patch.on_grid(penetration).sum() * patch.spacing**2
     error, bar = judged(stated, patch.force(penetration, 1.0))
->>>>>>> 6528989 (Verdicts that hung on a choice, put right; forty new claims with judges from outside; what we now know, and the chapter's sentences with their claims)
     return Finding(error, bar, {"cells per side": float(patch.grid[0])})
 
 
