@@ -198,9 +198,9 @@ def known(by_id: dict[str, ClaimRecord]) -> str:
     """Return the sentences of docs/what-we-now-know.md; every number is a claim's."""
     lines = []
     for text in TEXTS["known"]["sentences"]:
-        told, ids = _with_numbers(text, by_id)
+        sentence, ids = _with_numbers(text, by_id)
         verdicts = ", ".join(f"`{name}`: {by_id[name].verdict}" for name in ids)
-        lines.append(f"- {told} ({verdicts})")
+        lines.append(f"- {sentence} ({verdicts})")
     return "\n".join(lines) + "\n"
 
 
