@@ -119,8 +119,8 @@ def grid_uncertainty(
     Returns
     -------
     ndarray, shape (k,)
-        NaN where there is only one resolution. With two the order is taken as one, with the
-        factor of two grids.
+        NaN where there is only one resolution, and at steps that the finest lost. With two the
+        order is taken as one, with the factor of two grids.
 
     Examples
     --------
@@ -148,7 +148,7 @@ def grid_uncertainty(
             predicted = np.abs(previous) * (1 - ratio**-order) / (before**order - 1)
             last = np.fmax(np.abs(last), predicted)
         difference = np.fmax(np.abs(last), rule.floor * _typical(last))
-    return factor * difference / (ratio**order - 1)
+    return np.where(np.isfinite(curves[-1]), factor * difference / (ratio**order - 1), np.nan)
 
 
 def rough_uncertainty(
@@ -181,7 +181,8 @@ def rough_uncertainty(
         # a change that is small by chance: second order at best follows the one before
         change = np.fmax(change, changes[-2] / ratio**2)
     change = np.fmax(change, rule.floor * _typical(change))
-    return rule.factor(quantity, len(curves)) * change / (ratio - 1)
+    bar = rule.factor(quantity, len(curves)) * change / (ratio - 1)
+    return np.where(np.isfinite(curves[-1]), bar, np.nan)
 
 
 def _order(

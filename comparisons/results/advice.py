@@ -328,10 +328,17 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     if method == CLOSED_FORM:
         return "closed form"
     bar = truth_known_to(record, quantities)
-    accuracy = f"known to {relative(bar)}" if math.isfinite(bar) else "its error is not known"
+    accuracy = f"known to {relative(bar)}" if math.isfinite(bar) else _unknown(record, method)
     ensemble = _ensemble(selection.solved_rows(record, method))
     level = f"mean over {ensemble}" if ensemble else f"N = {record.reference['resolution']}"
     return f"{title_of(method)} ({level}), {accuracy}"
+
+
+def _unknown(record: SceneRecord, method: str) -> str:
+    """Return that an error is not known, and why."""
+    grids = set(selection.column(selection.solved_rows(record, method), "resolution"))
+    alone = ": only one resolution was run" if len(grids) == 1 else ""
+    return f"its error is not known{alone}"
 
 
 def _ensemble(rows: pd.DataFrame) -> str:

@@ -338,8 +338,9 @@ def _not_asked(record: SceneRecord, method: str) -> bool:
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     """Return why a method has no error in a quantity that others have."""
     title = title_of(method)
+    lost = [item.reason for item in selection.failures(record) if item.method == method]
     if method == record.reference.get("method"):
-        return "this is the reference itself"
+        return lost[0] if lost else "this is the reference itself"
     if _not_asked(record, method):
         return f"the {title} was not asked for"
     refused = selection.unsupported(record)
@@ -347,7 +348,6 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
         return refused[method]
     solved = selection.solved_rows(record, method)
     gives = np.isfinite(selection.column(solved, name)).any()
-    lost = [item.reason for item in selection.failures(record) if item.method == method]
     if lost and (gives or solved.empty or name in FIELDS):
         return lost[0]
     if gives:

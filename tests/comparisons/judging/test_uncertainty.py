@@ -15,6 +15,7 @@ from comparisons.judging.uncertainty import (
     combined,
     grid_uncertainty,
     ratio_of_means,
+    rough_uncertainty,
     standard_error,
 )
 
@@ -176,3 +177,16 @@ def test_ratio_of_means_leaves_out_pairs_that_lost_a_partner():
     ratio, bar = ratio_of_means(x, y, paired=True)
     assert ratio[0] == 1
     assert bar[0] == 0
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_a_step_that_the_finest_grid_lost_has_no_bar(rough):
+    """The other steps' changes say nothing of a value that is not there."""
+    curves = np.array([[1.2, 1.2], [1.1, 1.1], [1.05, np.nan]])
+    grids = np.array([16, 32, 64])
+    if rough:
+        bars = rough_uncertainty(grids, curves, ("stiffness", "free"))
+    else:
+        bars = grid_uncertainty(grids, curves)
+    assert np.isfinite(bars[0])
+    assert np.isnan(bars[1])

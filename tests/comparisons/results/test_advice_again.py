@@ -1,0 +1,82 @@
+"""What a sentence "for t %" promises is there when its settings are run again."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+
+import numpy as np
+import pytest
+
+from comparisons.facts.quantities import FIELDS
+from comparisons.questions.study import solved_in_memory
+from comparisons.results import selection
+from comparisons.results.advice import advise
+from comparisons.results.record import record_scene
+from comparisons.results.store import load_study
+from comparisons.scene.scene import load_scene
+from comparisons.scene.suites import SUITES
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
+
+# Surfaces or lines of an ensemble that are solved again: each is what it was, or none would be.
+AGAIN = 3
+# Conjugate gradients and sums over other blocks repeat to this; a tolerance is a thousand times it.
+SAME = 1e-6
+
+
+@cache
+def stored():
+    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
+    made = os.environ.get("ROUGHLINE_QUICK")
+    return {scene.name: scene for scene in load_study(made).scenes} if made else {}
+
+
+def change_again(plan, record, setting):
+    """Solve a setting again; return the largest relative change of each judged quantity."""
+    rows = selection.solved_rows(record, setting.method)
+    rows = rows[selection.column(rows, "resolution") == setting.resolution]
+    single = rows[[text != selection.MEAN for text in selection.texts(rows, "realisation")]]
+    surfaces = sorted(set(selection.column(single, "realisation").astype(int)))[:AGAIN]
+    solution = execute(task_of(plan, setting.method, setting.resolution, tuple(surfaces)), 1)
+    changes = {}
+    for name in {verdict.quantity for verdict in setting.counted} - set(FIELDS):
+        for row, surface in enumerate(surfaces):
+            before = single[selection.column(single, "realisation") == surface]
+            values = selection.column(before, name)
+            change = np.abs(solution.quantities[name][row] / values - 1)
+            changes[name] = max(changes.get(name, 0.0), float(np.max(change)))
+    return changes
+
+
+def assert_passes_again(plan, record):
+    for setting in advise(record).reaching():
+        assert setting.holds(record.tolerance), setting.text
+        if setting.is_truth:
+            continue
+        changes = change_again(plan, record, setting)
+        for verdict in setting.counted:
+            change = changes.get(verdict.quantity, 0.0)
+            assert change <= SAME, (setting.text, verdict.quantity)
+            assert verdict.high + 2 * change <= record.tolerance + SAME, setting.text
+
+
+def assert_scene_passes_again(name, changes=None):
+    for plan in plan_scene(load_scene(name, changes or {})):
+        record = stored().get(plan.scene.name) if not changes else None
+        if record is None:
+            plan, solved = solved_in_memory(plan, "quick")
+            record = record_scene(plan, solved)
+        assert_passes_again(plan, record)
+
+
+def test_the_settings_of_a_sentence_pass_when_they_are_run_again():
+    few = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}
+    assert_scene_passes_again("paraboloid", few | {"compare.resolutions": [8, 16, 32]})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SUITES["quick"])
+def test_every_sentence_of_the_quick_suite_passes_when_its_settings_are_run_again(name):
+    """Errors and bars, on any machine: times decide nothing here."""
+    assert_scene_passes_again(name)
