@@ -6,13 +6,17 @@ It takes rough surfaces, and indenters on bodies that depend on depth.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import idle_enforcement, points_problem, solver_problem
+from comparisons.methods.fem.stress_below import below
 from comparisons.methods.normal.grid import (
+    Grid,
     GridSolver,
     Sweep,
     as_far_as_possible,
@@ -23,6 +27,7 @@ from comparisons.methods.normal.grid import (
 from comparisons.methods.normal.grid_punches import Respond
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.fem import grid_contact
@@ -106,6 +111,13 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
             body = elastic_body(self.scene)
         kind = PeriodicBody if _periodic(task.geometry) else FreeBody
         return kind(shape, spacing, body, self.options.element)
+
+    def step(
+        self, task: Task, operator: FreeBody | PeriodicBody, contact: Contact, grid: Grid
+    ) -> Step:
+        """Return the step with the stress below the contact."""
+        step = super().step(task, operator, contact, grid)
+        return replace(step, body_fields=partial(below, self.scene, contact, grid))
 
     def sweep(self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray) -> Sweep:
         """Return the solver of contact, as the scene's options enforce it."""

@@ -189,7 +189,11 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         self, task: Task, operator: AnyOperator, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         for contact in self.sweep(task, operator, grid.gap)(loads):
-            yield contact_step(task, operator, contact, grid)
+            yield self.step(task, operator, contact, grid)
+
+    def step(self, task: Task, operator: AnyOperator, contact: Contact, grid: Grid) -> Step:
+        """Return the step of a solved contact."""
+        return contact_step(task, operator, contact, grid)
 
 
 def as_far_as_possible(task: Task, operator: HalfSpace, gap: np.ndarray, sweep: Sweep) -> Sweep:

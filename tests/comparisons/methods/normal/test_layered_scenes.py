@@ -188,3 +188,20 @@ def test_flat_circle_on_a_graded_half_space_is_a_limit_of_powers():
     exact, springs = solved(made, "closed_form", 1), solved(made, "reduced", 40)
     np.testing.assert_allclose(springs["force"], exact["force"], rtol=1e-9)
     np.testing.assert_allclose(exact["energy"], exact["force"] * exact["penetration"] / 2)
+
+
+def test_first_yield_lies_below_the_surface():
+    """Hertz: 0.62 p0 at 0.48 a, nu = 0.3; 8 cells per radius, and images 4 patches away."""
+    made = scene({"thickness": "1 m"}, loading={"penetration": ["100 nm"]})
+    geometry, loads = prepare(made)
+    wanted = frozenset({"force", "penetration", "contact_area", "pressure"})
+    task = Task(made, geometry, loads, "fem", 8, quantities=wanted, with_body=True)
+    solution = solver_for("fem", made).solve(task)
+    fields = solution.body_fields()
+    a = np.sqrt(1e-4 * 100e-9)
+    peak = 1.5 * solution.quantities["force"][0, 0] / (np.pi * a**2)
+    at = int(np.argmax(fields["von_mises_highest"]))
+    assert fields["von_mises_highest"][at] == pytest.approx(0.62 * peak, rel=0.05)
+    assert fields["von_mises_depth"][at] == pytest.approx(0.48 * a, rel=0.2)
+    assert fields["mesh_cells"].max() < len(fields["mesh_points"])
+    assert fields["mesh_von_mises"].max() == pytest.approx(fields["von_mises_highest"][at])

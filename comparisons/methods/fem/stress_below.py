@@ -1,0 +1,94 @@
+"""Displacement and stress below a contact on a grid, for pictures and files."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.geometry.elastic_body import elastic_body
+from comparisons.methods.normal.grid import Grid
+from comparisons.scene.scene import Scene
+from reference.fem.elasticity import Material
+from reference.halfspace import Contact
+from reference.layered import Stack
+from reference.layered.stresses import Inside, inside
+
+# Empty cells around a free patch, in its sides: images of it change the largest stress by 1 %.
+_PADDED = 4
+# Depths: the first in cells, each over the one above, and the last in the patch's shorter side.
+_FIRST, _RATIO, _DEEPEST = 0.25, 1.25, 0.5
+# Nearly the surface, where the picture has it.
+_SURFACE = 1e-6
+# Points a side of what is shown.
+_SHOWN = 64
+
+
+def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
+    """Return a mesh of the part of the body where the stress of von Mises is highest.
+
+    The fields are those of waves in the continuum under the pressure of the cells.
+    """
+    body = elastic_body(scene)
+    if scene.half_space.uniform:
+        body = Stack([], [], Material(*scene.elastic_constants))
+    if not isinstance(body, Stack):
+        return {}
+    shape, spacing = contact.pressure.shape, grid.spacing
+    pressure = contact.pressure
+    if not contact.operator.periodic:
+        pressure = np.zeros([_PADDED * n for n in shape])
+        pressure[: shape[0], : shape[1]] = contact.pressure
+    fields = list(inside(body, pressure, spacing, _depths(body, shape, spacing)))
+    part = [slice(0, n) for n in shape]
+    highest = max(fields, key=lambda field: field.von_mises[tuple(part)].max())
+    stress = highest.von_mises[tuple(part)]
+    peak = np.unravel_index(int(stress.argmax()), shape)
+    kept = [_kept(n, int(at), scene.rough) for n, at in zip(shape, peak, strict=True)]
+    return _mesh(fields, kept, grid) | {
+        "von_mises_depth": np.array([field.depth for field in fields]),
+        "von_mises_highest": np.array([f.von_mises[tuple(part)].max() for f in fields]),
+    }
+
+
+def _depths(body: Stack, shape: tuple[int, ...], spacing: tuple[float, float]) -> np.ndarray:
+    side = min(spacing)
+    last = _DEEPEST * min(n * step for n, step in zip(shape, spacing, strict=True))
+    if body.base is None:
+        last = min(last, body.total)
+    number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
+    growing = last * _RATIO ** -np.arange(number, -1.0, -1.0)
+    return np.append(_SURFACE * min(side, last), growing)
+
+
+def _kept(size: int, peak: int, rough: bool) -> np.ndarray:
+    """Return the cells of one side that are shown: all thinned out, or a window about the peak."""
+    if size <= _SHOWN:
+        return np.arange(size)
+    if not rough:
+        return np.arange(0, size, -(-size // _SHOWN))
+    first = int(np.clip(peak - _SHOWN // 2, 0, size - _SHOWN))
+    return np.arange(first, first + _SHOWN)
+
+
+def _mesh(fields: list[Inside], kept: list[np.ndarray], grid: Grid) -> dict[str, np.ndarray]:
+    """Return hexahedra between the centres of cells and the depths; z points into the body."""
+    x, y = (
+        start + (cells + 0.5) * step
+        for start, cells, step in zip(grid.origin, kept, grid.spacing, strict=True)
+    )
+    z = np.array([field.depth for field in fields])
+    z[0] = 0.0
+    where = np.ix_(*kept)
+    points = np.stack(np.meshgrid(z, x, y, indexing="ij"), axis=-1)[..., [1, 2, 0]]
+    number = np.arange(z.size * x.size * y.size).reshape(z.size, x.size, y.size)
+    corners = [
+        number[k : z.size - 1 + k, i : x.size - 1 + i, j : y.size - 1 + j]
+        for k in (0, 1)
+        for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))
+    ]
+    moved = [np.stack([part[where] for part in f.displacement], axis=-1) for f in fields]
+    return {
+        "mesh_points": points.reshape(-1, 3),
+        "mesh_cells": np.stack([corner.ravel() for corner in corners], axis=-1),
+        "mesh_displacement": np.array(moved).reshape(-1, 3),
+        "mesh_von_mises": np.array([f.von_mises[where] for f in fields]).ravel(),
+    }

@@ -1,0 +1,81 @@
+"""Stress inside half-spaces and layers: closed forms of waves, continuity, Hertz."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reference.fem.elasticity import Material
+from reference.layered import LayeredPeriodic, Stack
+from reference.layered.stresses import inside
+
+STEEL = Material(1.0, 0.3)
+SPACING = (0.2, 0.25)
+
+
+def pressures(shape=(16, 12)):
+    return np.random.default_rng(3).random(shape)
+
+
+def test_oblique_wave_on_a_half_space_is_the_closed_form():
+    """s_zz = -(1 + q z) e, s_xx + s_yy = -(1 + 2 nu - q z) e, e = p exp(-q z) (Johnson, ch. 13)."""
+    i, j = np.ix_(np.arange(16), np.arange(12))
+    phase = 2 * np.pi * (2 * i / 16 + j / 12)
+    q = 2 * np.pi * np.hypot(2 / (16 * 0.2), 1 / (12 * 0.25))
+    for field in inside(Stack([], [], STEEL), np.cos(phase), SPACING, [0.05, 0.3, 1.0]):
+        decay, s = np.exp(-q * field.depth), q * field.depth
+        xx, yy, zz, yz, xz, _ = field.stress
+        np.testing.assert_allclose(zz, -(1 + s) * decay * np.cos(phase), atol=1e-13)
+        np.testing.assert_allclose(xx + yy, -(1.6 - s) * decay * np.cos(phase), atol=1e-13)
+        shear = np.hypot(xz, yz)
+        np.testing.assert_allclose(shear, np.abs(s * decay * np.sin(phase)), atol=1e-13)
+
+
+@pytest.mark.parametrize("nu", [-0.4, 0.3, 0.5])
+def test_layers_of_one_material_have_the_stresses_of_the_half_space(nu):
+    material, depths = Material(2.0, nu), [0.01, 0.3, 0.55, 4.0]
+    plain = inside(Stack([], [], material), pressures(), SPACING, depths)
+    layered = inside(Stack([0.3, 0.2, 1.0], [material] * 3, material), pressures(), SPACING, depths)
+    for one, other in zip(plain, layered, strict=True):
+        np.testing.assert_allclose(one.stress, other.stress, atol=1e-12)
+        np.testing.assert_allclose(one.displacement, other.displacement, atol=1e-12)
+
+
+def test_tractions_and_displacements_pass_an_interface():
+    """A nanometre of either side of it; what lies along the interface jumps with the modulus."""
+    stack = Stack([0.3], [Material(20.0, 0.1)], STEEL)
+    above, under = inside(stack, pressures(), SPACING, [0.3 - 1e-9, 0.3 + 1e-9])
+    np.testing.assert_allclose(above.stress[2:5], under.stress[2:5], atol=1e-6)
+    np.testing.assert_allclose(above.displacement, under.displacement, atol=1e-6)
+    assert np.abs(above.stress[0]).max() > 1.5 * np.abs(under.stress[0]).max()
+
+
+@pytest.mark.parametrize("base", [STEEL, None])
+def test_surface_moves_as_the_compliance_says_and_carries_the_pressure(base):
+    stack = Stack([0.3, 0.2], [Material(5.0, 0.5), Material(0.2, 0.2)], base)
+    (top,) = inside(stack, pressures(), SPACING, [1e-9])
+    surface = LayeredPeriodic((16, 12), SPACING, stack).apply(pressures())
+    moved = top.displacement[2]
+    np.testing.assert_allclose(moved - moved.mean(), surface - surface.mean(), atol=1e-6)
+    np.testing.assert_allclose(top.stress[2], -pressures(), atol=1e-6)
+
+
+def test_hertz_yields_at_half_the_radius():
+    """0.620 p0 at 0.481 a; 12 radii from image to image add 0.4 %, 10 cells a radius as much."""
+    x = (np.arange(120) - 59.5) / 10
+    pressure = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
+    depths = np.linspace(0.3, 0.7, 21)
+    fields = list(inside(Stack([], [], STEEL), pressure, (0.1, 0.1), depths))
+    highest = [field.von_mises.max() for field in fields]
+    assert max(highest) == pytest.approx(0.620, rel=1.5e-2)
+    assert depths[int(np.argmax(highest))] == pytest.approx(0.481, abs=0.03)
+
+
+def test_nothing_is_told_of_the_rigid_base():
+    layer = Stack([0.5], [STEEL])
+    assert [field.depth for field in inside(layer, pressures(), SPACING, [0.2, 0.5, 0.7])] == [
+        0.2,
+        0.5,
+    ]
+    with pytest.raises(ValueError, match="finite numbers; depths must be positive and increase"):
+        list(inside(layer, np.full((4, 4), np.nan), SPACING, [0.3, 0.1]))
