@@ -129,7 +129,9 @@ class Levels:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
         if self.rough and METHODS[self.method].dimension == 3:
-            return rough_uncertainty(np.array(list(curves)), series, (name, self.rough))
+            # measured on cells; of elements the wider share holds, also of periodic surfaces
+            kind = self.rough if METHODS[self.method].grid else "free"
+            return rough_uncertainty(np.array(list(curves)), series, (name, kind))
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
 
