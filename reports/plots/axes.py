@@ -12,6 +12,7 @@ from comparisons.facts.quantities import quantity
 from reports.plots.figure import Axis, Level
 
 HALF_DECADE = 10**0.5
+LEAST_SHARE = 1e-4
 LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
 Ticks = tuple[tuple[float, str], ...]
 
@@ -63,10 +64,15 @@ def padded(values: np.ndarray, share: float, least: float) -> tuple[float, float
 
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
-    """Return whole decades, at least two, that contain all errors and the tolerance."""
+    """Return whole decades, at least two, that contain the tolerance and all errors that matter.
+
+    Errors below a ten-thousandth of the tolerance (1 ppm of 1 %) do not: they are arrows at the
+    foot, so that round-off in one quantity does not squeeze the others.
+    """
     # Larger errors than an axis can have decades for come from damaged results only.
     finite = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
     low = min(float(finite.min()) if len(finite) else tolerance, tolerance) / 1.5
+    low = max(low, LEAST_SHARE * tolerance)
     high = max(float(finite.max()) if len(finite) else tolerance, tolerance) * 1.5
     low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
     return float(max(low, 1e-16)), float(max(high, 100 * low))

@@ -135,7 +135,7 @@ class _Curve:
             *(style, self.column(self.across), self.column(self.up)),
             marks=not exact,
             bars=half if visible and not self.sideways else None,
-            hover=style.label if exact else f"{style.label}, N = {fmt.number(self.resolution, 6)}",
+            hover=style.label if exact else f"{style.label}, N = {fmt.count(self.resolution)}",
         )
 
     def _half_widths(self) -> np.ndarray:

@@ -16,42 +16,49 @@ from comparisons.results.store import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Series
+from reports.plots.gutter import NOTE, parted, with_foot
 from reports.plots.style import CIRCLE, CROSS, INK, drawing_order, look
 
 CAPTION = (
-    "Each method at its finest resolution. Filled markers: above the reference; hollow: below; at "
-    "the lower edge: below the range of the axis. Horizontal line: tolerance. Shaded: below the "
-    "uncertainty of the reference. Ring: the error that decided."
+    "Each method at its finest resolution. Horizontal line: tolerance. Shaded: below the "
+    f"uncertainty of the reference. Ring: the error that decided. {NOTE}"
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
 
 
 def errors(scene: SceneRecord) -> list[Figure]:
-    """Return the error magnitude of each compared quantity at every load step."""
-    return [figure for name in scene.quantities if (figure := error_figure(scene, name))]
+    """Return the error magnitude of each compared quantity at every load step, on one scale."""
+    tables = {name: _tables(scene, name) for name in scene.quantities}
+    sizes = [
+        np.abs(selection.column(rows, f"error_{name}"))
+        for name, by_method in tables.items()
+        for rows in by_method.values()
+    ]
+    if not sizes:
+        return []
+    limits = error_range(np.concatenate(sizes), scene.tolerance)
+    return [_figure(scene, name, drawn, limits) for name, drawn in tables.items() if drawn]
 
 
-def error_figure(scene: SceneRecord, name: str) -> Figure | None:
-    """Return the error magnitude of a quantity at every load step, or None if unknown."""
-    tables = _tables(scene, name)
-    if not tables:
-        return None
+def _figure(
+    scene: SceneRecord, name: str, tables: dict[str, pd.DataFrame], limits: tuple[float, float]
+) -> Figure:
+    low, high = limits
     loads = np.concatenate([selection.compared_along(scene, rows) for rows in tables.values()])
-    sizes = [np.abs(selection.column(rows, f"error_{name}")) for rows in tables.values()]
-    low, high = error_range(np.concatenate(sizes), scene.tolerance)
     log = wants_log(loads) and not scene.is_path
-    axes = (
-        value_axis(scene.along, loads, log),
-        error_axis(low, high, "relative error", quantity(name).label),
-    )
-    series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
-    series += _decided(scene, name, tables, low)
+    series = [
+        part
+        for method, rows in tables.items()
+        for part in parted(_series(scene, method, rows, name), low)
+    ]
+    upright = error_axis(low, high, "relative error", quantity(name).label)
     return Figure(
         f"error-{name}",
         f"Error of {quantity(name).label} at equal {_equal(scene, name)}",
         f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
-        *axes,
-        (*series, *_lost_steps(scene, high)),
+        value_axis(scene.along, loads, log),
+        with_foot(upright, series),
+        (*series, *_decided(scene, name, tables, low), *_lost_steps(scene, high)),
         _floor(scene, tables, name, low),
         (tolerance_line(scene.tolerance),),
         quantity=name,
@@ -90,17 +97,16 @@ def _floor(
     return (Band(loads, np.full(len(loads), low), bars, label=TRUTH_BAR),)
 
 
-def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low: float) -> Series:
+def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str) -> Series:
     style, error = look(method), selection.column(rows, f"error_{name}")
     loads, unit = selection.compared_along(scene, rows), quantity(scene.along).unit
-    level = fmt.number(selection.column(rows, "resolution")[0], 6)
+    level = fmt.count(selection.column(rows, "resolution")[0])
     texts = (
         f"{style.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"
         for load, value in zip(loads, error, strict=True)
     )
     return Series(
-        *(style, loads, np.maximum(np.abs(error), low)),
-        hollow=~(error >= 0),
+        *(style, loads, np.abs(error)),
         hover=tuple(texts),
         size=max(style.size - 1, 7),
         width=1.5,
@@ -155,4 +161,4 @@ def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> 
 
 def refusal(item: selection.Failure) -> str:
     """Return the setting and the reason of a failure."""
-    return f"{look(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}"
+    return f"{look(item.method).label}, N = {fmt.count(item.resolution)}: {item.reason}"

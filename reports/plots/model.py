@@ -68,8 +68,8 @@ def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
 
     share = np.mean(np.ravel(fields["line_height"]) >= last)
     caption = (
-        "The first rough line of the reduced model at the last load. Points above the dashed "
-        f"level compress springs ({fmt.relative(share)} of the line)."
+        "The first rough line of the reduced model. Points above the dashed level compress springs "
+        f"({fmt.relative(share)} of the line at the last load)."
     )
     depths = _earlier_depths(scene, slider_steps(scene))
     return replace(pressed_to(last), earlier=tuple(pressed_to(top - depth) for depth in depths))
@@ -82,10 +82,11 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
     if keep.sum() < 2:
         return None
     x, height = _both_sides(x[keep], height[keep])
-    when = " at the last load" if scene.control in NORMAL and not scene.is_path else ""
+    moves = scene.control in NORMAL and not scene.is_path
+    depth = f"{fmt.with_unit(last, 'm')}{' at the last load' if moves else ''}"
     caption = (
-        f"The equivalent one-dimensional profile, indented to the dashed level{when} "
-        f"({fmt.with_unit(last, 'm')}). The shaded height is the compression of the springs."
+        f"The equivalent one-dimensional profile, indented to the dashed level ({depth}). The "
+        "shaded height is the compression of the springs."
     )
 
     def pressed_to(depth: float) -> Figure:

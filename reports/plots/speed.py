@@ -16,6 +16,7 @@ from reports.plots.axes import error_axis, error_range, padded, time_axis, toler
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.errors import failed, refusal
 from reports.plots.figure import Band, Figure, Guide, Series
+from reports.plots.gutter import NOTE, parted, with_foot
 from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
@@ -23,17 +24,19 @@ FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
     "Largest relative error over all load steps against the time for the whole scene; lower left "
     "is better. One marker per resolution N; hollow: without the set-up, which other loads could "
-    "reuse. Dashed: Pareto front. Horizontal line: tolerance."
+    "reuse. Dashed: Pareto front. Horizontal line: tolerance. "
+    f"{NOTE}"
 )
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
     """Return error against time, one figure per compared quantity."""
-    return [
-        _figure(scene, points, *key)
-        for key, points in timed_points(scene).items()
-        if not points.empty
-    ]
+    timed = {key: points for key, points in timed_points(scene).items() if not points.empty}
+    sizes = [selection.column(points, "maximum") for points in timed.values()]
+    if not sizes:
+        return []
+    limits = error_range(np.concatenate(sizes), scene.tolerance)
+    return [_figure(scene, points, limits, *key) for key, points in timed.items()]
 
 
 def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
@@ -59,9 +62,11 @@ def _timed(scene: SceneRecord, part: pd.DataFrame) -> pd.DataFrame:
     return points[~np.array(truth, dtype=bool)]
 
 
-def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Figure:
+def _figure(
+    scene: SceneRecord, points: pd.DataFrame, limits: tuple[float, float], name: str, at: str
+) -> Figure:
     times, sizes = (selection.column(points, key) for key in ("seconds", "maximum"))
-    low, high = error_range(sizes, scene.tolerance)
+    low, high = limits
     span = time_range(scene, points)
     bar = _truth_bar(scene, name, points)
     x, y = pareto_front(times, np.maximum(sizes, low))
@@ -73,7 +78,8 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
     )
     series = [*_reference_mark(scene, span, bar, low), front]
     for method in drawing_order(dict.fromkeys(points["method"])):
-        series += _method_series(method, points[points["method"] == method], low)
+        for whole in _method_series(method, points[points["method"] == method]):
+            series += parted(whole, low)
     equal = f" at equal {quantity(at).label}" if at in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
@@ -81,7 +87,7 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
         f"Error of {quantity(name).label}{equal}",
         CAPTION,
         time_axis("time for the whole scene", span),
-        error_axis(low, high, "largest error", quantity(name).label),
+        with_foot(error_axis(low, high, "largest error", quantity(name).label), series),
         (*series, *_failures(scene, span, high)),
         (floor,) if bar > low else (),
         (tolerance_line(scene.tolerance),),
@@ -100,12 +106,12 @@ def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
     return padded(times, 0.06, 0.3) if len(times) else (1e-3, 1.0)
 
 
-def _method_series(method: str, points: pd.DataFrame, low: float) -> list[Series]:
+def _method_series(method: str, points: pd.DataFrame) -> list[Series]:
     points = points.sort_values("resolution")
     style = look(method)
     total = selection.column(points, "seconds")
     setup = np.nan_to_num(selection.column(points, "setup_seconds"))
-    errors = np.maximum(selection.column(points, "maximum"), low)
+    errors = selection.column(points, "maximum")
     hover = tuple(_hover(style.label, row) for row in points.to_dict("records"))
     shared: dict[str, Any] = {"hover": hover, "group": method, "width": 1.5}
     filled = Series(style, total, errors, size=9, **shared)
@@ -122,7 +128,7 @@ def _method_series(method: str, points: pd.DataFrame, low: float) -> list[Series
 def _hover(label: str, row: dict[str, Any]) -> str:
     return "\n".join(
         [
-            f"{label}, N = {fmt.number(row.get('resolution'), 6)}",
+            f"{label}, N = {fmt.count(row.get('resolution'))}",
             f"largest error {fmt.plus_minus(row.get('maximum'), row.get('uncertainty'))}",
             f"rms {fmt.relative(row.get('rms'))}",
             f"time {fmt.duration(row.get('seconds'))}, "
@@ -167,7 +173,7 @@ def _reference_mark(
         return []
     style = look(method)
     text = (
-        f"the reference, N = {fmt.number(level, 6)}: {fmt.duration(cost[0])}, "
+        f"the reference, N = {fmt.count(level)}: {fmt.duration(cost[0])}, "
         f"known to {fmt.relative(bar)}"
     )
     renamed = style.labelled(f"reference ({style.label})")

@@ -23,7 +23,7 @@ class Marker:
     """The names of a marker in both renderers."""
 
     plotly: str
-    matplotlib: str
+    matplotlib: str | int
 
 
 @dataclass(frozen=True)

@@ -49,10 +49,12 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
 
     Quantities are symbols, so that a line has room in 80 columns; the note explains them.
     """
-    rows, told_of, tolerances = [], {}, {}
+    rows: list[tuple[Cell | str, ...]] = []
+    told_of: dict[str, str] = {}
+    tolerances: dict[str, None] = {}
     for scene in scenes:
         cheapest = advise(scene).cheapest
-        best = [cells.method("", "none"), "", ""]
+        best: list[Cell | str] = [cells.method("", "none"), "", ""]
         if cheapest is not None:
             level = cells.count(cheapest.resolution)
             best = [cells.method(cheapest.method), cells.duration(cheapest.seconds), level]

@@ -118,7 +118,7 @@ def _setting_row(
         cells.count(first["unknowns"]),
         cells.duration(first["seconds"]),
         cells.duration(first["setup_seconds"]),
-        cells.number(fmt.memory(first["memory"]), first["memory"]),
+        cells.number(fmt.memory(first["memory"] or None), first["memory"]),
         _outcome(rows, truth),
         *(_error_cell(error, truth) for error in errors),
     )

@@ -2,6 +2,7 @@
 // |e| + u against t), on the ends of what every error may be; null is an unknown end.
 const judging = JSON.parse(document.getElementById("page-judging")?.textContent ?? "null");
 const question = { tolerance: null, counted: null }; // null: as asked
+const LEAST = 1e-3; // of error over tolerance: the foot of the plot of all scenes
 const WORST_FIRST = ["outside", "no result", "not resolved", "within"];
 
 const wordFor = (verdict, tolerance) => {
@@ -99,17 +100,17 @@ const judgeRow = (scene, counts) => {
 // The plot of all scenes: heights follow the question.
 const judgeAnew = (canvas, raw) => {
   if (canvas.dataset.figure !== "overview" || (!question.tolerance && !question.counted)) return;
-  const methods = Object.keys(judging.places), points = raw.data.filter((trace) => trace.text);
-  for (const trace of points) {
-    const method = methods[points.indexOf(trace)];
-    trace.y = judging.places[method].map(([scene, setting]) => {
+  raw.data.forEach((trace, index) => {
+    // Each method has two traces: points, and arrows at the foot.
+    trace.y = judging.places[index >> 1].map(([scene, setting]) => {
       const record = judging.scenes[scene];
       const known = record.settings[setting].verdicts.filter((one) => isAsked(one) && !one.missing);
       if (!known.length || known.some((one) => one.high === null)) return null;
       const ratio = Math.max(...known.map((one) => one.high)) / sceneTolerance(record);
-      return Math.min(Math.max(ratio, 1e-3), 1e3);
+      if (index % 2) return ratio <= LEAST ? LEAST : null;
+      return ratio > LEAST ? Math.min(ratio, 1 / LEAST) : null;
     });
-  }
+  });
 };
 
 const judgeAll = () => {
@@ -137,7 +138,7 @@ const followPoints = () => {
     if (canvas.dataset.followed || !canvas.on) return;
     canvas.dataset.followed = "yes";
     canvas.on("plotly_click", ({ points: [point] }) => {
-      const place = Object.values(judging.places)[point.curveNumber]?.[point.pointNumber];
+      const place = judging.places[point.curveNumber >> 1]?.[point.pointNumber];
       if (place) location.hash = judging.scenes[place[0]].anchor;
     });
   }, { capture: true });

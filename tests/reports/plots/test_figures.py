@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -112,12 +113,35 @@ def test_ensembles_show_the_mean_between_its_bands(study):
         assert all(a <= b <= c for a, b, c in zip(low, mean["y"], high, strict=True))
 
 
-def test_errors_show_their_sign_by_the_filling(study):
+def test_errors_tell_their_sign_on_hover_and_have_one_marker(study):
+    """Hollow means "without set-up" or "failed" elsewhere; a legend shows what is drawn."""
     figure = errors.errors(study.scenes[0])[0]
     (fem,), (bem,) = traces(figure, "FEM"), traces(figure, "FFT BEM")
-    assert set(fem["marker"]["symbol"]) == {"triangle-up-open"}  # the fixture's FEM is too soft
-    assert set(bem["marker"]["symbol"]) == {"diamond"}
-    assert all(value > 0 for value in fem["y"])
+    assert fem["marker"]["symbol"] == "triangle-up"
+    assert all("error \u2212" in text for text in fem["text"])  # the fixture's FEM is too soft
+    assert all("\u2212" not in text.split("error")[1] for text in bem["text"])
+
+
+def test_errors_of_all_quantities_share_their_limits(study):
+    for scene in study.scenes:
+        ranges = [spec(figure)["layout"]["yaxis"]["range"] for figure in errors.errors(scene)]
+        assert len(ranges) > 1
+        assert all(limits == ranges[0] for limits in ranges)
+
+
+def test_what_is_below_the_axis_is_an_arrow_at_its_foot(study):
+    """Round-off is no value: no point stands on the axis, and the lowest tick says "at most"."""
+    scene = study.scenes[0]
+    tiny = scene.rows["error_force"].where(scene.rows["method"] != "reduced", 1e-13)
+    figure = errors.errors(replace(scene, rows=scene.rows.assign(error_force=tiny)))[0]
+    points, arrows = traces(figure, "reduced model")
+    layout = spec(figure)["layout"]["yaxis"]
+    foot = 10 ** layout["range"][0]
+    assert set(points["y"]) == {None}
+    assert arrows["y"] == pytest.approx([foot] * len(arrows["y"]))
+    assert arrows["marker"]["symbol"] == "arrow-down"
+    assert layout["ticktext"][0].startswith("\u2264")
+    assert foot >= 1e-5 * scene.tolerance
 
 
 def test_the_reference_is_not_compared_with_itself(study):
