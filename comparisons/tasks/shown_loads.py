@@ -16,7 +16,9 @@ import numpy as np
 MOST_STEPS = 8
 # A larger map is stored at the last load only: its earlier steps would fill disks, and no screen.
 MOST_POINTS = 2**20
-NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape")
+# Of a contact that rolls: the traction over its bound, and its direction.
+SLIP = ("friction_used", "traction_x", "traction_y")
+NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape", *SLIP)
 _KEY = re.compile(rf"step\.(\d{{1,6}})\.({'|'.join(NAMES)})")
 
 Fields = Mapping[str, np.ndarray]
@@ -72,9 +74,9 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 
 def stored_steps(fields: Fields) -> list[int]:
-    """Return the earlier load steps whose pressure is among the fields, ascending."""
+    """Return the earlier load steps of which anything is among the fields, ascending."""
     matches = (_KEY.fullmatch(name) for name in fields)
-    return sorted({int(match[1]) for match in matches if match and match[2] == "pressure"})
+    return sorted({int(match[1]) for match in matches if match})
 
 
 def at_step(fields: Fields, step: int) -> dict[str, np.ndarray]:

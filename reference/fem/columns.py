@@ -313,7 +313,8 @@ def _pressed(stiffness: Array) -> Array:
 
 
 def _inverted(stiffness: Array) -> Array:
-    return np.linalg.inv(stiffness)
+    inverse: Array = np.linalg.inv(stiffness)
+    return inverse
 
 
 def _squeezed(cells: list[tuple[float, Material]]) -> float:

@@ -91,7 +91,7 @@ class ShearBody(NormalAndTangential):
         """Cells of the period on which elements and continuum are compared."""
         apart = _APART if self.inertia == 0 else max(_APART, _FAR * max(self.shape))
         longest = max(self.spacing)
-        return tuple(  # type: ignore[return-value]
+        return tuple(
             2 * fft.next_fast_len(max(n, int(np.ceil(apart / 2 * longest / side))), real=True)
             for n, side in zip(self.shape, self.spacing, strict=True)
         )

@@ -27,7 +27,7 @@ from reports.pages.judging import judging
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, errors, load_slider, model, overview, pressure, speed
+from reports.plots import curves, errors, load_slider, model, overview, pressure, slip, speed
 from reports.plots.figure import Figure
 from reports.plots.style import look
 from reports.tables import scene as tables
@@ -201,6 +201,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "curves": curves.curves(scene),
             "errors": errors.errors(scene),
             "pressure": pressure.pressures(scene),
+            "slip": slip.slips(scene),
             "speed": speed.speed(scene),
         },
         picture=pictures.Picture(),

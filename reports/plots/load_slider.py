@@ -25,8 +25,8 @@ NO_STEPS = SliderSteps((), ())
 
 
 def slider_steps(scene: SceneRecord) -> SliderSteps:
-    """Return the loads of the slider; none for a single load, a path or a speed range."""
-    if scene.control not in NORMAL or scene.is_path:
+    """Return the loads of the slider, or creeps; none for a single load, a path, a speed range."""
+    if scene.control not in (*NORMAL, "creep", "lateral_creep") or scene.is_path:
         return NO_STEPS
     rows = selection.solved(scene)
     steps = selection.column(rows, "step")

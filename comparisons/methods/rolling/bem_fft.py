@@ -116,7 +116,27 @@ class GridRolling(BemFft):
                 iterations=step.rounds,
                 violation=max(step.violation, step.error),
                 unknowns=2 * int(np.count_nonzero(step.pressure)),
+                pressure=partial(self._fields, grid, step),
+                fields=partial(self._fields, grid, step) if task.wants_pressure else None,
             )
+
+    def _fields(self, grid: Grid, step: RollingStep) -> dict[str, np.ndarray]:
+        """Return pressure and tractions, and what part of the bound they use."""
+        x, y = grid.centres
+        bound, size = self.friction * step.pressure, np.hypot(*step.traction)
+        return {
+            "penetration": np.array(step.penetration),
+            "pressure_x": x.ravel(),
+            "pressure_y": y.ravel(),
+            "pressure": step.pressure.ravel(),
+            "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
+            "pressure_shape": np.array(x.shape),
+            "friction_used": np.divide(
+                size, bound, out=np.full(size.shape, np.nan), where=bound > 0
+            ).ravel(),
+            "traction_x": step.traction[0].ravel(),
+            "traction_y": step.traction[1].ravel(),
+        }
 
     def _quantities(self, step: RollingStep, grid: Grid, value: float) -> dict[str, float]:
         mask = step.pressure > 0
