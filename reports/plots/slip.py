@@ -56,7 +56,7 @@ def _chosen(scene: SceneRecord) -> tuple[str, int, Stored] | None:
     return None
 
 
-def _figure(words: tuple[str, str, str], name: str, stored: Stored, loads: SliderSteps) -> Figure:
+def _figure(labels: tuple[str, str, str], name: str, stored: Stored, loads: SliderSteps) -> Figure:
     """Return one map at the last creep, with the earlier ones for the slider."""
     x = np.ravel(stored["pressure_x"])
     across = fmt.prefix_for(x, "m")
@@ -70,7 +70,7 @@ def _figure(words: tuple[str, str, str], name: str, stored: Stored, loads: Slide
     maps = [
         Map(*_grid(frame, name), "|q|/(µp)" if shared else "q", scale, highest) for frame in frames
     ]
-    key, title, caption = words
+    key, title, caption = labels
     figures = [
         Figure(
             key,

@@ -69,6 +69,18 @@ LOOKS = {
         "contactmechanics": (PEER, Marker("hexagon", "h"), Dash("6px,3px", (0, (5, 2.5))), 8),
         "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
     }.items()
+} | {
+    # Theories of rolling, in plans of such scenes only.
+    "fastsim": Look(
+        "FASTSIM", "#882255", Marker("triangle-left", "<"), Dash("5px,2px", (0, (4, 2))), 9
+    ),
+    "kalker": Look(
+        "Kalker's linear theory",
+        "#999933",
+        Marker("triangle-right", ">"),
+        Dash("2px,4px", (0, (1.5, 3))),
+        9,
+    ),
 }
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),
