@@ -21,8 +21,8 @@ from reference.errors import ConvergenceError
 Floats = NDArray[np.float64]
 Resist = Callable[[Floats], Floats]
 
-# The longest projected step that lowers the energy is 2 / |K| (Dostal, theorem 5.?); a norm from
-# power iteration is a little too small.
+# A projected gradient step shorter than 2 / |K| lowers the energy; a norm from power iteration is a
+# little too small.
 STEP, MARGIN = 1.9, 1.05
 POWERS = 40
 MOST_STEPS = 20_000

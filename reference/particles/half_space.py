@@ -19,7 +19,7 @@ from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.particles.equilibrium import Floor, Rest, largest_stiffness, relax
 from reference.particles.far_field import USUAL_EXPONENT, Domain, FarField, Search
-from reference.particles.interaction import Automata, Elastic
+from reference.particles.interaction import Automata, Elastic, von_mises
 from reference.particles.packing import half_space_packing
 
 Floats = NDArray[np.float64]
@@ -128,6 +128,11 @@ class ParticleHalfSpace:
     def effective_modulus(self) -> float:
         """E* = E/(1 - nu^2)."""
         return self.youngs_modulus / (1 - self.automata.material.poisson_ratio**2)
+
+    def equivalent_stresses(self, contact: ParticleContact) -> Floats:
+        """Return the von Mises stress (free,) of each automaton in a contact."""
+        tensors = self.automata.stresses(contact.moved, contact.traces)
+        return self.youngs_modulus * von_mises(tensors)
 
     @cached_property
     def stiffest(self) -> float:

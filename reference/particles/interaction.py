@@ -112,6 +112,17 @@ class Automata:
         return out
 
 
+def von_mises(stresses: Floats) -> Floats:
+    """Return the equivalent stress of stress tensors (n, 3, 3), of their symmetric parts.
+
+    >>> von_mises(np.diag([3.0, 0.0, 0.0])[None]).round(12).tolist()
+    [3.0]
+    """
+    symmetric = 0.5 * (stresses + np.swapaxes(stresses, 1, 2))
+    mean = np.trace(symmetric, axis1=1, axis2=2)[:, None, None] / 3
+    return np.sqrt(1.5 * ((symmetric - mean * np.eye(3)) ** 2).sum(axis=(1, 2)))
+
+
 @njit(cache=True, error_model="numpy")
 def _strains(moved: Floats, neighbours: Integers, surface: int, out: Floats) -> None:
     for i in range(len(out)):

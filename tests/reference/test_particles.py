@@ -211,6 +211,16 @@ def test_nothing_pulls_and_nothing_overlaps():
     assert np.abs(overlap[contact.active]).max() < 1e-12 * contact.penetration
 
 
+def test_the_largest_stress_below_a_ball_is_that_of_hertz():
+    """Johnson 1985: 0.620 p0 at 0.48 a (nu = 0.3); layers are 0.24 a apart here: 3 per cent."""
+    body = ParticleHalfSpace(Domain((4.5, 4.5), 7.5), 0.3)
+    (contact,) = body.press((body.points**2).sum(axis=1) / 60, Load("penetration", 0.3))
+    stresses = body.equivalent_stresses(contact)
+    peak = 2 * body.effective_modulus * 3.0 / (np.pi * 30.0)
+    assert stresses.max() == pytest.approx(0.62 * peak, rel=0.03)
+    assert 0.24 <= body.automata.packing.places[np.argmax(stresses), 2] / 3.0 <= 0.72
+
+
 def test_relaxation_that_does_not_end_says_so(monkeypatch):
     monkeypatch.setattr("reference.particles.equilibrium.MOST_STEPS", 3)
     with pytest.raises(ConvergenceError, match=r"no equilibrium of the automata after") as raised:

@@ -94,12 +94,9 @@ def _stiffness(body: ParticleHalfSpace, contact: ParticleContact) -> float:
 def _inside(body: ParticleHalfSpace, contact: ParticleContact) -> dict[str, np.ndarray]:
     """Return places, displacements and von Mises stresses of the automata that move."""
     packing = body.automata.packing
-    stress = body.automata.stresses(contact.moved, contact.traces)
-    shear = stress - np.trace(stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-    shear = 0.5 * (shear + np.swapaxes(shear, 1, 2))
     return {
         "particle_places": packing.places[: packing.free] * body.spacing,
         "particle_displacement": contact.moved[: packing.free, :3] * body.spacing,
-        "particle_von_mises": body.youngs_modulus * np.sqrt(1.5 * (shear**2).sum(axis=(1, 2))),
+        "particle_von_mises": body.equivalent_stresses(contact),
         "particle_spacing": np.array(body.spacing),
     }

@@ -7,7 +7,14 @@ import numpy as np
 from comparisons.questions.experiments.running import Finding, above, experiment
 from reference.closed_form import paraboloid
 from reference.loads import Load
-from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace, periodic_packing
+from reference.particles import (
+    Automata,
+    Domain,
+    Elastic,
+    ParticleContact,
+    ParticleHalfSpace,
+    periodic_packing,
+)
 from reference.particles.motion import Motion, wave_speeds
 
 ROUND_OFF = 1e-12
@@ -74,17 +81,63 @@ def _hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     return Finding(forces[-1], abs(forces[-1] - forces[0]), details)
 
 
+def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
+    """Measure where a ball first reaches the yield stress in automata: p0/Y, against Hertz' field.
+
+    The largest von Mises stress on the axis, between layers by a parabola. Layers do not lie alike
+    with another number of automata: the bar is the largest difference of three numbers.
+    """
+    numbers = (2, 3, 4) if effort == "quick" else (3, 4, 5)
+    errors = [_onset(poisson_ratio, number) for number in numbers]
+    details: dict[str, float | str] = {
+        "automata per contact radius": float(numbers[-1]),
+        "Hertz: p0/Y": 1 / _hertz_stress(poisson_ratio),
+    }
+    return Finding(errors[-1], float(np.ptp(errors)), details)
+
+
+def _onset(poisson_ratio: float, per_radius: int) -> float:
+    """Return the relative error of p0/Y at first yield, p0 that of Hertz at equal depth."""
+    body, contact = _contact(poisson_ratio, per_radius)
+    places = body.automata.packing.places[: body.automata.packing.free]
+    # on the axis in every second layer; the four around it in between
+    near = np.hypot(places[:, 0], places[:, 1]) < 0.75
+    depths, layer = np.unique(places[near, 2].round(6), return_inverse=True)
+    stresses = body.equivalent_stresses(contact)[near]
+    means = np.bincount(layer, stresses) / np.bincount(layer)
+    k = int(np.clip(np.argmax(means), 1, len(depths) - 2))
+    largest = means[k] - (means[k + 1] - means[k - 1]) ** 2 / (
+        8 * (means[k + 1] + means[k - 1] - 2 * means[k])
+    )
+    peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
+    return float(peak / largest * _hertz_stress(poisson_ratio)) - 1
+
+
+def _hertz_stress(poisson_ratio: float) -> float:
+    """Return the largest von Mises stress over p0 (Johnson 1985, eq. 3.45)."""
+    z = np.linspace(0.01, 2.0, 20_000)
+    radial = (1 + poisson_ratio) * (1 - z * np.arctan(1 / z)) - 0.5 / (1 + z**2)
+    return float(np.abs(1 / (1 + z**2) - radial).max())
+
+
 def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float]:
     """Return the relative errors of force and radius at d = a/10."""
+    body, contact = _contact(poisson_ratio, per_radius)
     radius, depth = 10.0 * per_radius, 0.1 * per_radius
-    domain = Domain((1.5 * per_radius,) * 2, 2.5 * per_radius)
-    body = ParticleHalfSpace(domain, poisson_ratio)
     squares = (body.points**2).sum(axis=1)
-    (contact,) = body.press(squares / (2 * radius), Load("penetration", depth))
     exact = paraboloid(radius, body.effective_modulus).force(depth)
     # of Hertz' pressure the mean of r^2 is 2/5 a^2
     mean = float(contact.reactions @ squares) / contact.force
     return contact.force / float(exact) - 1, float(np.sqrt(2.5 * mean)) / per_radius - 1
+
+
+def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, ParticleContact]:
+    """Return automata under a ball of ten contact radii."""
+    domain = Domain((1.5 * per_radius,) * 2, 2.5 * per_radius)
+    body = ParticleHalfSpace(domain, poisson_ratio)
+    gap = (body.points**2).sum(axis=1) / (20 * per_radius)
+    (contact,) = body.press(gap, Load("penetration", 0.1 * per_radius))
+    return body, contact
 
 
 EXPERIMENTS = (
@@ -101,5 +154,12 @@ EXPERIMENTS = (
         "Poisson's ratio nu",
         "poisson_ratio",
         _hertz,
+    ),
+    experiment(
+        "particle-yield",
+        "Pressure at which a ball first brings automata to their yield stress, against Hertz",
+        "Poisson's ratio nu",
+        "poisson_ratio",
+        _yield,
     ),
 )
