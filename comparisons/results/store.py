@@ -277,7 +277,9 @@ def _scene_record(
     }
     name = values["name"]
     return SceneRecord(
-        rows=rows[rows["scene"] == name].reset_index(drop=True),
+        # Copied into a few blocks: a table read from a file has one for each column, and pages
+        # take thousands of selections of it.
+        rows=rows[rows["scene"] == name].reset_index(drop=True).copy(),
         measures=measures[measures["scene"] == name].reset_index(drop=True),
         **values,
     )
