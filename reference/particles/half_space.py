@@ -181,7 +181,7 @@ class ParticleHalfSpace:
     def _first(self, gap: Floats, depth: float) -> Search:
         """Return where to begin: nothing moved, the force of springs spread over the overlap."""
         overlap = np.maximum(depth - gap, 0.0)
-        area = max(np.count_nonzero(overlap), 1)
+        area = max(int(np.count_nonzero(overlap)), 1)
         spread = self.far.shares.T @ overlap
         sources = WINKLER * self._scaled_modulus * np.sqrt(np.pi / area) * spread
         return Search(np.zeros(self._forces.size), sources, depth)

@@ -239,7 +239,7 @@ def _net(body: ParticleHalfSpace, gap: np.ndarray, domain: Domain) -> tuple[np.n
     nx, ny = (int(half) for half in domain.loaded)
     shape = 2 * nx + 1, 2 * ny + 1
     numbers = _numbers_at(body, np.array([-nx, -ny]), shape)
-    origin = tuple(-0.5 * n * body.spacing for n in shape)
+    origin = -0.5 * shape[0] * body.spacing, -0.5 * shape[1] * body.spacing
     return numbers, Grid(gap[numbers].reshape(shape), (body.spacing,) * 2, origin)
 
 
