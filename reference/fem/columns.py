@@ -313,7 +313,7 @@ def _pressed(stiffness: Array) -> Array:
 
 
 def _inverted(stiffness: Array) -> Array:
-    inverse: Array = np.linalg.inv(stiffness)
+    inverse: Array = np.asarray(np.linalg.inv(stiffness), dtype=np.float64)
     return inverse
 
 
