@@ -29,8 +29,9 @@ SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
     "slower",
     "faster",
 )
-# What a comparison fails on; the rest is told.
-BAD = (CHANGED, LOST, VERDICT, SLOW)
+# What a comparison fails on; the rest is told. A time alone is no worse answer.
+BAD = (CHANGED, LOST, VERDICT)
+TIMED = (SLOW, FAST)
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,11 @@ class Change:
     def bad(self) -> bool:
         """Whether it makes a comparison fail."""
         return any(kind in BAD for kind in self.kinds)
+
+    @property
+    def only_timed(self) -> bool:
+        """Whether nothing but the time has changed."""
+        return all(kind in TIMED for kind in self.kinds)
 
     @property
     def ratio(self) -> float:

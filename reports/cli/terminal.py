@@ -255,20 +255,25 @@ def print_methods() -> None:
 
 
 def print_run_comparison(record: RunComparison, page: Path) -> None:
-    """Print the changes between two runs, the worst first."""
-    from comparisons.results.runs import SAME
-    from reports.tables.runs import TIMES, changes
+    """Print the changes of answers between two runs, the worst first, and count those of times."""
+    from comparisons.results.runs import FAST, SAME, SLOW
+    from reports.tables.runs import changes
 
     console = _console()
     for note in record.notes:
         console.print(escape(note), highlight=False)
-    notable = sorted((c for c in record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad)
+    moved = [c for c in record.changes if c.kinds != (SAME,)]
+    notable = sorted((c for c in moved if not c.only_timed), key=lambda c: not c.bad)
     if notable:
         table = changes(notable[: 4 * MANY])
-        console.print(drawn(table.only("scene", "method", "N", "in words", TIMES)))
+        console.print(drawn(table.only("scene", "method", "N", "in words")))
     if len(notable) > 4 * MANY:
         console.print(f"... and {len(notable) - 4 * MANY} more")
-    same = len(record.changes) - len(notable)
+    timed = {word: sum(word in c.kinds for c in moved) for word in (SLOW, FAST)}
+    if any(timed.values()):
+        words = ", ".join(f"{count} {word}" for word, count in timed.items())
+        console.print(f"times: {words}; listed on the page", highlight=False)
+    same = len(record.changes) - len(moved)
     console.print(f"{same} of {len(record.changes)} solves are the same\n{page}", markup=False)
 
 

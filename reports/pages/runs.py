@@ -39,7 +39,14 @@ def comparison_page(record: RunComparison, command: str) -> str:
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],
-        notable=changes([c for c in record.changes if c.kinds not in ((SAME,), (ONE_SIDED,))]),
+        notable=changes(
+            [
+                change
+                for change in record.changes
+                if change.kinds not in ((SAME,), (ONE_SIDED,)) and not change.only_timed
+            ]
+        ),
+        timed=changes([change for change in record.changes if change.only_timed]),
         one_sided=changes([change for change in record.changes if change.kinds == (ONE_SIDED,)]),
         unchanged=changes([change for change in record.changes if change.kinds == (SAME,)]),
         figures=figures,

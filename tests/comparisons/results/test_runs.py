@@ -119,6 +119,8 @@ def test_slower_is_judged_on_one_machine_only(tmp_path):
     assert slow.kinds == (SLOW,)
     assert slow.ratio == pytest.approx(2.0)
     assert "2.0 times slower" in slow.text
+    assert slow.only_timed
+    assert not slow.bad  # a time alone is no worse answer
     elsewhere = study(tmp_path, seconds=0.2, machine={"processor": "another"})
     record = compare_runs(study(tmp_path), elsewhere)
     assert not record.failed
