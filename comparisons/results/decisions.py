@@ -110,16 +110,16 @@ class Verdict:
         """The comparison that decided: "|e| + u = 0.99 % ≤ t = 1 %", or why there is none."""
         if self.word == NO_RESULT:
             return self.reason
-        asked = f"t = {fmt.tolerance(self.tolerance)}"
+        limit = f"t = {fmt.tolerance(self.tolerance)}"
         if self.high < fmt.ROUND_OFF:
-            return f"round-off ≤ {asked}"
+            return f"round-off ≤ {limit}"
         least, most = (fmt.relative(max(end, 0.0)) for end in (self.low, self.high))
         if self.word == WITHIN:
-            return f"|e| + u = {most} ≤ {asked}"
+            return f"|e| + u = {most} ≤ {limit}"
         if self.word == OUTSIDE:
-            return f"|e| − u = {least} > {asked}"
-        unknown = "u is not known" if not fmt.finite(self.high) else f"{asked} < |e| + u = {most}"
-        return f"|e| − u = {least} ≤ {asked}, but {unknown}" if fmt.finite(self.low) else unknown
+            return f"|e| − u = {least} > {limit}"
+        unknown = "u is not known" if not fmt.finite(self.high) else f"{limit} < |e| + u = {most}"
+        return f"|e| − u = {least} ≤ {limit}, but {unknown}" if fmt.finite(self.low) else unknown
 
     @property
     def text(self) -> str:

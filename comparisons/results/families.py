@@ -30,7 +30,7 @@ def family(record: SceneRecord) -> str:
     Rough surfaces under other physics are a family of their own: what holds for a ball says
     nothing of them.
     """
-    named = [words for table, words in _BY_TABLE.items() if table in record.tables]
+    named = [label for table, label in _BY_TABLE.items() if table in record.tables]
     if named:
         rough = "surface" in record.tables and named[0] != ROUGH
         return f"{named[0]} on rough surfaces" if rough else named[0]

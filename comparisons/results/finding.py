@@ -33,23 +33,23 @@ def finding(records: tuple[SceneRecord, ...]) -> str:
     if len(methods) != 1:
         return ""
     title = title_of(methods.pop())
-    words: dict[str, list[str]] = {"holds": [], "in part": [], "fails": [], "open": []}
+    stated: dict[str, list[str]] = {"holds": [], "in part": [], "fails": [], "open": []}
     within: list[SceneRecord] = []
     others: list[SceneRecord] = []
     for name in dict.fromkeys(map(family, records)):
         scenes = [record for record in records if family(record) == name]
         judged = {scene: item for scene in scenes if (item := deciding(scene))}
-        words[_kind(scenes, judged)].append(_in_words(name, judged))
+        stated[_kind(scenes, judged)].append(_in_words(name, judged))
         good = [scene for scene, item in judged.items() if item.word == WITHIN]
         within += good
         others += [scene for scene in scenes if scene not in good]
     heads = {
         "holds": f"Use the {title} for {{}}: within {_tolerances(within)}{_gain(within)}",
-        "in part": "in part for {}" if words["holds"] else f"Use the {title} in part for {{}}",
+        "in part": "in part for {}" if stated["holds"] else f"Use the {title} in part for {{}}",
         "fails": "not for {}" if within else f"Do not use the {title} for {{}}",
         "open": "not shown for {}",
     }
-    parts = [heads[kind].format(_listed(names)) for kind, names in words.items() if names]
+    parts = [heads[kind].format(_listed(names)) for kind, names in stated.items() if names]
     if not parts:
         return ""
     text = "; ".join(filter(None, [*parts, _instead(others)])) + "."
@@ -57,12 +57,12 @@ def finding(records: tuple[SceneRecord, ...]) -> str:
 
 
 def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
-    words = [item.word for item in judged.values()]
-    if len(words) == len(scenes) and set(words) == {WITHIN}:
+    judgements = [item.word for item in judged.values()]
+    if len(judgements) == len(scenes) and set(judgements) == {WITHIN}:
         return "holds"
-    if WITHIN in words:
+    if WITHIN in judgements:
         return "in part"
-    return "fails" if OUTSIDE in words else "open"
+    return "fails" if OUTSIDE in judgements else "open"
 
 
 def _in_words(name: str, judged: dict[SceneRecord, Verdict]) -> str:
@@ -116,8 +116,8 @@ def _timed(title: str, settings: list[Setting]) -> str:
 
 
 def _tolerances(scenes: list[SceneRecord]) -> str:
-    asked = sorted({scene.tolerance for scene in scenes})
-    return " or ".join(fmt.tolerance(value) for value in asked)
+    tolerances = sorted({scene.tolerance for scene in scenes})
+    return " or ".join(fmt.tolerance(value) for value in tolerances)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -271,8 +271,8 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
         console.print(f"... and {len(notable) - 4 * MANY} more")
     timed = {word: sum(word in c.kinds for c in moved) for word in (SLOW, FAST)}
     if any(timed.values()):
-        words = ", ".join(f"{count} {word}" for word, count in timed.items())
-        console.print(f"times: {words}; listed on the page", highlight=False)
+        counts = ", ".join(f"{count} {word}" for word, count in timed.items())
+        console.print(f"times: {counts}; listed on the page", highlight=False)
     same = len(record.changes) - len(moved)
     console.print(f"{same} of {len(record.changes)} solves are the same\n{page}", markup=False)
 

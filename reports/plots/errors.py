@@ -118,8 +118,8 @@ def _decided(
 ) -> list[Series]:
     """Return a ring around the error that decided, for the method that the page leads with."""
     method = judged_methods(scene)[0]
-    told = {verdict.quantity: verdict for verdict in verdicts(scene, method)}
-    verdict = told.get(name)
+    known = {verdict.quantity: verdict for verdict in verdicts(scene, method)}
+    verdict = known.get(name)
     if verdict is None or verdict.step < 0 or method not in tables:
         return []
     rows = tables[method]
