@@ -13,7 +13,7 @@ compliance R of what lies below, the tractions at the bottom of a slice are
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -151,7 +151,7 @@ class _Waves:
         displacement = (-1j * c * moved[:, 0], -1j * s * moved[:, 0], moved[:, 1])
         return Inside(depth, self._back(displacement), self._back(stress))
 
-    def _back(self, factors: tuple[Array | Complex, ...]) -> Array:
+    def _back(self, factors: Sequence[Array | Complex]) -> Array:
         half = self.shape[0], self.shape[1] // 2 + 1
         return np.array(
             [

@@ -40,7 +40,7 @@ class Moment:
     Attributes
     ----------
     force, tangential_force, lateral_force : float
-    contact_cells, sticking_cells : int
+    contact_cells : int
     traction : ndarray, shape (2, nx, ny)
     """
 
@@ -48,7 +48,6 @@ class Moment:
     tangential_force: float
     lateral_force: float
     contact_cells: int
-    sticking_cells: int
     traction: Fields = field(repr=False)
 
 
@@ -119,14 +118,12 @@ def _steps(
             problem = stick_slip.Shear(body, bound, carried + rigid)
             solved = stick_slip.minimise(problem, traction, _TOLERANCE * scale)
             traction, displacement = solved.traction, solved.displacement
-        sticks = (bound > 0) & (np.hypot(*traction) < stick_slip.ON_BOUND * bound)
         along, across = traction.sum(axis=(1, 2)) * body.cell_area
         yield Moment(
             force=float(pressure.sum() * body.cell_area),
             tangential_force=float(along),
             lateral_force=float(across),
             contact_cells=int(np.count_nonzero(bound)),
-            sticking_cells=int(np.count_nonzero(sticks)),
             traction=traction,
         )
 
