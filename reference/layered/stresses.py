@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -151,7 +152,7 @@ class _Waves:
         displacement = (-1j * c * moved[:, 0], -1j * s * moved[:, 0], moved[:, 1])
         return Inside(depth, self._back(displacement), self._back(stress))
 
-    def _back(self, factors: Sequence[Array | Complex]) -> Array:
+    def _back(self, factors: Sequence[NDArray[Any]]) -> Array:
         half = self.shape[0], self.shape[1] // 2 + 1
         return np.array(
             [

@@ -370,8 +370,8 @@ def described(monkeypatch, **found):
         ({"name": 3}, "expected a-z, 0-9 and _"),
         ({"name": "reduced"}, "'reduced' is a method of roughline's own"),
         ({"dimension": 2}, "dimension: expected 1 or 3, got 2"),
-        ({"physics": ["magic"]}, "physics: expected tables among friction, viscoelastic"),
-        ({"physics": {"friction": 1}}, "physics: expected tables among friction, viscoelastic"),
+        ({"physics": ["magic"]}, "physics: expected tables among"),
+        ({"physics": {"friction": 1}}, "physics: expected tables among"),
     ],
 )
 def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, found, reason):
