@@ -9,7 +9,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.methods.normal import reduced as reduced_method
+from comparisons.methods.normal import reduced_bed as reduced_method
 from comparisons.questions.regression import (
     CHECK_SCENES,
     PACKAGED,
