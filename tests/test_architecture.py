@@ -70,13 +70,13 @@ def test_lower_rooms_do_not_know_the_higher_ones():
         "comparisons": {"reports", "roughline"},
         "reports": {"roughline"},
     }
-    found = [
+    result = [
         f"{path}: {name}"
         for package, above in wrong.items()
         for path, name in imported(package)
         if name in above
     ]
-    assert found == []
+    assert result == []
 
 
 def test_numerics_know_nothing_of_files_and_progress_bars():

@@ -41,29 +41,29 @@ PARSED_ONLY = {
 
 def blocks() -> list[str]:
     """Return the commands of all shell blocks, without comments."""
-    found = []
+    result = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for block in re.findall(r"```(?:bash|sh)\n(.*?)```", text, re.DOTALL):
             for line in block.splitlines():
-                found += line.split(" #")[0].split("&&")
-    return list(dict.fromkeys(each.strip().removeprefix(".venv/bin/") for each in found))
+                result += line.split(" #")[0].split("&&")
+    return list(dict.fromkeys(part.strip().removeprefix(".venv/bin/") for part in result))
 
 
 def inline() -> list[str]:
     """Return the commands that stand in running text."""
-    found = []
+    result = []
     for page in PAGES:
         text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-        found += [" ".join(each.split()) for each in re.findall(r"`([^`]+)`", text)]
-    return list(dict.fromkeys(found))
+        result += [" ".join(matche.split()) for matche in re.findall(r"`([^`]+)`", text)]
+    return list(dict.fromkeys(result))
 
 
-OURS = [each for each in blocks() if each.startswith("roughline ") or each == "roughline run"]
+OURS = [block for block in blocks() if block.startswith("roughline ") or block == "roughline run"]
 # The name of a command alone is no command.
-TOLD = [each for each in inline() if re.match(r"roughline [a-z-]+ \S", each)]
-LEFT_OUT = [each for each in OURS if any(re.match(key, each) for key in PARSED_ONLY)]
-RUN = [each for each in OURS if each not in LEFT_OUT]
+TOLD = [part for part in inline() if re.match(r"roughline [a-z-]+ \S", part)]
+LEFT_OUT = [our for our in OURS if any(re.match(key, our) for key in PARSED_ONLY)]
+RUN = [our for our in OURS if our not in LEFT_OUT]
 
 
 def test_there_are_commands_of_every_kind():
@@ -71,13 +71,13 @@ def test_there_are_commands_of_every_kind():
     assert len(OURS) > 35
     assert len(RUN) > 15
     assert len(TOLD) > 15
-    assert all(any(re.match(key, each) for each in OURS + TOLD) for key in PARSED_ONLY)
+    assert all(any(re.match(key, part) for part in OURS + TOLD) for key in PARSED_ONLY)
 
 
 @pytest.mark.parametrize("command", dict.fromkeys(OURS + TOLD))
 def test_every_command_is_one_of_the_command_line(command):
     """Each option is known, each value of its type, nothing is missing."""
-    words = [each for each in shlex.split(command)[1:] if each != "..."]
+    words = [part for part in shlex.split(command)[1:] if part != "..."]
     app.parse_args(words, exit_on_error=False, print_error=False)
 
 
@@ -86,14 +86,14 @@ def named(command: str, verb: str) -> list[str]:
     words = shlex.split(command)[1:]
     if words[:1] != [verb]:
         return []
-    end = next((i for i, each in enumerate(words) if each.startswith("-")), len(words))
-    return [each for each in words[1:end] if not PLACEHOLDER.fullmatch(each)]
+    end = next((i for i, word in enumerate(words) if word.startswith("-")), len(words))
+    return [word for word in words[1:end] if not PLACEHOLDER.fullmatch(word)]
 
 
 @pytest.mark.parametrize(
     ("verb", "known"),
     [
-        ("claims", {each.id for each in headlines()} | {"my-new-claim"}),
+        ("claims", {headline.id for headline in headlines()} | {"my-new-claim"}),
         ("run", {*builtin_names(), *SUITES}),
         ("solve", set(builtin_names())),
         ("check", set(builtin_names())),
@@ -110,9 +110,9 @@ def test_what_commands_name_exists(verb, known):
 
 @pytest.mark.parametrize("program", [r"python (docs/\S+\.py)", r"pytest (?:-m slow )?(tests/\S+)"])
 def test_scripts_and_tests_that_pages_name_are_there(program):
-    found = {path for each in [*blocks(), *inline()] for path in re.findall(program, each)}
-    assert found
-    for path in found:
+    result = {path for part in [*blocks(), *inline()] for path in re.findall(program, part)}
+    assert result
+    for path in result:
         assert (ROOT / path).exists(), path
 
 
@@ -143,11 +143,11 @@ def folder(tmp_path_factory):
 
 def programs() -> list[str]:
     """Return the pieces of Python on the pages that use the interface."""
-    found = []
+    result = []
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
-        found += re.findall(r"```python\n(import roughline\n.*?)```", text, re.DOTALL)
-    return found
+        result += re.findall(r"```python\n(import roughline\n.*?)```", text, re.DOTALL)
+    return result
 
 
 @pytest.mark.parametrize("program", programs())

@@ -33,7 +33,7 @@ def test_a_tutorial_runs_from_any_folder(path, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout
-    assert [each.name for each in tmp_path.iterdir()] == ["temporary"]
+    assert [item.name for item in tmp_path.iterdir()] == ["temporary"]
 
 
 @pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)

@@ -72,9 +72,9 @@ def test_relative_errors_read_in_per_cent_or_ppm(value, text):
     ],
 )
 def test_one_prefix_serves_all_values_of_a_plot(values, unit, scale):
-    found = f.prefix_for(values, unit)
-    assert found.factor == pytest.approx(scale[0], rel=1e-12)
-    assert found.unit == scale[1]
+    result = f.prefix_for(values, unit)
+    assert result.factor == pytest.approx(scale[0], rel=1e-12)
+    assert result.unit == scale[1]
 
 
 def test_bars_share_the_unit_only_where_it_is_the_same():

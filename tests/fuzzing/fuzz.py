@@ -375,7 +375,7 @@ def run_case(files: Files, arguments: list[str]) -> str:
             wrong = _command(arguments)
         finally:
             os.chdir(home)
-        outside = [each.name for each in Path(name).iterdir() if each != folder]
+        outside = [item.name for item in Path(name).iterdir() if item != folder]
     return wrong or (f"wrote outside its folder: {outside}" if outside else "")
 
 
@@ -453,9 +453,9 @@ def _peak_memory() -> float:
     """
     status = Path("/proc/self/status")
     if status.exists():
-        found = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text(), re.MULTILINE)
-        if found:
-            return 1024.0 * int(found[1])
+        match = re.search(r"^VmHWM:\s*(\d+) kB", status.read_text(), re.MULTILINE)
+        if match:
+            return 1024.0 * int(match[1])
     return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 

@@ -40,9 +40,9 @@ def test_the_contact_is_lost_at_the_lowest_load(name):
     """The fold is where a search finds the minimum (xatol 1e-9: the load to its square)."""
     form, bounds = FORMS[name]
     for control, law in (("force", form.force), ("penetration", form.penetration)):
-        found = minimize_scalar(law, bounds=bounds, method="bounded", options={"xatol": 1e-9})
-        assert form.pull_off(control) == pytest.approx(found.x, rel=1e-5)
-        assert float(law(form.pull_off(control))) == pytest.approx(found.fun, rel=1e-12)
+        minimum = minimize_scalar(law, bounds=bounds, method="bounded", options={"xatol": 1e-9})
+        assert form.pull_off(control) == pytest.approx(minimum.x, rel=1e-5)
+        assert float(law(form.pull_off(control))) == pytest.approx(minimum.fun, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", list(FORMS))
@@ -62,12 +62,12 @@ def test_a_flat_punch_is_a_rounded_one_of_a_sharp_edge():
     kendall = adhesive.cylinder(1.0, E, W)
     exact = float(kendall.force(kendall.pull_off()))
     assert exact == pytest.approx(-np.sqrt(8 * np.pi * E * W), rel=1e-14)
-    found = []
+    result = []
     for edge in (1e-2, 1e-4, 1e-6):
         form = adhesive.rounded_punch(1.0, edge, E, W)
-        found.append(float(form.force(form.pull_off())) / exact - 1)
-    assert found[0] > found[1] > found[2] > 0
-    assert found[2] < 1e-3
+        result.append(float(form.force(form.pull_off())) / exact - 1)
+    assert result[0] > result[1] > result[2] > 0
+    assert result[2] < 1e-3
 
 
 def test_maugis_of_short_range_is_johnson_kendall_roberts():

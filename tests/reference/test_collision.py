@@ -34,19 +34,19 @@ LOAD = 1 / 6  # d0 = 1/4, k = 1
 
 def test_hertzs_impact_has_johnsons_numbers():
     """T = 2.94 x_m/v = 2.87 (m^2/(R E*^2 v))^(1/5) (Johnson 1985, (11.24)), as printed."""
-    found = power_law_collision(2, 0.5 / 0.02, 1e11, 0.1, 2.0)
-    assert found.duration * 2.0 / found.penetration == pytest.approx(2.94, abs=0.005)
+    collision = power_law_collision(2, 0.5 / 0.02, 1e11, 0.1, 2.0)
+    assert collision.duration * 2.0 / collision.penetration == pytest.approx(2.94, abs=0.005)
     johnson = 2.87 * (0.1**2 / (0.02 * 1e22 * 2.0)) ** 0.2
-    assert found.duration == pytest.approx(johnson, rel=0.002)
+    assert collision.duration == pytest.approx(johnson, rel=0.002)
 
 
 @pytest.mark.parametrize("exponent", [1, 1.5, 2, 3, 4, 20])
 def test_quadrature_and_closed_form_of_power_laws_agree(exponent):
     """To the tolerance of the quadrature, 1e-11."""
     exact = power_law_collision(exponent, 0.5, 1.0, 2.0, 1e-3)
-    found = collide(power_law(exponent, 0.5, 1.0), 2.0, 1e-3)
-    assert found.duration == pytest.approx(exact.duration, rel=1e-11)
-    assert found.force == pytest.approx(exact.force, rel=1e-12)
+    rebound = collide(power_law(exponent, 0.5, 1.0), 2.0, 1e-3)
+    assert rebound.duration == pytest.approx(exact.duration, rel=1e-11)
+    assert rebound.force == pytest.approx(exact.force, rel=1e-12)
 
 
 @pytest.mark.parametrize("exponent", [1, 2, 4])
@@ -63,8 +63,8 @@ def test_deresiewicz_integral_is_the_motion(exponent):
         atol=1e-13,
         t_eval=times,
     )
-    found = power_law_motion(exponent, exact, times)
-    np.testing.assert_allclose(found, run.y[0], atol=1e-9 * exact.penetration)
+    motion = power_law_motion(exponent, exact, times)
+    np.testing.assert_allclose(motion, run.y[0], atol=1e-9 * exact.penetration)
 
 
 def test_a_sphere_is_struck_longer_than_its_paraboloid():
@@ -73,7 +73,7 @@ def test_a_sphere_is_struck_longer_than_its_paraboloid():
     By Runge and Kutta on the closed force, independent of energies.
     """
     form = sphere(1.0, 1.0)
-    found = collide(form, 1.0, 0.1)
+    rebound = collide(form, 1.0, 0.1)
 
     def left(_, y):
         return y[0] - 1e-12
@@ -87,15 +87,15 @@ def test_a_sphere_is_struck_longer_than_its_paraboloid():
         atol=1e-13,
         events=left,
     )
-    assert found.duration == pytest.approx(float(run.t[-1]), rel=1e-8)
-    assert found.penetration == pytest.approx(float(run.y[0].max()), rel=1e-3)
+    assert rebound.duration == pytest.approx(float(run.t[-1]), rel=1e-8)
+    assert rebound.penetration == pytest.approx(float(run.y[0].max()), rel=1e-3)
 
 
 def test_an_ellipsoid_keeps_hertzs_duration_number():
     """F ~ x^1.5 for every ellipsoid: T v/x_m = 2.9432..., whatever its axes."""
-    found = collide(ellipsoid(1.0, 3.0, 1.0), 1.0, 1e-2)
+    rebound = collide(ellipsoid(1.0, 3.0, 1.0), 1.0, 1e-2)
     hertz = power_law_collision(2, 0.5, 1.0, 1.0, 1.0)
-    assert found.duration * 1e-2 / found.penetration == pytest.approx(
+    assert rebound.duration * 1e-2 / rebound.penetration == pytest.approx(
         hertz.duration / hertz.penetration, rel=1e-10
     )
 
@@ -107,9 +107,9 @@ def test_an_impact_on_a_computed_curve_knows_its_error():
     bars = []
     for points in (8, 16, 32):
         d = np.geomspace(0.02, 1.3, points) * exact.penetration
-        found = collide_curve(d, form.force(d), 1.0, 0.1)
-        assert abs(found.duration / exact.duration - 1) <= found.bar
-        bars.append(found.bar)
+        result = collide_curve(d, form.force(d), 1.0, 0.1)
+        assert abs(result.duration / exact.duration - 1) <= result.bar
+        bars.append(result.bar)
     assert bars[2] < bars[0] / 4
     with pytest.raises(ValueError, match="before it stops"):
         collide_curve(d, form.force(d), 1.0, 1.0)
@@ -217,28 +217,30 @@ def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
     """
     shift = []
     for share in (0.005, 0.01):
-        found = forced_vibration(
+        motion = forced_vibration(
             BALL, Mass(1.0, 0.1), Push(LOAD, share * LOAD, 1.0), periods=40, tolerance=1e-8
         )
         linear = linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
-        assert found.amplitude == pytest.approx(linear, rel=(linear / 0.25) ** 2 + 1e-6)
-        assert found.flight == 0
-        shift.append(1 - found.mean / 0.25)
+        assert motion.amplitude == pytest.approx(linear, rel=(linear / 0.25) ** 2 + 1e-6)
+        assert motion.flight == 0
+        shift.append(1 - motion.mean / 0.25)
     assert shift[1] / shift[0] == pytest.approx(4, rel=0.02)
 
 
 def test_a_strong_force_lifts_the_mass_off():
     """P = 0.5 F0 at resonance: twice the amplitude at which contact is lost."""
-    found = forced_vibration(
+    motion = forced_vibration(
         BALL, Mass(1.0, 0.2), Push(LOAD, 0.5 * LOAD, 1.0), periods=30, tolerance=1e-7
     )
-    assert found.flight > 0.05
-    assert found.change < 1e-4
+    assert motion.flight > 0.05
+    assert motion.change < 1e-4
 
 
 def test_a_punch_resonates_as_a_linear_oscillator():
     """Flat contact, k = 2 E* a: any amplitude below the static depth."""
     punch = cylinder(0.5, 1.0)
-    found = forced_vibration(punch, Mass(1.0, 0.4), Push(1.0, 0.3, 0.9), periods=25, tolerance=1e-9)
+    motion = forced_vibration(
+        punch, Mass(1.0, 0.4), Push(1.0, 0.3, 0.9), periods=25, tolerance=1e-9
+    )
     # maxima are read off 2000 points per period
-    assert found.amplitude == pytest.approx(linear_amplitude(1, 1, 0.4, 0.3, 0.9), rel=1e-5)
+    assert motion.amplitude == pytest.approx(linear_amplitude(1, 1, 0.4, 0.3, 0.9), rel=1e-5)

@@ -78,9 +78,9 @@ def rounded_otherwise(monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator)
     exact = event_driven.expm
 
     def other(A):
-        found, seed = exact(A), np.frombuffer(np.asarray(A).tobytes(), np.uint32)
-        noise = np.random.default_rng([*seed, shift]).uniform(-1, 1, found.shape)
-        return found + 2.0**-53 * np.abs(found).max(axis=-1, keepdims=True) * noise
+        result, seed = exact(A), np.frombuffer(np.asarray(A).tobytes(), np.uint32)
+        noise = np.random.default_rng([*seed, shift]).uniform(-1, 1, result.shape)
+        return result + 2.0**-53 * np.abs(result).max(axis=-1, keepdims=True) * noise
 
     shift = int(rng.integers(2**31))
     monkeypatch.setattr(event_driven, "expm", other)
@@ -175,9 +175,9 @@ def test_fixed_steps_converge_to_the_events(static, order):
     steps = 2000 * 2 ** np.arange(6)
     errors = []
     for n in steps:
-        found = march(system, step=30.0 / n, steps=int(n))
+        motion = march(system, step=30.0 / n, steps=int(n))
         errors.append(
-            np.abs(found.position[:: n // 1000] - exact.at(found.time[:: n // 1000])[0]).max()
+            np.abs(motion.position[:: n // 1000] - exact.at(motion.time[:: n // 1000])[0]).max()
         )
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > order
     assert errors[-1] < 5e-4
@@ -187,8 +187,8 @@ def test_fixed_steps_converge_to_the_events(static, order):
 def test_fixed_steps_rest_exactly(theta):
     """Below the friction angle nothing creeps, at any step."""
     slope = Blocks(2.0, 3.0, load=2.9)
-    found = march(slope, step=10.0, steps=100, theta=theta)
-    np.testing.assert_array_equal(found.position, 0.0)
+    motion = march(slope, step=10.0, steps=100, theta=theta)
+    np.testing.assert_array_equal(motion.position, 0.0)
 
 
 def test_units_change_no_digit():

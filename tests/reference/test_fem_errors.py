@@ -51,8 +51,8 @@ def test_a_penalty_never_breaks_here_and_loses_all_digits_in_a_primal_solve(tabl
 
     5e-8 at eps h/E* = 1e8 and all of it at 1e16, measured on the same equations.
     """
-    (_, *found) = zip(*tables.penalties(), strict=True)
-    error, iterations, condition = map(np.array, found)
+    (_, *result) = zip(*tables.penalties(), strict=True)
+    error, iterations, condition = map(np.array, result)
     assert np.all(np.abs(error[4:]) <= 2e-9)
     assert iterations.max() <= 10
     assert condition[-1] > 1e16

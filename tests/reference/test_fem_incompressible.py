@@ -60,8 +60,8 @@ def test_volume_is_kept_and_the_mean_stress_is_smooth():
     with np.errstate(divide="ignore"):
         exact = 1.0 - z * np.arctan(1.0 / z)
     peak = 2.0 * body.effective_modulus / np.pi
-    found = -fields.stress[axis, :3].mean(axis=1) / peak
-    np.testing.assert_allclose(found, exact, atol=0.03)
+    result = -fields.stress[axis, :3].mean(axis=1) / peak
+    np.testing.assert_allclose(result, exact, atol=0.03)
 
 
 def test_a_grid_of_straight_lines_takes_the_mixed_form_too():

@@ -55,8 +55,8 @@ def test_multigrid_recovers_the_interior():
         for solver in ("nested_dissection", "multigrid")
     ]
     _, step = next(indent(bodies[0], paraboloid, Load("penetration", 1.0)))
-    exact, found = (recover(body, step.reactions).displacement for body in bodies)
-    np.testing.assert_allclose(found, exact, atol=1e-4 * np.abs(exact).max())
+    exact, result = (recover(body, step.reactions).displacement for body in bodies)
+    np.testing.assert_allclose(result, exact, atol=1e-4 * np.abs(exact).max())
 
 
 def test_multigrid_refuses_springs_between_the_bodies():
@@ -72,9 +72,9 @@ def test_rigid_motions_strain_nothing():
     positions = np.random.default_rng(0).normal(size=(30, 3))
     components = np.repeat([0, 1, 2], 10)
     place = np.repeat(positions[:10], 3, axis=0)
-    found = rigid_motions(place, np.tile([0, 1, 2], 10)).reshape(10, 3, 6)
+    result = rigid_motions(place, np.tile([0, 1, 2], 10)).reshape(10, 3, 6)
     for column, axis in zip(range(3, 6), np.eye(3), strict=True):
-        np.testing.assert_allclose(found[..., column], np.cross(axis, positions[:10]))
+        np.testing.assert_allclose(result[..., column], np.cross(axis, positions[:10]))
     assert rigid_motions(positions, components)[:, :3].sum() == 30
 
 

@@ -92,13 +92,13 @@ def settle(count):
     Half of them start from a random contact set, which has tension and overlap all over.
     """
     rng = np.random.default_rng(20)
-    found = []
+    result = []
     for _ in range(count):
         gap = random_gap(rng)
         start = rng.random(len(gap)) < rng.random() if rng.integers(2) else None
         (step,) = press(body(), gap, random_load(rng, gap), start=start)
-        found.append((step.iterations, step.violation, step.active.mean()))
-    return np.array(found)
+        result.append((step.iterations, step.violation, step.active.mean()))
+    return np.array(result)
 
 
 def test_active_set_settles_on_random_shapes():

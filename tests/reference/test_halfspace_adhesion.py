@@ -143,14 +143,14 @@ def test_a_small_problem_is_what_a_general_solver_finds():
     """Dense matrix and `scipy.optimize.root` on p + sigma(h) = 0 before contact, to rounding."""
     operator, r = grid(7, 4.0, 0.75)
     law = exponential(0.2, 0.8)
-    found = CohesiveProblem(operator, r**2 / 2, law).at_penetration(-1.0, tolerance=1e-12)
+    result = CohesiveProblem(operator, r**2 / 2, law).at_penetration(-1.0, tolerance=1e-12)
     table = kernels.love(np.arange(7)[:, None], np.arange(7), operator.spacing, 0.75)
     i, j = (part.ravel() for part in np.indices((7, 7)))
     matrix = table[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
     gap = (r**2 / 2 + 1.0).ravel()
     dense = root(lambda p: p + law.tension(gap + matrix @ p), np.zeros(49), tol=1e-13)
-    assert not found.mask.any()
-    np.testing.assert_allclose(found.pressure.ravel(), dense.x, rtol=1e-9)
+    assert not result.mask.any()
+    np.testing.assert_allclose(result.pressure.ravel(), dense.x, rtol=1e-9)
 
 
 @pytest.mark.parametrize("parameter", [0.3, 1.0])

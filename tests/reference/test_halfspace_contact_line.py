@@ -43,7 +43,7 @@ def test_counting_with_the_perimeter_correction_errs_ten_times_more():
     def corrected(contact):
         return areas.corrected_area(contact.mask, contact.operator.spacing)
 
-    located, counted = (np.abs(_errors(8.3, 20, each)) for each in (located_area, corrected))
+    located, counted = (np.abs(_errors(8.3, 20, part)) for part in (located_area, corrected))
     assert np.median(located) < np.median(counted) / 4
 
 

@@ -61,8 +61,8 @@ def test_convolution_on_the_free_half_space_is_the_sum_over_all_pairs_of_cells(s
     offsets = np.ix_(*(abs(np.subtract.outer(k, k)).ravel() for k in (rows, columns)))
     pairs = operator.coefficients(shape)[offsets].reshape(*2 * shape[:1], *2 * shape[1:])
     expected = np.einsum("iajb,ab->ij", pairs, pressure)
-    found = operator.unit * operator.convolution(dtype)(pressure.astype(dtype))
-    np.testing.assert_allclose(found, expected, rtol=20 * np.finfo(dtype).eps)
+    result = operator.unit * operator.convolution(dtype)(pressure.astype(dtype))
+    np.testing.assert_allclose(result, expected, rtol=20 * np.finfo(dtype).eps)
 
 
 def test_a_convolution_leaves_its_field_alone_and_remembers_nothing():
@@ -124,10 +124,10 @@ def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch)
         return np.fft.fftfreq(padded[0])[:, None], np.fft.rfftfreq(padded[1])[None, :]
 
     monkeypatch.setattr(conjugate_gradients, "_preconditioner", misleading)
-    found = fft.solve(Press(operator, gap), Load("force", 20.0))
-    assert found.violation <= 1e-8
-    assert found.iterations > 2 * usual.iterations
-    assert found.penetration == pytest.approx(usual.penetration, rel=1e-7)
+    contact = fft.solve(Press(operator, gap), Load("force", 20.0))
+    assert contact.violation <= 1e-8
+    assert contact.iterations > 2 * usual.iterations
+    assert contact.penetration == pytest.approx(usual.penetration, rel=1e-7)
 
 
 def test_a_field_out_of_the_range_of_numbers_is_an_error():

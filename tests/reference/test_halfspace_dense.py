@@ -85,9 +85,9 @@ def test_any_contact_set_to_start_from_leads_to_the_same_contact(seed, share, co
     expected = dense.solve(pressed, load)
     mask = np.random.default_rng(seed).random(gap.shape) < share
     start = replace(expected, pressure=mask.astype(float))
-    found = dense.solve(pressed, load, start=start)
-    np.testing.assert_array_equal(found.mask, expected.mask)
-    assert found.force == pytest.approx(expected.force, rel=1e-11)
+    contact = dense.solve(pressed, load, start=start)
+    np.testing.assert_array_equal(contact.mask, expected.mask)
+    assert contact.force == pytest.approx(expected.force, rel=1e-11)
 
 
 @pytest.mark.parametrize("control", ["penetration", "force"])
@@ -106,10 +106,10 @@ def test_a_contact_set_that_returns_is_noticed(control, monkeypatch):
         return genuine(cells, active, wrong) if wrong.sum() == 1 else active.copy()
 
     monkeypatch.setattr(dense, "_changed", back_and_forth)
-    found = dense.solve(pressed, load)
+    contact = dense.solve(pressed, load)
     assert calls[0] > 1
     assert set(calls[1:]) == {1}
-    np.testing.assert_array_equal(found.mask, expected.mask)
+    np.testing.assert_array_equal(contact.mask, expected.mask)
 
 
 @pytest.mark.slow
@@ -123,5 +123,5 @@ def test_the_dense_solver_carries_five_thousand_contact_cells():
     assert 4700 < exact.mask.sum() <= contact_block.CELL_LIMIT
     assert exact.violation < 1e-12
     assert exact.force == pytest.approx(4 / 3, rel=2e-4)
-    found = fft.solve(Press(operator, gap), Load("penetration", 1.0), tolerance=1e-10)
-    np.testing.assert_allclose(found.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())
+    contact = fft.solve(Press(operator, gap), Load("penetration", 1.0), tolerance=1e-10)
+    np.testing.assert_allclose(contact.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())

@@ -55,8 +55,8 @@ def test_the_extra_compliance_keeps_that_offset_at_every_fraction(phi):
 
     def constant(n: int) -> float:
         wanted = half_width(n, 0.0) - 1 + phi
-        found = brentq(lambda w: half_width(n, w) - wanted, 0, 200)
-        return found / (1 / phi - 1)
+        result = brentq(lambda w: half_width(n, w) - wanted, 0, 200)
+        return result / (1 / phi - 1)
 
     limit = 2 * constant(400) - constant(200)
     assert limit == pytest.approx(EDGE_COMPLIANCE, rel=2e-4)
@@ -143,8 +143,8 @@ def test_powers_of_two_change_no_digit(solver):
 
 
 def test_extra_compliance_of_a_sliver_is_large_and_that_of_a_whole_cell_none():
-    found = extra_compliance([1.0, 0.5, 1e-3], 2.0, 4.0)
-    assert found.tolist() == pytest.approx([0.0, 0.5 * EDGE_COMPLIANCE, 499.5 * EDGE_COMPLIANCE])
+    result = extra_compliance([1.0, 0.5, 1e-3], 2.0, 4.0)
+    assert result.tolist() == pytest.approx([0.0, 0.5 * EDGE_COMPLIANCE, 499.5 * EDGE_COMPLIANCE])
 
 
 def test_what_is_no_face_is_refused_with_all_faults():

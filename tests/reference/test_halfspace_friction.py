@@ -56,10 +56,10 @@ def test_cell_integrals_to_all_digits(sides):
     """Near, at the change to Gauss points, and 1e4 cells away, in every quadrant: 1e-13."""
     for place in [(0, 0), (1, 0), (-1, 1), (5, -7), (16, 16), (17, -2), (0, 17), (-9000, 8000)]:
         exact = exact_cell(*place, *sides)
-        found = cell_integrals(*place, sides)
+        result = cell_integrals(*place, sides)
         for part in (slice(0, 3), slice(3, 5)):
             largest = float(max(map(abs, exact[part]))) or 1.0
-            gap = np.array([float(e) for e in exact[part]]) - np.array(found[part])
+            gap = np.array([float(e) for e in exact[part]]) - np.array(result[part])
             assert np.abs(gap).max() < 1e-13 * largest
 
 
@@ -147,8 +147,8 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     )
 
     def pressure(load: float) -> np.ndarray:
-        found = fft.solve(Press(body.normal, gap), Load("force", load), tolerance=1e-10)
-        return found.pressure
+        contact = fft.solve(Press(body.normal, gap), Load("force", load), tolerance=1e-10)
+        return contact.pressure
 
     whole = pressure(force)
     back = first - goal[0]
@@ -169,7 +169,7 @@ def test_cattaneo_force_converges():
     rng = np.random.default_rng(3)
     errors = []
     for points in (12, 24, 48):
-        found = []
+        result = []
         for _ in range(8):
             shift = rng.uniform(size=2)
             x, y = ((np.arange(points) - points / 2 + s) * 2.3 / points for s in shift)
@@ -180,8 +180,8 @@ def test_cattaneo_force_converges():
                 LoadPath("penetration", 1.0),
                 LoadPath("tangential_displacement", [u]),
             )
-            found.append(step.tangential_force / exact - 1)
-        errors.append(np.sqrt(np.mean(np.square(found))))
+            result.append(step.tangential_force / exact - 1)
+        errors.append(np.sqrt(np.mean(np.square(result))))
     assert np.log2(errors[0] / errors[2]) / 2 > 1.7
     assert errors[2] < 2e-3
 
@@ -318,7 +318,7 @@ def test_units_change_no_digit(exponent):
     unit = 2.0**exponent
     x = (np.arange(20) - 9.7) * 0.12
     gap = (x[:, None] ** 2 + x**2) / 2
-    found = []
+    result = []
     for s in (1.0, unit):
         body = NormalAndTangential((20, 20), (0.12 * s,) * 2, Compliance.of(s, 0.3))
         (step,) = sweep(
@@ -326,9 +326,9 @@ def test_units_change_no_digit(exponent):
             LoadPath("force", 2.0 * s**3),
             LoadPath("tangential_force", [0.5 * s**3]),
         )
-        found.append(step)
-    assert np.array_equal(found[1].traction, found[0].traction * unit)
-    assert found[1].tangential_displacement == found[0].tangential_displacement * unit
+        result.append(step)
+    assert np.array_equal(result[1].traction, result[0].traction * unit)
+    assert result[1].tangential_displacement == result[0].tangential_displacement * unit
 
 
 def test_refusals():

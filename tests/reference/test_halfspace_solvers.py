@@ -61,12 +61,12 @@ def test_fft_and_dense_solvers_agree(kind, shape, ratio, load, control, seed):
     gap = random_gap(kind, shape, seed)
     pressed, wanted = Press(operator, gap), Load(control, 10.0**load)
     exact = dense.solve(pressed, wanted)
-    found = fft.solve(pressed, wanted, tolerance=1e-12)
+    contact = fft.solve(pressed, wanted, tolerance=1e-12)
     assert exact.violation < 1e-13
-    assert found.violation <= 1e-12
-    assert found.force == pytest.approx(exact.force, rel=1e-10)
-    assert found.penetration == pytest.approx(exact.penetration, rel=1e-10)
-    np.testing.assert_allclose(found.pressure, exact.pressure, atol=1e-9 * exact.pressure.max())
+    assert contact.violation <= 1e-12
+    assert contact.force == pytest.approx(exact.force, rel=1e-10)
+    assert contact.penetration == pytest.approx(exact.penetration, rel=1e-10)
+    np.testing.assert_allclose(contact.pressure, exact.pressure, atol=1e-9 * exact.pressure.max())
 
 
 @settings(max_examples=30, deadline=None)
@@ -183,10 +183,10 @@ def test_force_control_widens_a_window_that_was_too_small():
     gap[30:, 30:] = 1e-3
     operator = FreeOperator((40, 40), (1.0, 1.0), 1.0)
     for force in (1e-3, 1e-2, 10.0, 100.0):
-        found = fft.solve(Press(operator, gap), Load("force", force), tolerance=1e-11)
+        contact = fft.solve(Press(operator, gap), Load("force", force), tolerance=1e-11)
         exact = dense.solve(Press(operator, gap), Load("force", force))
-        assert found.penetration == pytest.approx(exact.penetration, rel=1e-9)
-        assert found.violation <= 1e-11
+        assert contact.penetration == pytest.approx(exact.penetration, rel=1e-9)
+        assert contact.violation <= 1e-11
 
 
 @pytest.mark.parametrize("solver", [dense, fft])

@@ -71,8 +71,8 @@ def test_slow_impacts_of_steel_radiate_the_power_of_hertzs_force(poisson_ratio):
     waves = body_waves(poisson_ratio) / (1 - rayleigh_share(poisson_ratio))
     lag = waves / (2 * math.pi * shear * math.sqrt(shear / density))
     lost = 2 * lag * quad(radiated, 0, depth, epsabs=0)[0] / (0.5 * mass * speed**2)
-    found = impact(slow, poisson_ratio, elastic_sphere=True)
-    assert found.energy_lost == pytest.approx(lost, rel=1e-4)
+    rebound = impact(slow, poisson_ratio, elastic_sphere=True)
+    assert rebound.energy_lost == pytest.approx(lost, rel=1e-4)
 
 
 def test_hunters_constant_lies_between_what_half_sines_give():
@@ -93,8 +93,8 @@ def test_the_loss_tends_to_its_first_order_linearly():
     """The relative difference of loss and first order halves with e, to 20 %."""
     rest = []
     for speed in (1e-4, 1e-4 / 2 ** (5 / 3)):
-        found = impact(speed)
-        rest.append(weak_loss(found.radiation) / found.energy_lost - 1)
+        rebound = impact(speed)
+        rest.append(weak_loss(rebound.radiation) / rebound.energy_lost - 1)
     assert rest[0] / rest[1] == pytest.approx(2, rel=0.2)
 
 

@@ -23,7 +23,7 @@ def test_summits_have_the_density_and_mean_curvature_of_nayak():
     The synthesised surfaces are band-limited Gaussian ones with known m2, m4 (many modes); 20 of
     them hold some 10^4 summits, so 4 % is about three standard errors with the grid's share.
     """
-    points, found, curvatures = 128, 0, []
+    points, result, curvatures = 128, 0, []
     for k in range(20):
         h = surfaces.self_affine(
             points,
@@ -33,9 +33,9 @@ def test_summits_have_the_density_and_mean_curvature_of_nayak():
             realisation=k,
         )
         fine = surfaces.refine(h, 2)
-        each = summits(fine, (0.5 / points,) * 2).curvatures
-        found += len(each)
-        curvatures.append(each)
+        part = summits(fine, (0.5 / points,) * 2).curvatures
+        result += len(part)
+        curvatures.append(part)
     amplitude = surfaces.amplitude_spectrum(
         points, 1.0, surfaces.SelfAffine(power=2.0, rms_slope=1.0, short_cutoff=1 / 16)
     )
@@ -43,7 +43,7 @@ def test_summits_have_the_density_and_mean_curvature_of_nayak():
     fourth = 3 / 8 * ((q**2 * amplitude) ** 2).sum()
     theory = surface_peaks(0.5, float(fourth))
     both = np.concatenate(curvatures)
-    assert found / 20 == pytest.approx(theory.density, rel=0.04)
+    assert result / 20 == pytest.approx(theory.density, rel=0.04)
     assert both.mean() == pytest.approx(theory.mean_curvature, rel=0.02)
     assert both.prod(axis=1).mean() == pytest.approx(theory.gaussian_curvature, rel=0.04)
     radius = (1 / np.sqrt(both.prod(axis=1))).mean()
@@ -83,8 +83,8 @@ def test_the_hessian_of_a_rotated_paraboloid_like_wave():
     """cos(2 x + y): second derivatives -4, -1, -2 times it, to round-off."""
     x = 2 * np.pi * np.arange(32) / 32
     h = np.cos(2 * x[:, None] + x)
-    for found, factor in zip(hessian(h, (x[1], x[1])), (-4, -1, -2), strict=True):
-        np.testing.assert_allclose(found, factor * h, atol=1e-12)
+    for result, factor in zip(hessian(h, (x[1], x[1])), (-4, -1, -2), strict=True):
+        np.testing.assert_allclose(result, factor * h, atol=1e-12)
 
 
 def test_curvatures_of_summits_converge_with_the_square_of_the_spacing():
@@ -93,8 +93,8 @@ def test_curvatures_of_summits_converge_with_the_square_of_the_spacing():
     for n in (16, 32, 64):
         x = 2 * np.pi * (np.arange(n) + 0.3) / n
         h = np.cos(x)[:, None] + 0.5 * np.cos(x)
-        (found,) = summits(h, (2 * np.pi / n,) * 2).curvatures
-        errors.append(abs(found - [1.0, 0.5]).max())
+        (only,) = summits(h, (2 * np.pi / n,) * 2).curvatures
+        errors.append(abs(only - [1.0, 0.5]).max())
     assert np.log2(errors[0] / errors[2]) / 2 > 1.8
 
 

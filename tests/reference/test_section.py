@@ -77,10 +77,10 @@ def boussinesq_energy(radius: float, poisson_ratio: float) -> float:
 def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
     """Beyond rho = 20 a of a body of 1e4 a, share of U = F d/2, to (a/rho)^2 = 0.25 %."""
     rho = 20.0
-    found = press_section(1e4, poisson_ratio, radii=(rho,), elements=16)
+    contact = press_section(1e4, poisson_ratio, radii=(rho,), elements=16)
     # E* a d^2 is the unit of energy, E* a d of force
-    outside = boussinesq_energy(rho, poisson_ratio) * found.stiffness**2
-    assert 1 - found.energy[0] == pytest.approx(outside / (found.stiffness / 2), rel=0.005)
+    outside = boussinesq_energy(rho, poisson_ratio) * contact.stiffness**2
+    assert 1 - contact.energy[0] == pytest.approx(outside / (contact.stiffness / 2), rel=0.005)
 
 
 @pytest.mark.parametrize("poisson_ratio", [0.1, 0.3])
@@ -91,17 +91,17 @@ def test_the_mean_displacement_is_that_of_the_chapters_estimate_with_its_coeffic
     the body around, 1e-3.
     """
     radius = 50.0
-    found = press_section(1e5, poisson_ratio, radii=(radius,), elements=16)
+    contact = press_section(1e5, poisson_ratio, radii=(radius,), elements=16)
     exact = (7 - 6 * poisson_ratio) / (2 * np.pi * (1 - poisson_ratio))
-    assert 2 * found.mean_displacement[0] * radius / 2 == pytest.approx(exact, rel=2e-3)
+    assert 2 * contact.mean_displacement[0] * radius / 2 == pytest.approx(exact, rel=2e-3)
 
 
 def test_a_free_body_deforms_about_its_centre_of_mass():
     """Koenig: measured from the centre of mass the mean vanishes, and K exceeds m v^2/2."""
-    found = press_section(20.0, 0.3, support="inertia")
-    assert abs(found.mean_displacement[-1]) < 1e-12
-    assert found.mean_square_displacement[-1] > 0
-    assert found.energy[-1] == 1.0
+    contact = press_section(20.0, 0.3, support="inertia")
+    assert abs(contact.mean_displacement[-1]) < 1e-12
+    assert contact.mean_square_displacement[-1] > 0
+    assert contact.energy[-1] == 1.0
 
 
 def test_everything_wrong_with_a_section_is_listed():

@@ -70,10 +70,10 @@ def test_free_kernel_is_the_transform_of_the_complex_modulus():
     taper = taper[:, None] * taper
     wave = taper * np.exp(1j * q * x)[:, None]
     u = operator.apply(wave.real) + 1j * operator.apply(wave.imag)
-    found = u[n // 2, n // 2] / wave[n // 2, n // 2]
+    result = u[n // 2, n // 2] / wave[n // 2, n // 2]
     exact = 2 / (q * 4 * ZENER.dynamic_modulus(-30.0 * q))
     # cells are a comb of averages: sinc(q dx/2) and its aliases, 0.7 % here
-    assert abs(found / exact - 1) < 0.02
+    assert abs(result / exact - 1) < 0.02
 
 
 @settings(max_examples=15, deadline=None)
@@ -94,17 +94,17 @@ def test_any_pressure_dissipates(speed, seed):
 def test_pressures_and_clearances_are_not_negative(material, periodic):
     x, gap = grid(32, 0.2)
     operator = Travelling((32, 32), (x[1] - x[0],) * 2, material, 0.1, periodic=periodic)
-    found = solve(operator, gap, Load("force", 1e-3))
-    clearance = gap - found.penetration + operator.apply(found.pressure)
-    assert found.violation < 1e-9
-    assert np.all(found.pressure >= 0)
-    assert clearance.min() > -1e-9 * found.penetration
-    assert np.abs(clearance[found.mask]).max() < 1e-9 * found.penetration
-    assert_allclose(found.force, 1e-3, rtol=1e-12)
-    assert found.friction_coefficient > 0
+    contact = solve(operator, gap, Load("force", 1e-3))
+    clearance = gap - contact.penetration + operator.apply(contact.pressure)
+    assert contact.violation < 1e-9
+    assert np.all(contact.pressure >= 0)
+    assert clearance.min() > -1e-9 * contact.penetration
+    assert np.abs(clearance[contact.mask]).max() < 1e-9 * contact.penetration
+    assert_allclose(contact.force, 1e-3, rtol=1e-12)
+    assert contact.friction_coefficient > 0
     if not periodic:
-        again = solve(operator, gap, Load("penetration", found.penetration))
-        assert_allclose(again.pressure, found.pressure, atol=1e-9 * found.pressure.max())
+        again = solve(operator, gap, Load("penetration", contact.penetration))
+        assert_allclose(again.pressure, contact.pressure, atol=1e-9 * contact.pressure.max())
 
 
 def test_force_and_depth_control_agree_on_the_periodic_half_space():
@@ -121,12 +121,12 @@ def test_force_and_depth_control_agree_on_the_periodic_half_space():
 def test_the_fft_solver_at_rest_is_the_limit_of_slow_sliding():
     x, gap = grid(32, 0.2)
     spacing = (x[1] - x[0],) * 2
-    found = solve(Travelling((32, 32), spacing, KELVIN, 1e-10), gap, Load("force", 1e-3))
+    contact = solve(Travelling((32, 32), spacing, KELVIN, 1e-10), gap, Load("force", 1e-3))
     still = fft.solve(
         Press(FreeOperator((32, 32), spacing, 1.0), gap), Load("force", 1e-3), tolerance=1e-11
     )
-    assert_allclose(found.penetration, still.penetration, rtol=1e-6)
-    assert_allclose(found.pressure, still.pressure, atol=1e-6 * still.pressure.max())
+    assert_allclose(contact.penetration, still.penetration, rtol=1e-6)
+    assert_allclose(contact.pressure, still.pressure, atol=1e-6 * still.pressure.max())
 
 
 def marched(material, speed, cells, half_width, force):
@@ -165,9 +165,9 @@ def test_steady_sliding_is_where_marching_in_time_ends():
         depth, friction = marched(ZENER, 0.05, cells, 0.25, 1e-3)
         x, gap = grid(cells, 0.25)
         operator = Travelling((cells, cells), (x[1] - x[0],) * 2, ZENER, 0.05)
-        found = solve(operator, gap, Load("force", 1e-3))
+        contact = solve(operator, gap, Load("force", 1e-3))
         differences.append(
-            (abs(depth / found.penetration - 1), abs(friction / found.friction_coefficient - 1))
+            (abs(depth / contact.penetration - 1), abs(friction / contact.friction_coefficient - 1))
         )
     # the march errs by the first order of dx/(v lambda), and friction is made of such terms
     (depth, friction), (finer_depth, finer_friction) = differences
@@ -191,10 +191,10 @@ def test_full_contact_with_a_ridge_follows_the_complex_modulus(material, speed):
     operator = Travelling((n, 2), (1 / n, 1 / n), material, speed, periodic=True)
     modulus = 4 * material.dynamic_modulus(q * speed)
     pressure = 2 * abs(modulus) * q * amplitude / 2
-    found = solve(operator, amplitude - height, Load("force", pressure * 2 / n), slope=slope)
-    assert found.mask.all()
+    contact = solve(operator, amplitude - height, Load("force", pressure * 2 / n), slope=slope)
+    assert contact.mask.all()
     assert_allclose(
-        found.tangential_force / (2 / n), modulus.imag * q * q * amplitude**2 / 4, rtol=1e-9
+        contact.tangential_force / (2 / n), modulus.imag * q * q * amplitude**2 / 4, rtol=1e-9
     )
 
 
@@ -205,16 +205,16 @@ def test_slow_paraboloid_has_the_friction_of_first_order(speed):
     int_0^inf j_1(t)^2 dt = pi/6 gives F_x = v tau F/R. What is missing at finite v tau is
     0.62 v tau/a (from the speeds themselves: it goes to zero with them), a = 0.1.
     """
-    found = paraboloid(1.0, KELVIN, speed, Load("penetration", 0.01)).friction_coefficient
-    assert abs(found.estimate / speed - 1) < 0.75 * speed / 0.1 + found.uncertainty / speed
+    result = paraboloid(1.0, KELVIN, speed, Load("penetration", 0.01)).friction_coefficient
+    assert abs(result.estimate / speed - 1) < 0.75 * speed / 0.1 + result.uncertainty / speed
 
 
 def test_paraboloid_is_known_to_half_a_per_cent():
     """The bar of three grids holds a fourth, twice as fine as the finest, and is below 0.5 %."""
-    found = paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), cells=48)
+    form = paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), cells=48)
     finer = paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), cells=96)
     for name in ("friction_coefficient", "force"):
-        coarse, fine = getattr(found, name), getattr(finer, name)
+        coarse, fine = getattr(form, name), getattr(finer, name)
         assert abs(coarse.estimate - fine.estimate) < coarse.uncertainty
         assert fine.uncertainty < 0.005 * fine.estimate
 

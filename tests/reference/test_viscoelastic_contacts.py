@@ -36,15 +36,15 @@ BALL = closed_form.paraboloid(1.0, 1.0)
 def test_ramp_is_radok_by_adaptive_quadrature():
     """F = (16/3) sqrt R int G(t - s) d[(v s)^1.5], with s = w^2 so that nothing is singular."""
     speed, t = 0.01, 0.8
-    found = indentation(BALL, 1.0, SOLID, History("penetration", [0.0, 1.0], [0.0, speed]), [t])
+    contact = indentation(BALL, 1.0, SOLID, History("penetration", [0.0, 1.0], [0.0, speed]), [t])
 
     def integrand(w):
         return float(SOLID.relaxation(t - w * w)) * 1.5 * speed**1.5 * w * 2 * w
 
     exact = 16 / 3 * quad(integrand, 0, np.sqrt(t), epsabs=0, epsrel=1e-13)[0]
-    assert found.force[0] == pytest.approx(exact, rel=1e-12)
-    assert found.error[0] < 1e-11 * exact
-    assert found.contact_radius[0] == pytest.approx(np.sqrt(speed * t), rel=1e-14)
+    assert contact.force[0] == pytest.approx(exact, rel=1e-12)
+    assert contact.error[0] < 1e-11 * exact
+    assert contact.contact_radius[0] == pytest.approx(np.sqrt(speed * t), rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -67,13 +67,13 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
     assert (exact.error <= 1e-9 * exact.force).all()
     springs, errors = np.array([10, 20, 40, 80, 160]), []
     for n in springs:
-        found = indent_in_time(
+        result = indent_in_time(
             RelaxingSprings(profile, SOLID_SPRINGS, per_radius=n),
             HISTORY,
             LoadPath("penetration", DEPTHS),
         )
-        force = np.abs(found.force[1:] - exact.force).max() / exact.force.max()
-        radius = np.abs(found.contact_radius[1:] / exact.contact_radius - 1).max()
+        force = np.abs(result.force[1:] - exact.force).max() / exact.force.max()
+        radius = np.abs(result.contact_radius[1:] / exact.contact_radius - 1).max()
         errors.append([force, radius])
     errors = np.array(errors)
     if profile.name == "cylinder":
@@ -92,13 +92,13 @@ def test_a_jump_and_a_retreat():
     exact = indentation(BALL, 1.0, SOLID, History("penetration", t, depth), t)
     held = 16 / 3 * 0.01**1.5 * SOLID.relaxation(t[:2])
     np.testing.assert_allclose(exact.force[:2], held, rtol=1e-13)
-    found = indent_in_time(
+    result = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=320),
         t,
         LoadPath("penetration", depth),
     )
-    np.testing.assert_allclose(found.force, exact.force, rtol=1e-6)
-    np.testing.assert_allclose(found.contact_radius, exact.contact_radius, rtol=1e-6)
+    np.testing.assert_allclose(result.force, exact.force, rtol=1e-6)
+    np.testing.assert_allclose(result.contact_radius, exact.contact_radius, rtol=1e-6)
 
 
 def test_ting_refuses_a_retreat_that_the_surface_overtakes():
@@ -107,10 +107,10 @@ def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     t = np.array([0.0, 1.0, 2.0, 2.4, 2.6])
     with pytest.raises(ValueError, match="grows again"):
         indentation(BALL, 1.0, SOLID, History("penetration", t, slower), t)
-    found = indent_in_time(
+    result = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS), t, LoadPath("penetration", slower)
     )
-    assert found.contact_radius[4] > found.contact_radius[3]
+    assert result.contact_radius[4] > result.contact_radius[3]
 
 
 def test_creep_of_both_rooms():
@@ -118,11 +118,11 @@ def test_creep_of_both_rooms():
     t = np.linspace(0, 2, 41)
     force = 0.02 * np.minimum(t, 1.0)
     exact = creep(BALL, 1.0, SOLID, History("force", [0, 1, 2], [0, 0.02, 0.02]), t[1:])
-    found = indent_in_time(
+    result = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160), t, LoadPath("force", force)
     )
     # 41 times: dt^2, most of it where the ramp starts (d ~ t^(2/3) there)
-    np.testing.assert_allclose(found.penetration[11:], exact.penetration[10:], rtol=4e-4)
+    np.testing.assert_allclose(result.penetration[11:], exact.penetration[10:], rtol=4e-4)
 
 
 def cells(n, reach):
@@ -161,12 +161,12 @@ def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
     t = np.concatenate(
         [[0.0]] + [np.linspace(*ends, steps + 1)[1:] for ends in itertools.pairwise(history)]
     )
-    found = press_in_time(
+    contact = press_in_time(
         Press(operator, square / 2),
         material,
         History("penetration", t, np.interp(t, history, depth)),
     )
-    return np.array([step.force for step in found])[steps::steps]
+    return np.array([step.force for step in contact])[steps::steps]
 
 
 def test_half_space_in_time_converges_to_ting():
@@ -205,12 +205,12 @@ def test_half_space_against_a_dashpot():
     damped = GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)
     operator, square = cells(48, 0.115)
     t = np.linspace(0, 1, 41)
-    found = list(
+    entries = list(
         press_in_time(Press(operator, square / 2), damped, History("penetration", t, 0.01 * t))
     )
-    at = np.array([step.time for step in found[18:]])
+    at = np.array([step.time for step in entries[18:]])
     exact = indentation(BALL, 1.0, damped, History("penetration", [0, 1], [0, 0.01]), at)
-    np.testing.assert_allclose([step.force for step in found[18:]], exact.force, rtol=2.5e-3)
+    np.testing.assert_allclose([step.force for step in entries[18:]], exact.force, rtol=2.5e-3)
 
 
 @pytest.mark.parametrize("material", [SOLID, GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)])
@@ -219,14 +219,14 @@ def test_a_force_may_rise_from_nothing(material):
     operator, square = cells(32, 0.115)
     t = np.linspace(0, 1, 17)
     force = 0.01 * t
-    found = list(press_in_time(Press(operator, square / 2), material, History("force", t, force)))
+    entries = list(press_in_time(Press(operator, square / 2), material, History("force", t, force)))
     if not material.viscosity:
-        assert (found[0].penetration, found[0].force, found[0].violation) == (0.0, 0.0, 0.0)
-        assert not found[0].pressure.any()
+        assert (entries[0].penetration, entries[0].force, entries[0].violation) == (0.0, 0.0, 0.0)
+        assert not entries[0].pressure.any()
     exact = creep(
-        BALL, 1.0, material, History("force", t, force), [step.time for step in found[4:]]
+        BALL, 1.0, material, History("force", t, force), [step.time for step in entries[4:]]
     )
-    depths = [step.penetration for step in found[4:]]
+    depths = [step.penetration for step in entries[4:]]
     np.testing.assert_allclose(depths, exact.penetration, rtol=0.01)
 
 
@@ -269,12 +269,12 @@ def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
     """Restitution, duration, depth and force of a ball by an initial value problem."""
     exact = impact(BALL, 1.0, material, 1e-6, 1e-2)
     assert exact.error < 1e-6
-    found = impact_on_springs(RelaxingSprings(paraboloid(1.0), springs), 1e-6, 1e-2, steps=400)
+    rebound = impact_on_springs(RelaxingSprings(paraboloid(1.0), springs), 1e-6, 1e-2, steps=400)
     # second order in 400 steps; with a dashpot d ~ t puts its kink t^(1/2) into the first steps
-    assert found.restitution == pytest.approx(exact.restitution, abs=2e-5)
-    assert found.duration == pytest.approx(exact.duration, rel=2e-5)
-    assert found.penetration.max() == pytest.approx(exact.penetration, rel=2e-5)
-    assert found.force.max() == pytest.approx(exact.force, rel=2e-4)
+    assert rebound.restitution == pytest.approx(exact.restitution, abs=2e-5)
+    assert rebound.duration == pytest.approx(exact.duration, rel=2e-5)
+    assert rebound.penetration.max() == pytest.approx(exact.penetration, rel=2e-5)
+    assert rebound.force.max() == pytest.approx(exact.force, rel=2e-4)
 
 
 def test_bad_histories_are_refused():

@@ -27,8 +27,8 @@ def test_creep_of_a_dashpot_and_two_arms_is_that_of_its_differential_equations()
         return np.array([(1 - stress) / 0.4, *((strain - arms) / tau)])
 
     t = np.array([0.1, 1.0, 30.0])
-    found = solve_ivp(rates, (0, 30), np.zeros(3), "Radau", t, rtol=1e-10, atol=1e-13).y[0]
-    np.testing.assert_allclose(material.creep(t), found, rtol=1e-8)
+    result = solve_ivp(rates, (0, 30), np.zeros(3), "Radau", t, rtol=1e-10, atol=1e-13).y[0]
+    np.testing.assert_allclose(material.creep(t), result, rtol=1e-8)
 
 
 @given(equilibrium=MAYBE, arms=ARMS, viscosity=MAYBE)

@@ -45,7 +45,7 @@ def rough(study):
 def page_size(pdf: bytes) -> tuple[float, float]:
     """Return width and height of a PDF's page in mm."""
     box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", pdf)
-    return tuple(float(each) * MILLIMETRES_PER_POINT for each in box.groups())
+    return tuple(float(group) * MILLIMETRES_PER_POINT for group in box.groups())
 
 
 def drawn(scene, key):
@@ -66,7 +66,7 @@ def test_every_kind_of_plot_is_there(ball, rough):
 def test_curves_hold_the_numbers_of_the_results(ball):
     """Force over penetration, in the units of the axes (µm and N or kN)."""
     axes = drawn(ball, "force-penetration")
-    line = next(each for each in axes.get_lines() if each.get_label() == "closed form")
+    line = next(get_line for get_line in axes.get_lines() if get_line.get_label() == "closed form")
     rows = ball.rows[ball.rows["method"] == "closed_form"]
     np.testing.assert_allclose(line.get_xdata(), rows["penetration"] * 1e6, rtol=1e-12)
     ratio = line.get_ydata() / rows["force"].to_numpy()
@@ -76,14 +76,18 @@ def test_curves_hold_the_numbers_of_the_results(ball):
 
 def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
     for key in ("force-penetration", "error-force", "speed-force"):
-        lines = {each.get_label(): each for each in drawn(ball, key).get_lines()}
+        lines = {get_line.get_label(): get_line for get_line in drawn(ball, key).get_lines()}
         assert lines["reduced model"].get_color() == REDUCED
 
 
 def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
     """The reference is uncertain by 1 % in penetration and 2 % in area; area stands upright."""
     axes = drawn(rough, "contact-area-force")
-    (band,) = [each for each in axes.collections if each.get_label() == "bar of the reference"]
+    (band,) = [
+        collection
+        for collection in axes.collections
+        if collection.get_label() == "bar of the reference"
+    ]
     corners = band.get_paths()[0].vertices
     edge = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
     width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))
@@ -94,15 +98,17 @@ def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
 
 def test_errors_are_filled_above_the_truth_and_stand_beside_the_tolerance(ball):
     axes = drawn(ball, "error-force")
-    asked = [each for each in axes.get_lines() if each.get_label().startswith("asked: ")]
+    asked = [
+        get_line for get_line in axes.get_lines() if get_line.get_label().startswith("asked: ")
+    ]
     np.testing.assert_allclose(asked[0].get_ydata(), ball.tolerance)
     assert axes.get_yscale() == "log"
-    assert "1\u202f%" in [each.get_text() for each in axes.get_yticklabels()]
+    assert "1\u202f%" in [get_line.get_text() for get_line in axes.get_yticklabels()]
 
 
 def test_the_pareto_front_is_beaten_by_no_method(ball):
     axes = drawn(ball, "speed-force")
-    lines = {each.get_label(): each for each in axes.get_lines()}
+    lines = {get_line.get_label(): get_line for get_line in axes.get_lines()}
     x, y = lines["Pareto front"].get_data()
     for name in ("reduced model", "dense BEM", "FFT BEM", "FEM"):
         for seconds, error in zip(*lines[name].get_data(), strict=True):
@@ -113,9 +119,9 @@ def test_the_pareto_front_is_beaten_by_no_method(ball):
 @pytest.mark.parametrize("scene", ["friction-steel", "rubber-ball"])
 def test_paths_histories_and_speeds_are_drawn_too(scene):
     """Beyond frictionless contact: every quantity along the path, or over time."""
-    found = roughline.compare(scene, "closed_form", "reduced", "bem_fft", resolutions=[6, 9])
-    assert "data:image/png;base64,iVBOR" in found.plot()._repr_html_()
-    assert any(key.startswith("error-") for key in found.plots)
+    comparison = roughline.compare(scene, "closed_form", "reduced", "bem_fft", resolutions=[6, 9])
+    assert "data:image/png;base64,iVBOR" in comparison.plot()._repr_html_()
+    assert any(key.startswith("error-") for key in comparison.plots)
 
 
 def test_single_results_are_drawn_too():
@@ -210,8 +216,8 @@ def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study
     assert [head.text for head in settings.heads[:4]] == ["method", "N", "unknowns", "time"]
     rows = [tuple(map(printed, row)) for row in settings.rows]
     assert ("reference",) * (len(settings.heads) - 4) in {row[4:] for row in rows}
-    found = printed_verdicts(study.scenes)
-    assert {row[0].text for row in found.rows} == {"steel-ball", "rough-patch", ""}
+    result = printed_verdicts(study.scenes)
+    assert {row[0].text for row in result.rows} == {"steel-ball", "rough-patch", ""}
 
 
 def test_cells_of_markdown_tables_cannot_leave_their_cell():
@@ -234,7 +240,7 @@ def test_hostile_results_are_drawn_as_text_and_written_inside_the_folder(small, 
     for path in write_paper(hostile, out, ("svg",), overview=False):
         assert path.parent == out
         assert re.fullmatch(r"[a-z0-9-]+\.(svg|tex|md)", path.name)
-    assert {each.name for each in tmp_path.iterdir()} == {"run", "deep"}
+    assert {item.name for item in tmp_path.iterdir()} == {"run", "deep"}
 
 
 def test_a_scene_without_errors_has_only_curves(rough):
@@ -277,7 +283,7 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
 def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     names = {"run": study.directory, "out": tmp_path / "out", "file": tmp_path / "file"}
-    assert run_command(["paper", *(each.format(**names) for each in arguments)]) == 2
+    assert run_command(["paper", *(argument.format(**names) for argument in arguments)]) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 

@@ -77,7 +77,7 @@ def test_a_scene_is_the_same_from_tables_text_file_and_scene(tmp_path):
     scene = roughline.load_scene(BALL)
     (tmp_path / "ball.toml").write_text(scene.text, encoding="utf-8")
     again = [scene.text, tmp_path / "ball.toml", str(tmp_path / "ball.toml"), scene]
-    assert {roughline.load_scene(each).text for each in again} == {scene.text}
+    assert {roughline.load_scene(part).text for part in again} == {scene.text}
 
 
 def test_changes_leave_what_they_are_made_from_alone():
@@ -204,7 +204,7 @@ def test_a_plan_tells_what_is_left_out():
 def test_a_study_is_a_folder_that_is_read_back(results):
     again = roughline.load_results(results.folder)
     assert again.names == ["ball", "cone"]
-    assert [each.verdict for each in again] == ["within", "within"]
+    assert [part.verdict for part in again] == ["within", "within"]
     assert again["cone"].verdict == "within"
     assert set(again.table()["scene"]) == {"ball", "cone"}
     assert again.lost == {}
@@ -335,9 +335,9 @@ def test_everything_has_a_short_form_for_notebooks_and_terminals(found, results)
         (roughline.compare_runs(results, results), "are the same, 0 are worse"),
         (claim, "holds</span>"),
     ]
-    for each, text in told:
-        assert text in each._repr_html_()
-        assert len(each._repr_html_()) < 20_000
-        assert repr(each)
+    for part, text in told:
+        assert text in part._repr_html_()
+        assert len(part._repr_html_()) < 20_000
+        assert repr(part)
     assert "holds" in repr(claim)
     assert "reduced model within" in repr(found)

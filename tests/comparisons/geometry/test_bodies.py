@@ -25,8 +25,8 @@ CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 def hexahedra(lines):
     """Points and cells of a box between mesh lines; z up, the top is the last plane."""
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
-    number = np.arange(len(points)).reshape([len(each) for each in lines])
-    n = [len(each) - 1 for each in lines]
+    number = np.arange(len(points)).reshape([len(line) for line in lines])
+    n = [len(line) - 1 for line in lines]
     cells = [
         number[i : i + n[0], j : j + n[1], k : k + n[2]].ravel() for k in (0, 1) for i, j in CORNERS
     ]
@@ -168,7 +168,7 @@ def test_the_unit_of_the_file_scales_the_body(tmp_path):
     """In metres the same numbers are a body a thousand times larger: nearer to a half-space."""
     write(tmp_path / "block.msh")
     small = solved(scene(tmp_path)).quantities["force"][0]
-    write(tmp_path / "metres.msh", tuple(1e-3 * each for each in LINES))
+    write(tmp_path / "metres.msh", tuple(1e-3 * line for line in LINES))
     same = solved(scene(tmp_path, "metres.msh", length_unit="m")).quantities["force"][0]
     np.testing.assert_allclose(same, small, rtol=1e-9)
 
@@ -266,7 +266,7 @@ def test_the_surface_itself_is_part_of_the_gap(tmp_path):
 def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
     write(tmp_path / "block.msh")
     (plan,) = plan_scene(scene(tmp_path))
-    plans = {each.method: each for each in plan.methods}
+    plans = {method.method: method for method in plan.methods}
     assert plans["fem"].resolutions == (1, 2)
     assert "held by its supports; no far field" in plans["fem"].modelled
     for name in ("closed_form", "bem_dense", "bem_fft"):
@@ -281,7 +281,7 @@ def test_cells_that_would_lock_are_refused(tmp_path):
     write(tmp_path / "block.msh")
     data = tables("block.msh") | {"half_space": {"shear_modulus": E, "poisson_ratio": 0.49995}}
     (plan,) = plan_scene(make_scene(data, "test", tmp_path))
-    (fem,) = [each for each in plan.methods if each.method == "fem"]
+    (fem,) = [method for method in plan.methods if method.method == "fem"]
     assert not fem.supported
     assert "0.4999" in fem.reason
 

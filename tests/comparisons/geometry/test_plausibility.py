@@ -37,9 +37,9 @@ def test_what_is_stiffer_than_diamond_is_questioned():
 @pytest.mark.parametrize(("depth", "told"), [(0.089, False), (0.091, True)])
 def test_slopes_are_questioned_from_three_tenths_on(depth, told):
     """d/a = a/R = sqrt(d/R) of a paraboloid."""
-    found = checks(loading={"penetration": 0.01 * depth}, effective_modulus=1e9)
-    assert bool(found) == told
-    assert all(note.startswith("check the slopes: ") for note in found)
+    result = checks(loading={"penetration": 0.01 * depth}, effective_modulus=1e9)
+    assert bool(result) == told
+    assert all(note.startswith("check the slopes: ") for note in result)
 
 
 def test_steel_is_not_questioned():

@@ -128,13 +128,13 @@ def test_crop_keeps_the_spacing_and_is_counted_in_points_of_the_file(store, roug
     part = plain(store(rough), detrend="none", crop=(2, 3, 6, 4))
     assert np.array_equal(part.heights, whole.heights[2:8, 3:7])
     assert part.spacing == pytest.approx(whole.spacing, rel=1e-15)
-    assert any("cropped to 6 x 4 points from (2, 3)" in each for each in part.treatment)
+    assert any("cropped to 6 x 4 points from (2, 3)" in item for item in part.treatment)
 
 
 def test_inversion_turns_valleys_into_peaks(store, rough):
     upright, inverted = (plain(store(rough), invert=flag) for flag in (False, True))
     assert np.array_equal(inverted.heights, -upright.heights)
-    assert any("inverted" in each for each in inverted.treatment)
+    assert any("inverted" in part for part in inverted.treatment)
 
 
 TERMS = {
@@ -185,7 +185,7 @@ def test_order_of_the_treatment(store, rough):
         invert=True,
         undefined="lowest",
     )
-    steps = [each.split()[0] for each in surface.treatment]
+    steps = [part.split()[0] for part in surface.treatment]
     assert steps == ["heights", "cropped", "inverted:", "least-squares", steps[-1]]
     assert "set to the lowest" in surface.treatment[-1]
 
@@ -270,7 +270,7 @@ def test_sides_that_do_not_join_are_named(store):
     wave, groove = np.cos(2 * np.pi * x / 16), np.where(x < 5, -1.0, 0.0)
     for heights in (wave, np.roll(wave, 3, axis=0), groove):
         notes = plain(store(heights), periodic=True).treatment
-        assert not any("declared periodic" in each for each in notes)
+        assert not any("declared periodic" in item for item in notes)
     *_, note = plain(store(wave + x), periodic=True).treatment
     assert note.startswith("declared periodic, but along x the last line and the first differ by")
     *_, note = plain(store(wave + x)).treatment

@@ -131,22 +131,24 @@ def grid(n, function):
 def test_a_finer_reference_is_averaged_over_the_coarse_cells():
     """The mean of a bilinear function over a cell is its value at the centre."""
     fine, coarse = grid(24, lambda x, y: 1 + x * y), grid(8, lambda x, y: 1 + x * y)
-    found = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
-    np.testing.assert_allclose(found, coarse["pressure"], rtol=1e-13)
+    pressure = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
+    np.testing.assert_allclose(pressure, coarse["pressure"], rtol=1e-13)
     # and it is a mean, not a look-up: a checkerboard of the fine cells averages to its mean
     fine["pressure"] = (np.indices((24, 24)).sum(axis=0) % 2).ravel().astype(float)
-    found = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
-    np.testing.assert_allclose(found, 0.5, atol=1 / 18 + 1e-12)
-    assert np.mean(found) == pytest.approx(0.5)
+    pressure = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
+    np.testing.assert_allclose(pressure, 0.5, atol=1 / 18 + 1e-12)
+    assert np.mean(pressure) == pytest.approx(0.5)
 
 
 def test_elsewhere_a_reference_is_interpolated():
     fine = grid(24, lambda x, y: 1 + 2 * x - y)
     x, y = np.array([0.31, 0.7]), np.array([0.77, 0.2])
-    found = grid_pressure_at(fine, x, y, None)
-    np.testing.assert_allclose(found, 1 + 2 * x - y, rtol=1e-13)
+    pressure = grid_pressure_at(fine, x, y, None)
+    np.testing.assert_allclose(pressure, 1 + 2 * x - y, rtol=1e-13)
     # A grid of another extent is no refinement, even if its numbers of points divide.
     other = {k: v / 2 for k, v in grid(8, lambda x, y: x).items()}
-    found = grid_pressure_at(fine, other["pressure_x"], other["pressure_y"], (8, 8))
-    np.testing.assert_allclose(found, 1 + 2 * other["pressure_x"] - other["pressure_y"], rtol=0.02)
+    pressure = grid_pressure_at(fine, other["pressure_x"], other["pressure_y"], (8, 8))
+    np.testing.assert_allclose(
+        pressure, 1 + 2 * other["pressure_x"] - other["pressure_y"], rtol=0.02
+    )
     assert grid_pressure_at(fine, np.array([3.0]), np.array([0.0]), None)[0] == 0

@@ -46,16 +46,16 @@ def _true_parts() -> np.ndarray:
 def test_the_mean_is_unbiased_and_its_variance_is_the_formula():
     """4000 repetitions: mean to 4 standard errors, variance to 4 of its own (sqrt(2/4000))."""
     rng = np.random.default_rng(1)
-    found = estimate(_sample(rng, 4000)).mean
+    result = estimate(_sample(rng, 4000)).mean
     expected = float((_true_parts() / NUMBERS).sum())
-    assert found.mean() == pytest.approx(10, abs=4 * np.sqrt(expected / 4000))
-    assert found.var(ddof=1) == pytest.approx(expected, rel=4 * np.sqrt(2 / 4000))
+    assert result.mean() == pytest.approx(10, abs=4 * np.sqrt(expected / 4000))
+    assert result.var(ddof=1) == pytest.approx(expected, rel=4 * np.sqrt(2 / 4000))
 
 
 def test_the_estimated_variance_is_the_true_one_on_average():
     rng = np.random.default_rng(2)
-    found = estimate(_sample(rng, 4000)).parts.sum(axis=0)
-    assert found.mean() == pytest.approx(float((_true_parts() / NUMBERS).sum()), rel=0.03)
+    result = estimate(_sample(rng, 4000)).parts.sum(axis=0)
+    assert result.mean() == pytest.approx(float((_true_parts() / NUMBERS).sum()), rel=0.03)
 
 
 def test_half_widths_cover_the_mean_in_95_of_100_cases():
@@ -91,7 +91,7 @@ def test_the_same_digits_however_the_surfaces_were_split():
     rng = np.random.default_rng(6)
     whole = _sample(rng, numbers=(30, 12, 5))
     cuts = zip(whole, (7, 3, 5), strict=True)
-    parts = [np.concatenate(np.array_split(each, pieces)) for each, pieces in cuts]
+    parts = [np.concatenate(np.array_split(part, pieces)) for part, pieces in cuts]
     one, other = estimate(whole), estimate(parts)
     assert one.mean.tobytes() == other.mean.tobytes()
     assert one.half_width.tobytes() == other.half_width.tobytes()
@@ -102,29 +102,29 @@ def test_numbers_of_one_mean_are_those_of_giles():
     variance, cost = np.array([4.0, 0.09, 0.01]), np.array([1.0, 5.0, 25.0])
     total = np.sqrt(variance * cost).sum()
     expected = np.ceil(np.sqrt(variance / cost) * total / 0.02)
-    found = allocate(variance[:, None], cost, np.array([0.02]))
-    np.testing.assert_array_equal(found, expected)
+    numbers = allocate(variance[:, None], cost, np.array([0.02]))
+    np.testing.assert_array_equal(numbers, expected)
 
 
 def test_no_cheaper_numbers_know_several_means_well_enough():
     """Against every pair of numbers in reach: at most one surface more than the cheapest."""
     variance = np.array([[1.0, 0.2, 0.6], [0.02, 0.3, 0.001]])
     cost, allowed = np.array([1.0, 4.0]), np.array([0.02, 0.02, 0.015])
-    found = allocate(variance, cost, allowed)
-    assert ((variance / found[:, None]).sum(axis=0) <= allowed * (1 + 1e-9)).all()
+    numbers = allocate(variance, cost, allowed)
+    assert ((variance / numbers[:, None]).sum(axis=0) <= allowed * (1 + 1e-9)).all()
     good = [
         pair
         for pair in itertools.product(range(2, 150), range(2, 60))
         if pair[1] <= pair[0] and ((variance / np.array(pair)[:, None]).sum(0) <= allowed).all()
     ]
     cheapest = min(float(np.array(pair) @ cost) for pair in good)
-    assert float(found @ cost) <= cheapest + cost.sum()
+    assert float(numbers @ cost) <= cheapest + cost.sum()
 
 
 def test_variances_are_what_allocation_needs():
     rng = np.random.default_rng(7)
-    found = variances(_sample(rng, 3000)).mean(axis=1)
-    np.testing.assert_allclose(found, _true_parts(), rtol=0.1, atol=3e-4)
+    result = variances(_sample(rng, 3000)).mean(axis=1)
+    np.testing.assert_allclose(result, _true_parts(), rtol=0.1, atol=3e-4)
 
 
 def test_no_scatter_needs_the_fewest_surfaces():

@@ -81,7 +81,10 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
     glued = scene(loading=LOOP, adhesion={"work": 0.05}, **FRICTION)
     assert solver_for("reduced", glued).reason == "does not model [friction] and [adhesion]"
     (plan,) = plan_scene(pulled)
-    assert {each.method for each in plan.methods if each.supported} == {"closed_form", "reduced"}
+    assert {method.method for method in plan.methods if method.supported} == {
+        "closed_form",
+        "reduced",
+    }
 
 
 @pytest.mark.usefixtures("sheared")
@@ -102,7 +105,7 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
 def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     solved = solved_in_memory(plan, "quick")[1]
-    without = {key: each for key, each in solved.items() if key[0] == "reduced"}
+    without = {key: part for key, part in solved.items() if key[0] == "reduced"}
     curves = np.array(
         [without["reduced", n].quantities["tangential_displacement"][0] for n in (10, 20, 40)]
     )

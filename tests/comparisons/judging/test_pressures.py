@@ -18,7 +18,7 @@ SQUARE = {"shape": "square_punch", "side": 2.0}
 def cells(n, half=1.0):
     """Return cell centres of an n by n grid on a square, as fields have them."""
     centres = half * (2 * (np.arange(n) + 0.5) / n - 1)
-    x, y = (each.ravel() for each in np.meshgrid(centres, centres, indexing="ij"))
+    x, y = (part.ravel() for part in np.meshgrid(centres, centres, indexing="ij"))
     return x, y, np.full(n * n, (2 * half / n) ** 2)
 
 
@@ -44,8 +44,8 @@ def solution(plan, points, pressure, *, shape=None, force=None):
 
 def measures(plan, solved, method, resolution):
     truth = choose_truth(solved, "penetration", ("force",))
-    found = pressure_measures(plan, solved, method, resolution, truth)
-    return {each["quantity"]: (each["error"], each["bar"]) for each in found}
+    result = pressure_measures(plan, solved, method, resolution, truth)
+    return {part["quantity"]: (part["error"], part["bar"]) for part in result}
 
 
 @pytest.fixture
@@ -65,9 +65,9 @@ def test_a_ring_of_a_tenth_of_the_contact_radius_is_left_out_along_straight_shar
         ("bem_fft", 20): solution(square, (x, y, weight), smooth, shape=(40, 40)),
         ("fem", 4): solution(square, (x, y, weight), np.where(near, 9.0, 1.02) * smooth),
     }
-    found = measures(square, solved, "fem", 4)
-    assert found["pressure"][0] == pytest.approx(0.02, rel=1e-9)
-    assert "pressure_peak" not in found
+    rows = measures(square, solved, "fem", 4)
+    assert rows["pressure"][0] == pytest.approx(0.02, rel=1e-9)
+    assert "pressure_peak" not in rows
 
 
 def test_the_integral_of_the_pressure_is_the_force(square):
@@ -87,7 +87,7 @@ def test_a_quarter_of_a_mesh_stands_for_the_whole(square):
     """The truth is known on nodes with x, y >= 0 only, the grid covers all four quarters."""
     x, y, weight = cells(12)
     node = np.linspace(0, 1, 13)
-    node_x, node_y = (each.ravel() for each in np.meshgrid(node, node))
+    node_x, node_y = (part.ravel() for part in np.meshgrid(node, node))
     solved = {
         ("fem", 8): solution(square, (node_x, node_y, np.full(169, 4 / 169)), 1 + node_x + node_y),
         ("fem", 4): solution(square, (node_x, node_y, np.full(169, 4 / 169)), 1 + node_x + node_y),
@@ -98,8 +98,8 @@ def test_a_quarter_of_a_mesh_stands_for_the_whole(square):
     truth = choose_truth(
         {k: v for k, v in solved.items() if k[0] == "fem"}, "penetration", ("force",)
     )
-    found = pressure_measures(square, solved, "bem_fft", 6, truth)
-    (error,) = [each["error"] for each in found if each["quantity"] == "pressure"]
+    result = pressure_measures(square, solved, "bem_fft", 6, truth)
+    (error,) = [part["error"] for part in result if part["quantity"] == "pressure"]
     assert error == pytest.approx(0.01, rel=1e-6)
 
 
@@ -137,8 +137,8 @@ def test_a_coarse_solution_is_held_against_means_over_its_cells(square):
     grids = {key: value for key, value in solved.items() if key[0] == "bem_fft"}
     truth = choose_truth(grids, "penetration", ("force",))
     for resolution, bar in ((20, 1.25 * 0.04), (10, 0.0), (5, 0.0)):
-        found = pressure_measures(square, solved, "fem", resolution, truth)
-        (measure,) = [each for each in found if each["quantity"] == "pressure"]
+        result = pressure_measures(square, solved, "fem", resolution, truth)
+        (measure,) = [part for part in result if part["quantity"] == "pressure"]
         assert measure["error"] == pytest.approx(0.1, rel=1e-9)
         assert measure["bar"] == pytest.approx(bar, abs=1e-12)
 
@@ -177,8 +177,8 @@ def test_pressures_that_were_not_asked_for_or_not_found_are_not_compared(square)
     # A truth without a pressure still leaves the integral.
     solved = {("bem_fft", 5): silent, ("fem", 4): truth}
     truth = choose_truth({("bem_fft", 5): silent}, "penetration", ("force",))
-    found = pressure_measures(square, solved, "fem", 4, truth)
-    assert [each["quantity"] for each in found] == ["pressure_integral"]
+    result = pressure_measures(square, solved, "fem", 4, truth)
+    assert [part["quantity"] for part in result] == ["pressure_integral"]
 
 
 def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
@@ -190,9 +190,9 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
         ("bem_fft", 5): solution(square, (x, y, weight), np.ones(100), shape=(10, 10)),
         ("fem", 4): solution(square, (x, y, weight), p, force=4.0),
     }
-    found = measures(square, solved, "fem", 4)
-    assert found["pressure"][0] == pytest.approx(0)
-    assert found["pressure_integral"][0] == pytest.approx(-0.01)
+    rows = measures(square, solved, "fem", 4)
+    assert rows["pressure"][0] == pytest.approx(0)
+    assert rows["pressure_integral"][0] == pytest.approx(-0.01)
 
 
 def test_the_cone_is_compared_away_from_its_tip(scene):
@@ -208,6 +208,6 @@ def test_the_cone_is_compared_away_from_its_tip(scene):
         ("closed_form", 1): exact,
         ("fem", 4): solution(plan, (x, np.zeros(99), weight), spoilt),
     }
-    found = measures(plan, solved, "fem", 4)
-    assert found["pressure"] == (pytest.approx(0, abs=1e-9), 0.0)
-    assert "pressure_peak" not in found
+    rows = measures(plan, solved, "fem", 4)
+    assert rows["pressure"] == (pytest.approx(0, abs=1e-9), 0.0)
+    assert "pressure_peak" not in rows

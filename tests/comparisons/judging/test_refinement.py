@@ -43,24 +43,24 @@ def refine(scene):
         plan = replace(plan, methods=tuple(chosen))
         store = {}
 
-        def solve(each):
-            for method in each.methods:
+        def solve(item):
+            for method in item.methods:
                 for n in method.resolutions:
-                    store.setdefault((method.method, n), solution(each, n))
+                    store.setdefault((method.method, n), solution(item, n))
 
-        def solution(each, n):
-            depth = each.loads.values[None, :]
-            found = Solution.empty(task_of(plan, "bem_fft", n))
-            found.seconds = seconds * n**2
+        def solution(item, n):
+            depth = item.loads.values[None, :]
+            result = Solution.empty(task_of(plan, "bem_fft", n))
+            result.seconds = seconds * n**2
             if n < lost_from:
-                found.quantities = {"penetration": depth, "force": depth * (1 + error / n)}
-                found.converged[:] = True
-                found.violation[:] = 0.0
-            return found
+                result.quantities = {"penetration": depth, "force": depth * (1 + error / n)}
+                result.converged[:] = True
+                result.violation[:] = 0.0
+            return result
 
         solve(plan)
         done = refined(plan, lambda _: dict(store), solve, budget)
-        (planned,) = [each for each in done.methods if each.method == "bem_fft"]
+        (planned,) = [item for item in done.methods if item.method == "bem_fft"]
         return planned.resolutions, done.notes
 
     return run

@@ -45,8 +45,8 @@ def test_the_tables_of_the_page_are_those_of_the_script():
         if name in ("stopping", "stability", "backbone"):
             anew = markdown(make())
             assert re.sub(number, "#", anew) == re.sub(number, "#", block)
-            shown, found = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
-            np.testing.assert_allclose(shown, found, rtol=2e-3)
+            shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
+            np.testing.assert_allclose(shown, result, rtol=2e-3)
 
 
 def test_the_law_errs_by_its_speed_on_a_sled():
@@ -110,9 +110,9 @@ def test_springs_are_struck_as_the_half_space_is(speed):
     for profile, form, tolerance in cases:
         springs = strike(Springs(profile, 3.0), 0.7, [speed])
         true = collide(form, 0.7, speed)
-        found = (springs.duration[0], springs.penetration[0], springs.force[0])
+        result = (springs.duration[0], springs.penetration[0], springs.force[0])
         expected = (true.duration, true.penetration, true.force)
-        np.testing.assert_allclose(found, expected, rtol=tolerance)
+        np.testing.assert_allclose(result, expected, rtol=tolerance)
 
 
 def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():

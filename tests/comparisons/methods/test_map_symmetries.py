@@ -127,10 +127,10 @@ def pressed(scene, tmp_path):
     return press
 
 
-def assert_same(found, expected, tolerance, unit=1.0, why=""):
+def assert_same(result, expected, tolerance, unit=1.0, why=""):
     for name, values in expected.items():
         np.testing.assert_allclose(
-            found[name] / unit ** DIMENSIONS[name],
+            result[name] / unit ** DIMENSIONS[name],
             values,
             rtol=tolerance,
             err_msg=f"{name}, {why}",

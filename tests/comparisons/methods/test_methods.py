@@ -55,18 +55,18 @@ def test_the_built_in_paraboloid_is_hertz_in_every_method(capsys, method, tolera
     3 % on some 16 cells per radius, and ten times the force's tolerance elsewhere.
     """
     assert run_command(["solve", "paraboloid", "--method", method, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    depth = np.array(found["penetration"])
+    document = json.loads(capsys.readouterr().out)
+    depth = np.array(document["penetration"])
     np.testing.assert_allclose(depth[[0, -1]], [1e-6, 2e-5], rtol=1e-12)
     assert len(depth) == 7
     modulus, radius = 210e9 / (1 - 0.3**2), 0.01
     np.testing.assert_allclose(
-        found["force"], 4 / 3 * modulus * np.sqrt(radius) * depth**1.5, rtol=tolerance
+        document["force"], 4 / 3 * modulus * np.sqrt(radius) * depth**1.5, rtol=tolerance
     )
     slower = 3e-2 if method.startswith("bem") else 10 * tolerance
-    np.testing.assert_allclose(found["contact_area"], np.pi * radius * depth, rtol=slower)
+    np.testing.assert_allclose(document["contact_area"], np.pi * radius * depth, rtol=slower)
     np.testing.assert_allclose(
-        found["stiffness"], 2 * modulus * np.sqrt(radius * depth), rtol=slower
+        document["stiffness"], 2 * modulus * np.sqrt(radius * depth), rtol=slower
     )
 
 
@@ -141,7 +141,7 @@ def test_dense_and_fft_solvers_agree_on_the_same_grid(source, resolution, change
     first, second = dense.columns(), fft.columns()
     for name in ("force", "penetration", "contact_area", "contact_area_raw", "stiffness", "energy"):
         np.testing.assert_allclose(first[name], second[name], rtol=1e-8, err_msg=name)
-    p, q = (each.solution.fields["pressure"] for each in (dense, fft))
+    p, q = (part.solution.fields["pressure"] for part in (dense, fft))
     assert np.abs(p - q).max() < 1e-8 * p.max()
 
 
@@ -158,17 +158,17 @@ AXISYMMETRIC += ["cylinder", "rounded-punch"]
 
 
 def worst(source, resolution):
-    exact, found = curves(source, "closed_form"), curves(source, "reduced", resolution)
+    exact, result = curves(source, "closed_form"), curves(source, "reduced", resolution)
     names = ("force", "contact_radius", "contact_area", "stiffness", "energy")
-    return max(np.abs(found[name] / exact[name] - 1).max() for name in names)
+    return max(np.abs(result[name] / exact[name] - 1).max() for name in names)
 
 
 @pytest.mark.parametrize("source", AXISYMMETRIC)
 def test_the_reduced_model_equals_the_closed_form_at_its_default(source):
     """The promise is 1e-3 in force; the reduced model keeps it in every quantity."""
-    exact, found = curves(source, "closed_form"), curves(source, "reduced")
+    exact, result = curves(source, "closed_form"), curves(source, "reduced")
     for name in ("force", "contact_radius", "contact_area", "stiffness", "energy"):
-        np.testing.assert_allclose(found[name], exact[name], rtol=1e-3, err_msg=name)
+        np.testing.assert_allclose(result[name], exact[name], rtol=1e-3, err_msg=name)
 
 
 @pytest.mark.parametrize("source", ["paraboloid", "cone", "power-law-3", "cylinder"])
@@ -194,10 +194,10 @@ def test_a_table_of_a_paraboloid_is_nearly_a_paraboloid(scene):
     r = np.linspace(0, 1e-3, 101)
     table = {"shape": "profile", "r": r.tolist(), "f": (r**2 / 0.02).tolist()}
     (plan,) = plan_scene(scene(indenter=table))
-    found = execute(task_of(plan, "reduced", 40), 1).quantities["force"][0]
+    result = execute(task_of(plan, "reduced", 40), 1).quantities["force"][0]
     depth = np.array([1e-6, 2e-6, 4e-6])
     hertz = 4 / 3 * 210e9 / 0.91 * np.sqrt(0.01) * depth**1.5
-    np.testing.assert_allclose(found, hertz, rtol=1e-3)
+    np.testing.assert_allclose(result, hertz, rtol=1e-3)
 
 
 def test_the_half_radius_rule_is_exact_for_a_paraboloid_only():
@@ -209,8 +209,8 @@ def test_the_half_radius_rule_is_exact_for_a_paraboloid_only():
     rule = {"methods.reduced.rule": "half_radius"}
     for source, factor in (("paraboloid", 1.0), ("power-law-4", (4 / 3) ** 0.25)):
         exact = curves(source, "closed_form")
-        found = solve_scene(source, "reduced", 160, SINGLE | rule).columns()
-        np.testing.assert_allclose(found["force"], factor * exact["force"], rtol=1e-6)
+        result = solve_scene(source, "reduced", 160, SINGLE | rule).columns()
+        np.testing.assert_allclose(result["force"], factor * exact["force"], rtol=1e-6)
 
 
 def test_gaussian_radius_and_equal_area_are_near_but_not_exact():
@@ -362,37 +362,37 @@ def solved_rough(make, method, **surface):
     asked += ["contact_length", "contact_area_raw", "stiffness", "contact_length_stiffness"]
     (plan,) = plan_scene(make(compare={"quantities": asked}, **surface))
     level = 64 if method == "reduced" else 16
-    found = solved(plan.scene, method, level)
-    return plan.geometry, found
+    solution = solved(plan.scene, method, level)
+    return plan.geometry, solution
 
 
 def test_penetration_of_a_periodic_surface_counts_from_the_mean_plane(rough):
     """As the mean displacement is zero, d = max(h - <h>) - mean gap; 1e-7: the FFT's residual."""
-    geometry, found = solved_rough(rough, "bem_fft", periodic=True)
+    geometry, solution = solved_rough(rough, "bem_fft", periodic=True)
     peak = geometry.top(0) - geometry.heights(0, 16).mean()
-    np.testing.assert_allclose(found["penetration"] + found["mean_gap"], peak, rtol=1e-7)
-    np.testing.assert_allclose(found["penetration_mean_plane"], -found["mean_gap"], rtol=1e-6)
+    np.testing.assert_allclose(solution["penetration"] + solution["mean_gap"], peak, rtol=1e-7)
+    np.testing.assert_allclose(solution["penetration_mean_plane"], -solution["mean_gap"], rtol=1e-6)
 
 
 @pytest.mark.parametrize("method", ["bem_dense", "bem_fft", "fem"])
 def test_penetration_from_the_mean_plane_differs_by_the_height_of_the_peak(rough, method):
-    geometry, found = solved_rough(rough, method)
+    geometry, solution = solved_rough(rough, method)
     peak = geometry.top(0) - geometry.heights(0, 16).mean()
-    difference = found["penetration"] - found["penetration_mean_plane"]
+    difference = solution["penetration"] - solution["penetration_mean_plane"]
     np.testing.assert_allclose(difference, peak, rtol=1e-9)
 
 
 def test_contacts_are_counted_and_their_lengths_are_those_of_equal_circles(rough):
     """One contact at a tiny load: l = sqrt(4 A/pi), n = 1; k/E* is the length by stiffness."""
     tiny = {"force": {"values": [1e-5], "relative_to": "E* A0 h'"}}
-    _, found = solved_rough(rough, "bem_fft", loading=tiny)
-    assert found["contact_count"].tolist() == [1]
+    _, solution = solved_rough(rough, "bem_fft", loading=tiny)
+    assert solution["contact_count"].tolist() == [1]
     # Patches are of counted cells, the best estimate of the area is corrected for its perimeter.
-    length = np.sqrt(4 * found["contact_area_raw"] / np.pi)
-    assert found["contact_length"] == pytest.approx(length, rel=0.3)
+    length = np.sqrt(4 * solution["contact_area_raw"] / np.pi)
+    assert solution["contact_length"] == pytest.approx(length, rel=0.3)
     modulus = rough().effective_modulus
     np.testing.assert_allclose(
-        found["contact_length_stiffness"], found["stiffness"] / modulus, rtol=1e-12
+        solution["contact_length_stiffness"], solution["stiffness"] / modulus, rtol=1e-12
     )
 
 
@@ -402,17 +402,17 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
     made = rough(realisations=3, methods={"reduced": {"line_length": length}})
     (plan,) = plan_scene(made)
     solution = execute(task_of(plan, "reduced", 64, (0, 1, 2)), 1)
-    found = solution.quantities
-    for force in found["force"]:
+    result = solution.quantities
+    for force in result["force"]:
         np.testing.assert_allclose(force, plan.loads.values, rtol=1e-9)
-    np.testing.assert_allclose(found["contact_length_stiffness"], found["contact_length"])
+    np.testing.assert_allclose(result["contact_length_stiffness"], result["contact_length"])
     line = solution.fields["line_height"]
     assert len(line) == 128 * length
     assert solution.fields["line_x"][1] == pytest.approx(1e-6 / 128)
-    difference = found["penetration"][0] - found["penetration_mean_plane"][0]
+    difference = result["penetration"][0] - result["penetration_mean_plane"][0]
     np.testing.assert_allclose(difference, line.max() - line.mean(), rtol=1e-12)
     # F = E* int (h - z)_+ dx over the line; the plain sum over points lacks the contacts' edges.
-    overlap = np.maximum(line - line.max() + found["penetration"][0, -1], 0).sum()
+    overlap = np.maximum(line - line.max() + result["penetration"][0, -1], 0).sum()
     force = made.effective_modulus * overlap * solution.fields["line_x"][1] / length**2
     assert force == pytest.approx(plan.loads.values[-1], rel=0.05)
 

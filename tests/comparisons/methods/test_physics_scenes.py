@@ -40,45 +40,45 @@ def test_a_scene_without_these_tables_switches_nothing_on(scene):
 
 def test_a_tangential_path_starts_at_zero_under_the_last_normal_load(scene):
     loading = {"force": ["5 N", "10 N"], "tangential_force": ["1 N", "-1 N"], "substeps": 2}
-    found = loads_of(scene(loading=loading, **FRICTION))
-    assert (found.control, found.axis, found.is_path) == ("tangential_force", "step", True)
-    assert found.values.tolist() == [0.5, 1.0, 0.0, -1.0]
-    assert found.normal is not None
-    assert found.normal.control == "force"
-    assert found.normal.values.tolist() == [10.0]
+    loads = loads_of(scene(loading=loading, **FRICTION))
+    assert (loads.control, loads.axis, loads.is_path) == ("tangential_force", "step", True)
+    assert loads.values.tolist() == [0.5, 1.0, 0.0, -1.0]
+    assert loads.normal is not None
+    assert loads.normal.control == "force"
+    assert loads.normal.values.tolist() == [10.0]
 
 
 def test_a_history_is_divided_in_load_and_time_alike(scene):
-    found = loads_of(scene(viscoelastic=RUBBER, half_space=SOFT, loading=HISTORY | {"substeps": 2}))
-    assert (found.control, found.axis) == ("penetration", "time")
-    assert found.times == pytest.approx([0, 0.005, 0.01, 0.02, 0.03], rel=1e-15)
-    assert found.values == pytest.approx([0, 5e-7, 1e-6, 5e-7, 0], abs=1e-22)
+    loads = loads_of(scene(viscoelastic=RUBBER, half_space=SOFT, loading=HISTORY | {"substeps": 2}))
+    assert (loads.control, loads.axis) == ("penetration", "time")
+    assert loads.times == pytest.approx([0, 0.005, 0.01, 0.02, 0.03], rel=1e-15)
+    assert loads.values == pytest.approx([0, 5e-7, 1e-6, 5e-7, 0], abs=1e-22)
 
 
 def test_an_adhesive_path_may_pull_and_turn_back(scene):
-    found = loads_of(scene(adhesion=GLUE, loading={"force": ["1 N", "-1 mN", 0]}))
-    assert found.axis == "step"
-    assert found.values == pytest.approx([1.0, -1e-3, 0.0], rel=1e-14)
+    loads = loads_of(scene(adhesion=GLUE, loading={"force": ["1 N", "-1 mN", 0]}))
+    assert loads.axis == "step"
+    assert loads.values == pytest.approx([1.0, -1e-3, 0.0], rel=1e-14)
 
 
 def test_speeds_are_swept_at_one_normal_load(scene):
     tables = {"sliding": {"speed": {"from": "1 mm/s", "to": "1 m/s", "steps": 4, "spacing": "log"}}}
-    found = loads_of(
+    loads = loads_of(
         scene(viscoelastic=RUBBER, loading={"force": "2 N"}, half_space=SOFT, **tables)
     )
-    assert (found.axis, found.is_path) == ("speed", False)
-    assert found.values == pytest.approx([1e-3, 1e-2, 0.1, 1.0], rel=1e-14)
+    assert (loads.axis, loads.is_path) == ("speed", False)
+    assert loads.values == pytest.approx([1e-3, 1e-2, 0.1, 1.0], rel=1e-14)
 
 
 def test_an_impact_needs_no_loads(ball):
-    found = loads_of(ball(dynamics={"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}))
-    assert (found.axis, found.values.tolist()) == ("velocity", [0.01, 1.0])
+    loads = loads_of(ball(dynamics={"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}))
+    assert (loads.axis, loads.values.tolist()) == ("velocity", [0.01, 1.0])
 
 
 def test_a_force_history_moves_a_mass_at_rest(ball):
     loading = {"time": [0, 1], "force": [0, 1]}
-    found = loads_of(ball(dynamics={"mass": "10 g", "velocity": 0}, loading=loading))
-    assert (found.control, found.axis) == ("force", "time")
+    loads = loads_of(ball(dynamics={"mass": "10 g", "velocity": 0}, loading=loading))
+    assert (loads.control, loads.axis) == ("force", "time")
 
 
 @pytest.fixture
@@ -292,8 +292,8 @@ def test_a_creeping_contact_is_estimated_with_the_softest_modulus(scene):
 
 def test_every_method_without_the_physics_says_what_it_lacks(scene):
     (plan,) = plan_scene(scene(adhesion=GLUE, loading=PULL, **FRICTION))
-    reasons = {each.method: each.reason for each in plan.methods}
-    assert not any(each.supported for each in plan.methods)
+    reasons = {method.method: method.reason for method in plan.methods}
+    assert not any(method.supported for method in plan.methods)
     assert reasons["tamaas"] == "does not model [friction] and [adhesion]"
 
 
@@ -318,5 +318,5 @@ def test_built_in_scenes_with_physics_are_a_suite():
     from comparisons.scene.scene import builtin_names
     from comparisons.scene.suites import SUITES
 
-    found = {name for name in builtin_names() if load_scene(name).physics}
-    assert found == set(SUITES["physics"])
+    result = {name for name in builtin_names() if load_scene(name).physics}
+    assert result == set(SUITES["physics"])

@@ -92,9 +92,9 @@ def test_an_unknown_benchmark_is_wrong_input(capsys):
 @pytest.mark.slow
 def test_the_whole_benchmark_runs_and_names_each_row_once():
     """Times are for people to read: none is asserted."""
-    found = reduced.measure()
-    rows = {row.name: row for row in found}
-    assert len(rows) == len(found)
+    measured = reduced.measure()
+    rows = {row.name: row for row in measured}
+    assert len(rows) == len(measured)
     assert all(row.seconds > 0 and np.isfinite(row.ratio) for row in rows.values())
 
 
@@ -157,9 +157,9 @@ def test_share_of_transforms_is_a_share():
 
 
 def test_the_memory_of_a_solve_is_that_of_its_own_process():
-    found = bem_cost.largest(32)
-    assert found["seconds"] > 0
-    assert found["peak"] > 2e7  # Python with NumPy alone has more
+    result = bem_cost.largest(32)
+    assert result["seconds"] > 0
+    assert result["peak"] > 2e7  # Python with NumPy alone has more
 
 
 @pytest.mark.slow
@@ -167,7 +167,7 @@ def test_the_memory_of_a_solve_is_that_of_its_own_process():
 def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch):
     if not bem.press.installed(peer):
         pytest.skip(f"{peer} is not installed")
-    monkeypatch.setattr(bem.press, "installed", lambda each: each == peer)
+    monkeypatch.setattr(bem.press, "installed", lambda part: part == peer)
     row = bem.against_peers(tiny())
     assert row.yardstick.startswith(bem.press.PACKAGES[peer][0])
     ours, theirs = (float(text.rpartition(" ")[2]) for text in (row.name, row.yardstick))

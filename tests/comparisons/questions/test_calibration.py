@@ -27,7 +27,7 @@ def case(order: float, constant: float, half: str = "reported", shape: str = "a"
     n = np.array([8, 16, 32])
     curves = 1 + constant * n[:, None] ** -order * np.ones(3)
     errors = np.abs(curves[-1] - 1)
-    found = Case(
+    result = Case(
         half,
         shape,
         "bem_fft",
@@ -38,7 +38,7 @@ def case(order: float, constant: float, half: str = "reported", shape: str = "a"
         curves,
         0 * errors,
     )
-    return found.with_rule(RULE)
+    return result.with_rule(RULE)
 
 
 def test_the_halves_share_no_shape():
@@ -51,16 +51,16 @@ def test_coverage_and_width_of_bars_that_are_known():
     """Bars of 0.5, 2 and 8 times the error: two of three cover, the median width is 2."""
     base = case(1.0, 0.1)
     made = [replace(base, bars=k * base.errors) for k in (0.5, 2.0, 8.0)]
-    found = summary(made)
-    assert found.coverage == pytest.approx(2 / 3)
-    assert found.width == pytest.approx(2)
-    assert found.count == 3
+    rows = summary(made)
+    assert rows.coverage == pytest.approx(2 / 3)
+    assert rows.width == pytest.approx(2)
+    assert rows.count == 3
 
 
 def test_an_order_at_the_highest_that_is_trusted_has_roaches_width():
     """At order 1.25 the bar is 1.25 times the error (of f, not of 1); slower costs nothing more."""
-    found = case(RULE.highest, 0.01)
-    assert found.bar / found.error == pytest.approx(1.25, rel=1e-3)
+    result = case(RULE.highest, 0.01)
+    assert result.bar / result.error == pytest.approx(1.25, rel=1e-3)
 
 
 def test_the_fit_takes_the_narrowest_rule_that_covers():
@@ -81,9 +81,9 @@ def test_a_shape_with_noise_forbids_trust_in_high_orders():
 def test_one_shape_at_coarse_grids_is_covered():
     """The cylinder, solved: a staircase on a grid converges in jumps, and its bars cover them."""
     asked = shape_cases("reported", "cylinder", REPORTED["cylinder"], {"bem_fft": ((8, 11, 16),)})
-    found = answer_of(asked)
-    assert {each.quantity for each in found} == {"force", "stiffness", "penetration"}
-    assert summary(found).coverage == 1
+    result = answer_of(asked)
+    assert {part.quantity for part in result} == {"force", "stiffness", "penetration"}
+    assert summary(result).coverage == 1
 
 
 def test_the_page_tells_coverage_and_width_of_both_halves():
@@ -105,11 +105,11 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_to
     for half in ("FITTING", "REPORTED"):
         few = dict(list(getattr(rough_calibration, half).items())[:2])
         monkeypatch.setattr(rough_calibration, half, few)
-    found = Calibration(tmp_path, workers=2).run().cases
-    single = [each for each in found if not each.rough]
-    reported = summary(each for each in single if each.half == "reported")
+    result = Calibration(tmp_path, workers=2).run().cases
+    single = [part for part in result if not part.rough]
+    reported = summary(part for part in single if part.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
     assert reported.width <= 10
-    assert enough([each for each in single if each.half == "fitting"])
-    assert summary(each for each in found if each.rough).coverage >= 0.9
+    assert enough([part for part in single if part.half == "fitting"])
+    assert summary(part for part in result if part.rough).coverage >= 0.9

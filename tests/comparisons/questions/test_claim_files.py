@@ -37,7 +37,7 @@ def test_every_built_in_claim_is_valid_and_named_like_its_file():
 
 
 def test_all_problems_of_a_file_are_listed_at_once():
-    found = problems(
+    faults = problems(
         id="A b",
         equation=None,
         tolerance=-1,
@@ -46,7 +46,7 @@ def test_all_problems_of_a_file_are_listed_at_once():
         colour=1,
         vary={"path": "indenter.radius_x", "from": 2, "to": 1, "steps": 1},
     )
-    text = "\n".join(found)
+    text = "\n".join(faults)
     for part in ("id:", "equation:", "tolerance:", "quantity:", "colour: unknown key"):
         assert part in text
     assert "vary.steps" in text
@@ -54,47 +54,47 @@ def test_all_problems_of_a_file_are_listed_at_once():
 
 
 def test_no_other_load_is_held_equal_where_steps_are_speeds_or_a_path():
-    found = problems(
+    faults = problems(
         scene="impact-ball",
         quantity="contact_duration",
         at="force",
         vary={"path": "dynamics.mass", "from": 1, "to": 8, "steps": 4, "unit": "1 g"},
     )
-    assert found == [
+    assert faults == [
         "a.toml: at: expected nothing, steps of this scene are no loads to interpolate at"
     ]
 
 
 def test_a_range_that_runs_backwards_is_refused():
-    found = problems(vary=RIGHT["vary"] | {"from": 9})
-    assert "expected from < to" in found[0]
+    faults = problems(vary=RIGHT["vary"] | {"from": 9})
+    assert "expected from < to" in faults[0]
 
 
 def test_problems_of_the_scene_at_either_end_are_told():
     """A negative radius at the start of the range is a wrong claim, not a failed measurement."""
-    (found,) = problems(vary=RIGHT["vary"] | {"from": -1})
-    assert "indenter.radius_x: expected a positive finite length" in found
+    (faults,) = problems(vary=RIGHT["vary"] | {"from": -1})
+    assert "indenter.radius_x: expected a positive finite length" in faults
 
 
 def test_a_parameter_that_changes_nothing_is_refused():
     """A list index beyond the end would otherwise be varied without any effect."""
-    (found,) = problems(
+    (faults,) = problems(
         scene="triangle-punch",
         vary={"path": "indenter.vertices.7.0", "from": 1, "to": 2, "steps": 2},
     )
-    assert "changes nothing" in found
+    assert "changes nothing" in faults
 
 
 def test_unknown_experiments_and_missing_keys_are_named():
-    found = problems(scene=None, experiment="no-such", changes={"a": 1})
-    assert any("expected one of" in each and "no-such" in each for each in found)
-    assert any("changes: only with a scene" in each for each in found)
-    (found,) = problems(scene=None, experiment={"name": "kernel"})
-    assert "experiment: expected a text" in found
-    found = problems(quantity=None, vary={"from": 1, "to": 2, "steps": 2}, parameters={"a": 1})
-    assert any("vary.path" in each for each in found)
-    assert any("quantity" in each for each in found)
-    assert any("parameters: only with an experiment" in each for each in found)
+    faults = problems(scene=None, experiment="no-such", changes={"a": 1})
+    assert any("expected one of" in part and "no-such" in part for part in faults)
+    assert any("changes: only with a scene" in part for part in faults)
+    (faults,) = problems(scene=None, experiment={"name": "kernel"})
+    assert "experiment: expected a text" in faults
+    faults = problems(quantity=None, vary={"from": 1, "to": 2, "steps": 2}, parameters={"a": 1})
+    assert any("vary.path" in part for part in faults)
+    assert any("quantity" in part for part in faults)
+    assert any("parameters: only with an experiment" in part for part in faults)
 
 
 def test_missing_files_and_files_that_are_not_toml_are_told_together(tmp_path):

@@ -335,7 +335,7 @@ def test_what_only_checks_a_closed_form_is_coarser_at_quick_effort():
     grids = {}
     for effort in ("quick", "full"):
         plan = _plan(claim, None, effort, independent=True)
-        grids[effort] = {each.method: each.resolutions for each in plan.methods}
+        grids[effort] = {method.method: method.resolutions for method in plan.methods}
     assert grids["quick"]["bem_fft"] == (6, 12)
     assert grids["full"]["bem_fft"] == (6, 12, 24)
     assert grids["quick"]["reduced"] == grids["full"]["reduced"]

@@ -59,18 +59,18 @@ LONG = {
 
 def assert_as_said(results):
     """No crash, no NaN, no silent wrong number: what the catalogue says, with a reason if none."""
-    assert {each.method: each.deviation for each in results if each.deviation} == {}
-    numbers = [each for each in results if each.kind in ("accurate", "degraded")]
-    assert np.isfinite([[each.error, each.bar, each.seconds] for each in numbers]).all()
-    assert all(each.reason for each in results if each not in numbers)
+    assert {result.method: result.deviation for result in results if result.deviation} == {}
+    numbers = [result for result in results if result.kind in ("accurate", "degraded")]
+    assert np.isfinite([[result.error, result.bar, result.seconds] for result in numbers]).all()
+    assert all(result.reason for result in results if result not in numbers)
 
 
 @pytest.mark.parametrize("name", [name for name in catalogue() if name not in LONG])
 def test_methods_do_what_the_catalogue_says(name):
     """The cheap pairs of method and case; --full and the slow tests run the others, too."""
     results = answer_of(outcomes(catalogue()[name], OURS, full=False))
-    assert [each.method for each in results] == list(OURS)
-    left_out = {each.method for each in results if each.kind == LEFT_OUT}
+    assert [result.method for result in results] == list(OURS)
+    left_out = {result.method for result in results if result.kind == LEFT_OUT}
     assert left_out == catalogue()[name].slow & {*OURS}
     assert_as_said(results)
 
@@ -85,8 +85,8 @@ def pairs_left(name):
 def test_methods_do_what_the_catalogue_says_in_full(name):
     """Together with the test above every pair, each once."""
     results = answer_of(outcomes(catalogue()[name], pairs_left(name), full=True))
-    assert [each.method for each in results] == pairs_left(name)
-    assert LEFT_OUT not in {each.kind for each in results}
+    assert [result.method for result in results] == pairs_left(name)
+    assert LEFT_OUT not in {result.kind for result in results}
     assert_as_said(results)
 
 

@@ -23,10 +23,10 @@ def test_runs_killed_at_random_moments_end_like_undisturbed_ones(monkeypatch):
     script = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, "killed_runs", script)
     spec.loader.exec_module(script)
-    found, total = script.experiment(runs=3, workers=2, realisations=50, seed=7)
-    assert all(each.identical for each in found)
-    assert all(each.redone == 0 and each.left == 0 for each in found)
-    assert all(each.solves <= total for each in found)
+    result, total = script.experiment(runs=3, workers=2, realisations=50, seed=7)
+    assert all(part.identical for part in result)
+    assert all(part.redone == 0 and part.left == 0 for part in result)
+    assert all(part.solves <= total for part in result)
 
 
 def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, tmp_path):
@@ -40,14 +40,14 @@ def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, 
         *(fields / f".{path.name}.abcd_234", fields / f".{path.stem}.vtu.abcd1234"),
     ]
     theirs = [tmp_path / ".gitignore", tmp_path / ".notes.txt.abcd1234", fields / ".hidden"]
-    for each in (*ours, *theirs):
-        each.write_bytes(b"torn")
+    for part in (*ours, *theirs):
+        part.write_bytes(b"torn")
     path.write_bytes(path.read_bytes()[:100])
     study = Study(plans, tmp_path, resume=True)
     study.run()
     assert study.lost() == []
-    assert not any(each.exists() for each in ours)
-    assert all(each.exists() for each in theirs)
+    assert not any(part.exists() for part in ours)
+    assert all(part.exists() for part in theirs)
 
 
 def test_a_folder_is_known_as_ours_from_the_first_moment(scene, tmp_path, monkeypatch):

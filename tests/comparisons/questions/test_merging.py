@@ -42,7 +42,7 @@ def table(folder, name=RESULTS):
 def same(one, other):
     for name in (RESULTS, MEASURES):
         pd.testing.assert_frame_equal(table(one, name), table(other, name))
-    old, new = (load_study(each).scenes for each in (one, other))
+    old, new = (load_study(part).scenes for part in (one, other))
     for a, b in zip(old, new, strict=True):
         assert (a.text, a.plan, a.reference, a.disagreements) == (
             *(b.text, b.plan, b.reference, b.disagreements),
@@ -73,7 +73,7 @@ def parts(solved, tmp_path):
 
 def test_three_parts_are_the_whole(parts, tmp_path):
     whole, folders = parts
-    solved = [len(list((each / FIELDS).glob("*.npz"))) for each in folders]
+    solved = [len(list((folder / FIELDS).glob("*.npz"))) for folder in folders]
     assert sum(solved) == len(list((whole / FIELDS).glob("*.npz"))) + 2 * FIRST
     assert max(solved) - min(solved) <= 1
     study = merge(folders, tmp_path / "merged")
@@ -170,7 +170,7 @@ def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     save_solution(path, solution)
     with pytest.raises(InputError, match=r"bem_fft 32, realisations from 25: .* differ by 1.0e-02"):
         merge([whole, tmp_path / "other"], tmp_path / "merged")
-    assert [each.name for each in tmp_path.iterdir() if "merged" in each.name] == []
+    assert [item.name for item in tmp_path.iterdir() if "merged" in item.name] == []
 
 
 def test_another_scene_of_the_same_name_is_a_conflict(rough, tmp_path):

@@ -40,14 +40,14 @@ def before() -> Snapshot:
 
 
 def about(findings: list[Finding], subject: str) -> Finding:
-    (found,) = [each for each in findings if each.subject == subject]
-    return found
+    (only,) = [finding for finding in findings if finding.subject == subject]
+    return only
 
 
 def test_the_same_code_has_not_moved(before):
     findings = compare_snapshots(before, take_snapshot(scenes=["paraboloid"]))
-    assert not any(each.drifted for each in findings if each.subject != SPEED)
-    assert {each.subject for each in findings} == {MODEL, REFERENCES, AGREEMENT, SPEED}
+    assert not any(finding.drifted for finding in findings if finding.subject != SPEED)
+    assert {finding.subject for finding in findings} == {MODEL, REFERENCES, AGREEMENT, SPEED}
 
 
 def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
@@ -100,9 +100,9 @@ def test_a_scene_that_was_changed_is_not_blamed_on_the_code(before):
     assert own.scene == _identity(load_scene("paraboloid", {"title": "another"}))
     softer = _identity(load_scene("paraboloid", {"half_space.youngs_modulus": 1e9}))
     now = {"paraboloid": own.model_copy(update={"scene": softer})}
-    (found,) = compare_snapshots(before, before.model_copy(update={"scenes": now}))
-    assert found.drifted
-    assert "the scene itself is not the baseline's" in found.text
+    (result,) = compare_snapshots(before, before.model_copy(update={"scenes": now}))
+    assert result.drifted
+    assert "the scene itself is not the baseline's" in result.text
 
 
 def slower(snapshot: Snapshot, model: float, machine: float) -> Snapshot:

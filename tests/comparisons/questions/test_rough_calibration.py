@@ -83,7 +83,7 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
 
 def test_the_page_tells_rough_surfaces_apart():
     made = [case(name, 0.05, half) for name in QUANTITIES for half in ("reported", "fitting")]
-    single = [replace(each, rough="", resolutions=(8, 16)) for each in made]
+    single = [replace(part, rough="", resolutions=(8, 16)) for part in made]
     page = calibration_page([*single, *made], "roughline calibrate")
     assert "Rough surfaces, reported half: the bar covers the true error in 100.0 % of 4" in page
     assert "Single contacts, reported half: the bar" in page

@@ -150,7 +150,7 @@ def test_several_scenes_share_a_folder(scene, tmp_path):
         for plan in plan_scene(scene(name=name, compare={"methods": ["closed_form"]}))
     ]
     record = Study(plans, tmp_path / "out").run()
-    assert [each.name for each in record.scenes] == ["one", "two"]
+    assert [item.name for item in record.scenes] == ["one", "two"]
     assert set(results(tmp_path / "out")["scene"]) == {"one", "two"}
 
 
@@ -384,4 +384,4 @@ def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
     pd.testing.assert_frame_equal(results(tmp_path / "two"), results(tmp_path / "one"))
     for directory in ("one", "two"):
         document = json.loads((tmp_path / directory / STUDY).read_text())
-        assert [each["name"] for each in document["scenes"]] == ["test", "rough"]
+        assert [part["name"] for part in document["scenes"]] == ["test", "rough"]

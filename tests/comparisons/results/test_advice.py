@@ -72,14 +72,14 @@ def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
     assert f"outside: {fft} (force 4.0\u202f% at load step 3, N = 8)" in said
     assert said.endswith("truth: closed form.")
     assert (advice.cheapest.method, advice.cheapest.resolution) == ("reduced", 10)
-    assert [each.seconds for each in advice.settings] == [1e-3, 0.01, 1.0, 2.0, 8.0]
+    assert [setting.seconds for setting in advice.settings] == [1e-3, 0.01, 1.0, 2.0, 8.0]
 
 
 def test_a_time_is_that_of_the_setting_it_is_labelled_with():
     """Between N = 4 (2 %, 1 s) and N = 8 (0.5 %, 8 s) nothing was run: 1 % costs 8 s."""
     advice = advise(record([("fem", 4, 0.02, 1.0), ("fem", 8, 0.005, 8.0)]))
     assert "FEM 8.0\u202fs (N = 8)" in advice.sentence
-    measured = {(each.resolution, each.seconds) for each in advice.settings}
+    measured = {(setting.resolution, setting.seconds) for setting in advice.settings}
     for wanted in (0.05, 0.02, 0.01, 0.005):
         chosen = advice.cheapest_for(wanted)["fem"]
         assert (chosen.resolution, chosen.seconds) in measured
@@ -177,10 +177,10 @@ def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
     """A cylinder's force is exact in the reduced model: nothing cheaper can be advised."""
     asked = ["advise", "cylinder", "--tolerance", "2 %", "--quantities", "force", "--json"]
     assert exit_code(asked) == 0
-    (found,) = json.loads(capsys.readouterr().out)
-    assert found["tolerance"] == 0.02
-    assert found["cheapest"]["method"] == "reduced"
-    assert found["sentence"].startswith("For 2\u202f% in force: reduced model")
+    (document,) = json.loads(capsys.readouterr().out)
+    assert document["tolerance"] == 0.02
+    assert document["cheapest"]["method"] == "reduced"
+    assert document["sentence"].startswith("For 2\u202f% in force: reduced model")
     for wrong in (["--tolerance", "many"], ["--tolerance", "-1"], ["--quantities", "beauty"]):
         assert exit_code(["advise", "cylinder", *wrong]) == 2
 
@@ -237,11 +237,11 @@ def test_suites_hold_built_in_scenes_each_once():
 
 
 def test_machine_and_versions_are_one_line_each():
-    described, found = machine.machine(1), machine.versions()
+    described, result = machine.machine(1), machine.versions()
     assert described["cores"] >= 1
     assert described["memory"] > 1e8
-    assert {"python", "numpy", "scipy", "numba"} <= set(found)
-    for text in (machine.machine_text(described), machine.versions_text(found)):
+    assert {"python", "numpy", "scipy", "numba"} <= set(result)
+    for text in (machine.machine_text(described), machine.versions_text(result)):
         assert text
         assert "\n" not in text
 

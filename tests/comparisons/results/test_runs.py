@@ -71,14 +71,14 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
 
 
 def reduced_change(before, after, **more):
-    found = {each.method: each for each in compare_runs(before, after, **more).changes}
-    assert found["bem_fft"].kinds == (SAME,)
-    return found["reduced"]
+    result = {change.method: change for change in compare_runs(before, after, **more).changes}
+    assert result["bem_fft"].kinds == (SAME,)
+    return result["reduced"]
 
 
 def test_a_run_against_itself_is_the_same(tmp_path):
     record = compare_runs(study(tmp_path), study(tmp_path))
-    assert [each.kinds for each in record.changes] == [(SAME,), (SAME,)]
+    assert [change.kinds for change in record.changes] == [(SAME,), (SAME,)]
     assert record.notes == ()
     assert not record.failed
 

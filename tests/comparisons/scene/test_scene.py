@@ -144,7 +144,7 @@ def test_every_built_in_scene_is_valid_and_named_like_its_file():
 
 def test_all_problems_of_a_file_come_at_once():
     """Each with its path in the file, what was expected and what came."""
-    found = problems(
+    faults = problems(
         name="Not A Slug",
         half_space={"youngs_modulus": "1 mm", "poisson_ratio": 0.6, "density": 1},
         indenter={"shape": "paraboloid", "radius": "-1 mm", "colour": "red"},
@@ -153,7 +153,7 @@ def test_all_problems_of_a_file_come_at_once():
         methods={"fem": {"contact": "glue"}, "magic": {}},
         extra={"key": 1},
     )
-    text = "\n".join(found)
+    text = "\n".join(faults)
     for expected in (
         "name: expected a slug of a-z, 0-9 and -, at most 100 characters, got 'Not A Slug'",
         "half_space.youngs_modulus: expected a unit of Pa, got one of m, got '1 mm'",
@@ -169,7 +169,7 @@ def test_all_problems_of_a_file_come_at_once():
         "extra: unknown key",
     ):
         assert expected in text
-    assert len(found) == 12
+    assert len(faults) == 12
 
 
 @pytest.mark.parametrize(
@@ -216,8 +216,8 @@ def test_each_wrong_table_is_named(changes, expected):
 
 @pytest.mark.parametrize("nu", [0.6, -1, -1.5, math.nan, math.inf, True, "0.3", None, [0.3]])
 def test_poisson_ratio_outside_its_range(nu):
-    found = problems(half_space={"youngs_modulus": 1e9, "poisson_ratio": nu})
-    assert found[0].startswith("half_space.poisson_ratio: expected a number with -1 < nu <= 0.5")
+    faults = problems(half_space={"youngs_modulus": 1e9, "poisson_ratio": nu})
+    assert faults[0].startswith("half_space.poisson_ratio: expected a number with -1 < nu <= 0.5")
 
 
 @pytest.mark.parametrize(
@@ -231,9 +231,9 @@ def test_poisson_ratio_outside_its_range(nu):
     ],
 )
 def test_elastic_constants_come_in_one_of_three_ways(half_space):
-    (found,) = problems(half_space=half_space)
-    assert "youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio" in found
-    assert ", ".join(sorted(half_space)) or "nothing" in found
+    (faults,) = problems(half_space=half_space)
+    assert "youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio" in faults
+    assert ", ".join(sorted(half_space)) or "nothing" in faults
 
 
 @pytest.mark.parametrize(
@@ -402,7 +402,7 @@ def test_overrides_are_validated_with_the_file():
     assert scene.compare.methods == ("fem", "reduced")
     with pytest.raises(SceneError) as caught:
         parse_scene(TEXT, "x.toml", Path(), {"methods.fem.glue": 1, "compare.methods": ["mem"]})
-    assert any("compare.methods.0: expected" in each for each in caught.value.problems)
+    assert any("compare.methods.0: expected" in problem for problem in caught.value.problems)
     assert "methods.fem.glue: unknown key" in caught.value.problems
 
 

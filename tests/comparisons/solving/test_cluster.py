@@ -143,19 +143,19 @@ def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
 def test_a_job_that_kills_every_worker_is_lost_with_the_reason(address):
     executor = executor_for(scheduler=address)
     executor.add([Job("culprit", signal.raise_signal, (signal.SIGKILL,)), Job("good", pow, (2, 3))])
-    found = {done.job.key: done for done in executor.finished()}
-    assert "died" in found["culprit"].lost
-    assert "lack of memory" in found["culprit"].lost
-    assert found["good"].value == 8
+    result = {done.job.key: done for done in executor.finished()}
+    assert "died" in result["culprit"].lost
+    assert "lack of memory" in result["culprit"].lost
+    assert result["good"].value == 8
 
 
 @pytest.mark.slow
 def test_what_fits_into_no_worker_is_lost_at_once(address):
     executor = executor_for(scheduler=address)
     executor.add([Job("huge", pow, (2, 3), memory=1e15), Job("small", pow, (2, 3))])
-    found = {done.job.key: done for done in executor.finished()}
-    assert found["huge"].lost.startswith("needs 1000000.4 GB, and the largest worker has ")
-    assert found["small"].value == 8
+    result = {done.job.key: done for done in executor.finished()}
+    assert result["huge"].lost.startswith("needs 1000000.4 GB, and the largest worker has ")
+    assert result["small"].value == 8
 
 
 @pytest.mark.slow

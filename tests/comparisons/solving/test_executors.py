@@ -53,9 +53,9 @@ def overlap(one, other):
 
 @pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
 def test_every_job_is_done_once_with_its_time(make):
-    found = collected(make(), [Job(str(k), pow, (k, 2)) for k in range(7)])
-    assert {key: done.value for key, done in found.items()} == {str(k): k**2 for k in range(7)}
-    assert all(done.seconds >= 0 and not done.lost for done in found.values())
+    collection = collected(make(), [Job(str(k), pow, (k, 2)) for k in range(7)])
+    assert {key: done.value for key, done in collection.items()} == {str(k): k**2 for k in range(7)}
+    assert all(done.seconds >= 0 and not done.lost for done in collection.values())
 
 
 @pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
@@ -74,22 +74,24 @@ def test_jobs_may_come_while_others_finish(make):
 def test_a_killed_process_is_tried_again(tmp_path):
     """SIGKILL twice, an answer the third time; beside it others that are hit by the lost pool."""
     jobs = [Job("killed", killed_until(tmp_path, 2)), *(Job(str(k), pow, (k, 1)) for k in range(9))]
-    found = collected(ProcessExecutor(2), jobs)
-    assert found["killed"].value == 2
-    assert [found[str(k)].value for k in range(9)] == list(range(9))
-    assert not any(done.lost for done in found.values())
+    collection = collected(ProcessExecutor(2), jobs)
+    assert collection["killed"].value == 2
+    assert [collection[str(k)].value for k in range(9)] == list(range(9))
+    assert not any(done.lost for done in collection.values())
 
 
 def test_who_is_killed_every_time_is_lost_and_the_others_are_not(tmp_path):
     """Two culprits: slow jobs that share a pool with them again and again must not be lost."""
     culprits = [Job(f"culprit {k}", signal.raise_signal, (signal.SIGKILL,)) for k in range(2)]
     slow = [Job(str(k), time.sleep, (0.3,)) for k in range(4)]
-    found = collected(ProcessExecutor(2), [slow[0], culprits[0], *slow[1:3], culprits[1], slow[3]])
+    collection = collected(
+        ProcessExecutor(2), [slow[0], culprits[0], *slow[1:3], culprits[1], slow[3]]
+    )
     for culprit in culprits:
-        reason = found[culprit.key].lost
+        reason = collection[culprit.key].lost
         assert reason.startswith("its process was killed 3 times (SIGKILL)")
         assert "lack of memory" in reason
-    assert not any(found[str(k)].lost for k in range(4))
+    assert not any(collection[str(k)].lost for k in range(4))
 
 
 def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
@@ -106,8 +108,8 @@ def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
         *(Job(f"large {k}", interval(), (0.4,), 6 * GB) for k in range(3)),
         *(Job(f"small {k}", interval(), (0.2,), 0.1 * GB) for k in range(3)),
     ]
-    found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
-    times = {key: done.value for key, done in found.items()}
+    collection = collected(ProcessExecutor(2, memory=10 * GB), jobs)
+    times = {key: done.value for key, done in collection.items()}
     for one, other in ((0, 1), (0, 2), (1, 2)):
         assert not overlap(times[f"large {one}"], times[f"large {other}"])
     pairs = [(f"small {k}", f"large {j}") for k in range(3) for j in range(3)]
@@ -118,15 +120,15 @@ def test_what_is_larger_than_the_machine_runs_alone():
     """The estimate may be wrong; if it is right, the job is killed alone and nobody with it."""
     jobs = [Job("a", interval(), (0.2,), 0.1 * GB), Job("huge", interval(), (0.2,), 99 * GB)]
     jobs.append(Job("b", interval(), (0.2,), 0.1 * GB))
-    found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
-    times = {key: done.value for key, done in found.items()}
+    collection = collected(ProcessExecutor(2, memory=10 * GB), jobs)
+    times = {key: done.value for key, done in collection.items()}
     assert not any(overlap(times["huge"], times[key]) for key in ("a", "b"))
 
 
 def test_processes_have_one_thread_each():
     names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-    found = collected(ProcessExecutor(2), [Job(name, os.getenv, (name,)) for name in names])
-    assert {done.value for done in found.values()} == {"1"}
+    collection = collected(ProcessExecutor(2), [Job(name, os.getenv, (name,)) for name in names])
+    assert {done.value for done in collection.values()} == {"1"}
 
 
 def test_processes_end_when_the_work_is_left_in_the_middle():

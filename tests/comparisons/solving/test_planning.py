@@ -19,8 +19,8 @@ from comparisons.solving.planning import QUICK_REALISATIONS, plan_scene, task_of
 
 def planned(scene, method, effort="quick"):
     (plan, *_) = plan_scene(scene, effort)
-    (found,) = [each for each in plan.methods if each.method == method]
-    return found
+    (only,) = [item for item in plan.methods if item.method == method]
+    return only
 
 
 @pytest.fixture
@@ -48,9 +48,9 @@ def map_scene(scene, tmp_path):
 
 
 def test_every_method_is_planned_or_refused_with_a_reason(scene, rough):
-    for each in (scene(), rough(), rough(periodic=True), rough(loading={"mean_gap": ["1 nm"]})):
-        (plan, *_) = plan_scene(each)
-        assert [m.method for m in plan.methods] == [m for m in METHODS if concerns(m, each)]
+    for item in (scene(), rough(), rough(periodic=True), rough(loading={"mean_gap": ["1 nm"]})):
+        (plan, *_) = plan_scene(item)
+        assert [m.method for m in plan.methods] == [m for m in METHODS if concerns(m, item)]
         for method in plan.methods:
             assert bool(method.resolutions) == method.supported
             assert method.supported or len(method.reason) > 10
@@ -101,9 +101,9 @@ TRIANGLE = [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]]
 def test_refusals_say_why(scene, method, change, reason):
     rubber = {"shear_modulus": "1 MPa", "poisson_ratio": 0.5}
     made = scene(indenter=change, half_space=rubber)
-    found = planned(made, method)
-    assert not found.supported
-    assert reason in found.reason
+    plan = planned(made, method)
+    assert not plan.supported
+    assert reason in plan.reason
 
 
 def test_refusals_of_rough_scenes(rough):
@@ -120,12 +120,12 @@ def test_refusals_of_rough_scenes(rough):
 
 
 def test_a_resolution_that_is_no_multiple_of_the_points_is_left_out_with_its_reason(rough):
-    found = planned(rough(compare={"resolutions": [8, 11, 32]}), "bem_fft")
-    assert found.resolutions == (8, 32)
-    assert "11: neither a multiple nor a divisor of the surface's own 16 points" in found.reason
+    plan = planned(rough(compare={"resolutions": [8, 11, 32]}), "bem_fft")
+    assert plan.resolutions == (8, 32)
+    assert "11: neither a multiple nor a divisor of the surface's own 16 points" in plan.reason
     # Along y, 4 of 16 would need every fourth of 18 points.
-    found = planned(rough(points=[16, 18], compare={"resolutions": [4, 8]}), "bem_fft")
-    assert found.resolutions == (8,)
+    plan = planned(rough(points=[16, 18], compare={"resolutions": [4, 8]}), "bem_fft")
+    assert plan.resolutions == (8,)
 
 
 def test_what_needs_too_much_memory_is_left_out_before_any_is_taken(scene, rough, monkeypatch):
@@ -133,9 +133,9 @@ def test_what_needs_too_much_memory_is_left_out_before_any_is_taken(scene, rough
     fine = scene(compare={"resolutions": [10, 1000]})
     assert 1000 in planned(fine, "bem_fft").resolutions
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e7))
-    found = planned(fine, "bem_fft")
-    assert found.resolutions == (10,)
-    assert "1000: needs about" in found.reason
+    plan = planned(fine, "bem_fft")
+    assert plan.resolutions == (10,)
+    assert "1000: needs about" in plan.reason
     with pytest.raises(SceneError, match=r"surface.points: expected arrays that fit into 80%"):
         plan_scene(rough(points=4096))
 
@@ -146,9 +146,9 @@ def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
     task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(7)))
     need = solver_of(task).memory(task)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=need))
-    found = planned(lines, "reduced", "full")
-    assert not found.supported
-    assert "needs about" in found.reason
+    plan = planned(lines, "reduced", "full")
+    assert not plan.supported
+    assert "needs about" in plan.reason
 
 
 def test_more_rows_than_anyone_can_read_are_refused(rough):
@@ -204,7 +204,7 @@ def test_notes_on_the_half_space_and_on_realisations(rough):
 def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
     """Fifty at the surface's own points, fewer on finer grids; never more than the scene allows."""
     (plan, *_) = plan_scene(rough(realisations=1000))
-    (grid,) = (each for each in plan.methods if each.method == "bem_fft")
+    (grid,) = (method for method in plan.methods if method.method == "bem_fft")
     assert grid.numbers == (50, 25, 25)
     for resolution, number in zip(grid.resolutions, grid.numbers, strict=True):
         blocks = plan.blocks("bem_fft", resolution)
@@ -217,7 +217,7 @@ def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
 def test_lines_are_as_many_as_one_task_holds_whatever_the_surfaces(rough, map_scene):
     for scene in (rough(realisations=1), rough(realisations=1000), map_scene(realisations=30)):
         (plan, *_) = plan_scene(scene)
-        (lines,) = (each for each in plan.methods if each.method == "reduced")
+        (lines,) = (method for method in plan.methods if method.method == "reduced")
         assert set(lines.numbers) == {1000}
     assert plan.blocks("bem_fft", plan.geometry.points[0]) == [(0,)]
 
@@ -392,7 +392,7 @@ def test_a_small_single_surface_is_solved_on_finer_grids(rough):
     fine, small = (64, 128, 256), (16, 32, 64, 128, 256)
     plans = (*plan_scene(load_scene("measured-map")), *plan_scene(rough(points=16)))
     for plan, expected in zip(plans, (fine, small, small), strict=True):
-        (grid,) = (each for each in plan.methods if each.method == "bem_fft")
+        (grid,) = (method for method in plan.methods if method.method == "bem_fft")
         assert grid.resolutions == expected
     ensemble = rough(points=16, realisations=3)
     assert planned(ensemble, "bem_fft").resolutions == (16, 32, 64)

@@ -67,4 +67,4 @@ def test_at_most_eight_steps_are_shown_and_always_the_last():
 def test_a_torn_step_is_told():
     _, solution = solved("closed_form", '["2 um", "4 um"]')
     torn = solution.fields | {"step.0.pressure": np.ones(3)}
-    assert any(each.startswith("step 0") for each in field_problems(torn))
+    assert any(field_problem.startswith("step 0") for field_problem in field_problems(torn))

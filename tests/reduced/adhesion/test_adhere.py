@@ -105,13 +105,13 @@ def test_power_laws_pull_off_at_the_closed_form(n, control, factor):
 def extremum(profile, modulus, control, low, high):
     """Return the smallest load of the branch between two radii, by a search on the quadrature."""
     part = {"penetration": 0, "force": 1}[control]
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         lambda a: equilibrium(profile, modulus, W, [a])[part][0],
         bounds=(low, high),
         method="bounded",
         options={"xatol": 1e-9},
     )
-    return equilibrium(profile, modulus, W, [found.x])[1][0], found.x
+    return equilibrium(profile, modulus, W, [minimum.x])[1][0], minimum.x
 
 
 @pytest.mark.parametrize("control", ["force", "penetration"])
@@ -127,13 +127,13 @@ def test_pull_off_converges_with_the_fourth_order(shape, control):
     rng = np.random.default_rng(1)
     errors = []
     for springs in (20, 40, 80):
-        found = [
+        result = [
             pull_off(
                 Springs(profile, 1.0, per_radius=springs, offset=o), W, control=control
             ).before.force
             for o in rng.random(12)
         ]
-        errors.append(np.sqrt(np.mean((np.array(found) / exact - 1) ** 2)))
+        errors.append(np.sqrt(np.mean((np.array(result) / exact - 1) ** 2)))
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     assert errors[1] < (1e-6 if control == "force" else 1e-5)
     assert order.mean() > (3.5 if control == "force" else 2.5)
@@ -155,7 +155,7 @@ def searched_path(profile, control, loads):
     radius = np.linspace(0, 0.9 if profile.name == "sphere" else min(profile.edge, 4.0), 4_001)[1:]
     branch = equilibrium(profile, 1.0, W, radius)
     own = branch[{"penetration": 0, "force": 1}[control]]
-    at, found = -1, []
+    at, result = -1, []
     for load in loads:
         if at < 0 and load >= 0:
             at = 0
@@ -165,8 +165,8 @@ def searched_path(profile, control, loads):
         elif at >= 0 and own[at] > load:
             below = np.flatnonzero(own[: at + 1] <= load)
             at = int(below[-1]) if below.size else -1
-        found.append(radius[at] if at >= 0 else 0.0)
-    return np.array(found), radius[1] - radius[0]
+        result.append(radius[at] if at >= 0 else 0.0)
+    return np.array(result), radius[1] - radius[0]
 
 
 @pytest.mark.parametrize("control", ["force", "penetration"])

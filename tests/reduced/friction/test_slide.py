@@ -35,7 +35,7 @@ def test_ratio_of_stiffness_is_mindlins():
 def test_cattaneo_mindlin_to_rounding(share):
     """The cubic through the springs is the parabola itself: rounding, at any offset."""
     d, force = 0.9, 4 / 3 * E * 0.9**1.5
-    found = slide(
+    sliding = slide(
         Springs(paraboloid(1.0), E, per_radius=11, offset=0.3),
         Friction(G, MU),
         Load("force", force),
@@ -43,22 +43,22 @@ def test_cattaneo_mindlin_to_rounding(share):
     )
     left = 1 - share
     u = 3 * MU * force / (4 * np.sqrt(d) * G) * (1 - left ** (2 / 3))
-    assert found.tangential_displacement[0] == pytest.approx(u, rel=1e-12)
-    assert found.stick_length[0] == pytest.approx(2 * np.sqrt(d) * left ** (1 / 3), rel=1e-12)
-    assert found.stiffness[0] == pytest.approx(G * found.stick_length[0], rel=1e-14)
+    assert sliding.tangential_displacement[0] == pytest.approx(u, rel=1e-12)
+    assert sliding.stick_length[0] == pytest.approx(2 * np.sqrt(d) * left ** (1 / 3), rel=1e-12)
+    assert sliding.stiffness[0] == pytest.approx(G * sliding.stick_length[0], rel=1e-14)
 
 
 def test_flat_punch_sticks_whole_and_slips_whole():
     """G* u = mu E* d everywhere at once: linear up to mu F."""
     full = MU * E * 0.2 / G
-    found = slide(
+    sliding = slide(
         Springs(cylinder(2.0), E),
         Friction(G, MU),
         Load("penetration", 0.2),
         LoadPath("tangential_displacement", [0.9 * full, 9]),
     )
-    assert found.tangential_force == pytest.approx([0.9 * MU * found.force, MU * found.force])
-    assert found.stick_length == pytest.approx([4.0, 0.0])
+    assert sliding.tangential_force == pytest.approx([0.9 * MU * sliding.force, MU * sliding.force])
+    assert sliding.stick_length == pytest.approx([4.0, 0.0])
 
 
 def exact_force(profile, d: float, u: float) -> float:
@@ -97,7 +97,7 @@ def test_partial_slip_force_converges(profile, edges, order):
     errors = []
     for springs in (10, 20, 40):
         options = [(rng.uniform(), rng.uniform(0.9, 1.1)) for _ in range(60)]
-        found = [
+        result = [
             slide(
                 Springs(profile, E, spacing=stretch / springs, offset=offset, edges=edges),
                 Friction(G, MU),
@@ -108,7 +108,7 @@ def test_partial_slip_force_converges(profile, edges, order):
             - 1
             for offset, stretch in options
         ]
-        errors.append(np.sqrt(np.mean(np.square(found))))
+        errors.append(np.sqrt(np.mean(np.square(result))))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert rates.mean() > order - 0.25
     assert errors[-1] < 1e-3
@@ -173,17 +173,17 @@ def test_closed_loop_is_forgotten_and_symmetric():
     """Masing: a loop between +-f returns to its start and its halves mirror each other."""
     amplitude = 0.7 * MU * 2.0
     path = amplitude * np.array([1, 0.5, -0.2, 0.5, 1, -1, 1, -1])
-    found = slide(
+    sliding = slide(
         Springs(paraboloid(1.0), E),
         Friction(G, MU),
         Load("force", 2.0),
         LoadPath("tangential_force", path),
     )
-    u = found.tangential_displacement
+    u = sliding.tangential_displacement
     assert u[4] == pytest.approx(u[0], rel=1e-13)  # inner loop left no trace
     assert u[5] == pytest.approx(-u[4], rel=1e-13)
     assert u[[6, 7]] == pytest.approx(u[[4, 5]], rel=1e-13)
-    steps = np.diff(found.dissipation)
+    steps = np.diff(sliding.dissipation)
     assert steps[5:] == pytest.approx(steps[4], rel=1e-12)
 
 
@@ -194,7 +194,7 @@ def test_loss_of_a_cycle_is_mindlins():
     """
     share, normal = 0.6, 2.0
     path = share * MU * normal * np.array([1, -1, 1])
-    found = slide(
+    sliding = slide(
         Springs(paraboloid(1.0), E),
         Friction(G, MU),
         Load("force", normal),
@@ -204,7 +204,7 @@ def test_loss_of_a_cycle_is_mindlins():
     left = 1 - share
     bracket = 1 - left ** (5 / 3) - 5 / 6 * share * (1 + left ** (2 / 3))
     johnson = 18 / 5 * (MU * normal) ** 2 / (a * G) * bracket
-    assert found.dissipation[2] - found.dissipation[0] == pytest.approx(johnson, rel=1e-9)
+    assert sliding.dissipation[2] - sliding.dissipation[0] == pytest.approx(johnson, rel=1e-9)
 
 
 @given(seed=st.integers(0, 1000))
@@ -219,16 +219,16 @@ def test_work_is_stored_or_lost_on_any_path(seed):
     depth = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(0, 2, 9))
     shift = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(-2, 2, 9))
     shift -= shift[0]
-    found = StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(depth, shift)
+    result = StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(depth, shift)
 
     def work(force: np.ndarray, way: np.ndarray) -> np.ndarray:
         return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))
 
-    stored = found.elastic_energy
-    put_in = work(found.force, depth) + work(found.tangential_force, shift)
+    stored = result.elastic_energy
+    put_in = work(result.force, depth) + work(result.tangential_force, shift)
     lost = put_in - (stored[1:] - stored[0])
     assert np.diff(lost).min() > -1e-3 * stored.max()
-    assert np.abs(found.tangential_force).max() <= MU * found.force.max() * (1 + 1e-12)
+    assert np.abs(result.tangential_force).max() <= MU * result.force.max() * (1 + 1e-12)
 
 
 def test_any_step_is_exact_on_a_straight_path():
@@ -254,9 +254,9 @@ def test_pressing_and_shifting_in_proportion_sticks_or_slides():
     for ratio in (0.5, 2.0):
         depth = np.linspace(0.1, 1.0, 5)
         shift = ratio * MU * E / G * depth
-        found = StickingLine(gap, 0.02, E, Friction(G, MU)).follow(depth, shift)
-        expected = min(ratio, 1) * MU * found.force
-        assert found.tangential_force == pytest.approx(expected, rel=1e-12)
+        result = StickingLine(gap, 0.02, E, Friction(G, MU)).follow(depth, shift)
+        expected = min(ratio, 1) * MU * result.force
+        assert result.tangential_force == pytest.approx(expected, rel=1e-12)
 
 
 @given(exponent=st.integers(-40, 40))

@@ -18,13 +18,13 @@ from reduced.profiles.equivalents import cylinder, paraboloid
 def test_elastic_sphere_comes_back_as_it_went():
     """Duration 2 sqrt(pi) Gamma(7/5)/Gamma(9/10) d/v, d = (15 m v^2/(16 E* sqrt R))^(2/5)."""
     mass, speed, radius = 2.0, 0.3, 0.5
-    found = impact(RelaxingSprings(paraboloid(radius), prony(100.0)), mass, speed, steps=400)
+    rebound = impact(RelaxingSprings(paraboloid(radius), prony(100.0)), mass, speed, steps=400)
     depth = (15 * mass * speed**2 / (16 * 400.0 * np.sqrt(radius))) ** 0.4
     duration = 2 * np.sqrt(np.pi) * gamma(1.4) / gamma(0.9) * depth / speed
     # second order: (1/400 of the duration)^2 with a constant of order one
-    assert found.restitution == pytest.approx(1, abs=1e-5)
-    assert found.duration == pytest.approx(duration, rel=2e-5)
-    assert found.penetration.max() == pytest.approx(depth, rel=2e-5)
+    assert rebound.restitution == pytest.approx(1, abs=1e-5)
+    assert rebound.duration == pytest.approx(duration, rel=2e-5)
+    assert rebound.penetration.max() == pytest.approx(depth, rel=2e-5)
 
 
 @pytest.mark.parametrize("damping", [0.05, 0.3, 0.9])
@@ -59,10 +59,10 @@ def test_punch_on_kelvin_voigt_is_the_damped_oscillator(damping):
 )
 def test_no_loss_far_from_the_relaxation_time(tau, restitution):
     """A standard solid is elastic when the impact is far slower or faster than its arm."""
-    found = impact(
+    rebound = impact(
         RelaxingSprings(paraboloid(1.0), standard_solid(1.0, 1.0, relaxation_time=tau)), 1.0, 1e-2
     )
-    assert found.restitution == pytest.approx(restitution, abs=1e-4)
+    assert rebound.restitution == pytest.approx(restitution, abs=1e-4)
 
 
 @given(tau=st.floats(1e-2, 1e2), ratio=st.floats(0.1, 20))
@@ -70,14 +70,14 @@ def test_no_loss_far_from_the_relaxation_time(tau, restitution):
 def test_energy_is_lost_and_accounted_for(tau, ratio):
     """Kinetic energy falls by the work done on the springs: int F dd over the path."""
     speed = 1e-2
-    found = impact(
+    rebound = impact(
         RelaxingSprings(paraboloid(1.0), standard_solid(1.0, ratio, relaxation_time=tau)),
         1.0,
         speed,
     )
-    assert 0 < found.restitution <= 1 + 1e-5
-    work = np.sum((found.force[1:] + found.force[:-1]) / 2 * np.diff(found.penetration))
-    lost = (1 - found.restitution**2) * speed**2 / 2
+    assert 0 < rebound.restitution <= 1 + 1e-5
+    work = np.sum((rebound.force[1:] + rebound.force[:-1]) / 2 * np.diff(rebound.penetration))
+    lost = (1 - rebound.restitution**2) * speed**2 / 2
     # trapezoids in 200 steps, second order
     assert work == pytest.approx(lost, abs=5e-4 * speed**2 / 2)
 

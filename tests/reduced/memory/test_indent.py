@@ -38,13 +38,15 @@ def elastic(d):
 def test_relaxation_after_a_jump(springs):
     """F = (16/3) sqrt(R) G(t) d^1.5 (Lee & Radok 1960): any springs, any steps."""
     t = np.array([0.0, 0.1, 0.11, 3.0, 50.0])
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(BALL, SOLID, per_radius=springs),
         t,
         LoadPath("penetration", np.full(5, 0.01)),
     )
-    np.testing.assert_allclose(found.force, 4 * SOLID.relaxation(t) * elastic(0.01), rtol=ROUNDING)
-    np.testing.assert_allclose(found.contact_radius, np.sqrt(2 * 0.01), rtol=ROUNDING)
+    np.testing.assert_allclose(
+        indentation.force, 4 * SOLID.relaxation(t) * elastic(0.01), rtol=ROUNDING
+    )
+    np.testing.assert_allclose(indentation.contact_radius, np.sqrt(2 * 0.01), rtol=ROUNDING)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +64,7 @@ def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
         np.concatenate([np.linspace(0, 0.2, steps + 1), np.linspace(0.2, 0.3, steps + 1)])
     )
     d = speed * (0.2 - np.abs(t - 0.2))
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(profile, kelvin_voigt(0.25, 0.25 * tau), per_radius=23),
         t,
         LoadPath("penetration", d),
@@ -70,11 +72,13 @@ def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
     coming = slice(1, steps + 1)
     there = indent(Springs(profile, 1.0), Load("penetration", d[coming]))
     np.testing.assert_allclose(
-        found.force[coming], there.force + tau * speed * there.stiffness, rtol=ROUNDING
+        indentation.force[coming], there.force + tau * speed * there.stiffness, rtol=ROUNDING
     )
     left = indent(Springs(profile, 1.0), Load("penetration", d[:steps:-1] - speed * tau))
-    np.testing.assert_allclose(found.force[:steps:-1], left.force, rtol=ROUNDING)
-    np.testing.assert_allclose(found.contact_radius[:steps:-1], left.contact_radius, rtol=ROUNDING)
+    np.testing.assert_allclose(indentation.force[:steps:-1], left.force, rtol=ROUNDING)
+    np.testing.assert_allclose(
+        indentation.contact_radius[:steps:-1], left.contact_radius, rtol=ROUNDING
+    )
 
 
 def test_time_steps_leave_no_error():
@@ -98,7 +102,7 @@ def test_time_steps_leave_no_error():
 def test_elastic_material_is_the_elastic_contact(profile):
     """A spring alone: `foundation.indent` with E* = 4 G, to what the cells leave (exact: 1e-12)."""
     d = np.array([0.002, 0.005, 0.009, 0.006])
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(profile, prony(0.25)), np.arange(4.0), LoadPath("penetration", d)
     )
     expected = indent(Springs(profile, 1.0), Load("penetration", np.sort(d)))
@@ -106,9 +110,9 @@ def test_elastic_material_is_the_elastic_contact(profile):
     # elsewhere the cell's parabola: fourth order in cells of a/40, less at tips and kinks
     tolerance = ROUNDING if exact else 2e-5
     order = np.argsort(d)
-    np.testing.assert_allclose(found.force[order], expected.force, rtol=tolerance)
+    np.testing.assert_allclose(indentation.force[order], expected.force, rtol=tolerance)
     np.testing.assert_allclose(
-        found.contact_radius[order], expected.contact_radius, rtol=10 * tolerance
+        indentation.contact_radius[order], expected.contact_radius, rtol=10 * tolerance
     )
 
 
@@ -151,12 +155,12 @@ def test_creep_after_a_jump_of_force_is_of_second_order(material):
     errors = []
     for n in steps:
         t = np.linspace(0, 2, n + 1)
-        found = indent_in_time(
+        indentation = indent_in_time(
             RelaxingSprings(BALL, material, per_radius=640),
             t,
             LoadPath("force", np.full(n + 1, force)),
         )
-        errors.append(abs(found.penetration[-1] / exact - 1))
+        errors.append(abs(indentation.penetration[-1] / exact - 1))
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.8
     assert errors[-1] < 2e-4
 
@@ -168,12 +172,12 @@ def test_creep_against_a_dashpot_is_of_second_order_on_graded_times():
     errors = []
     for n in steps:
         t = graded_times(2.0, n)
-        found = indent_in_time(
+        indentation = indent_in_time(
             RelaxingSprings(BALL, material, per_radius=20),
             t,
             LoadPath("force", np.full(n + 1, force)),
         )
-        errors.append(abs(found.penetration[-1] / exact - 1))
+        errors.append(abs(indentation.penetration[-1] / exact - 1))
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.9
     assert errors[-1] < 5e-5
 
@@ -203,10 +207,10 @@ def test_imprint_recovers_and_is_touched_again_where_it_is():
     back = [0.002, 0.008]  # depths at wait + 1 and wait + 3
     t = np.array([0.0, wait, wait, wait + 1.0, wait + 3.0])
     path = np.array([d, d, -d, back[0], back[1]])
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(cylinder(0.3), material), t, LoadPath("penetration", path)
     )
-    assert found.force[2] == found.force[3] == 0
+    assert indentation.force[2] == indentation.force[3] == 0
 
     def surface(time):
         return d * 0.75 * np.exp(-(time - wait) / 2.0)
@@ -220,7 +224,7 @@ def test_imprint_recovers_and_is_touched_again_where_it_is():
     length = wait + 3 - touch
     arm = arm * np.exp(-length / 0.5) + 3 * 0.5 * rate * -np.expm1(-length / 0.5)
     expected = 4 * 2 * 0.3 * (1.0 * back[1] + arm)
-    assert found.force[4] == pytest.approx(expected, rel=1e-11)
+    assert indentation.force[4] == pytest.approx(expected, rel=1e-11)
 
 
 def test_a_fluid_keeps_its_imprint():
@@ -230,11 +234,11 @@ def test_a_fluid_keeps_its_imprint():
     depth = 0.01
     left = depth * -np.expm1(-1.0)  # viscous part of the strain after one relaxation time
     path = np.array([depth, depth, 0.0, 0.0, left + 1e-3])
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(cylinder(0.3), material), t, LoadPath("penetration", path)
     )
-    assert found.force[3] == 0
-    assert found.force[4] == pytest.approx(4 * 2 * 0.3 * 1e-3, rel=1e-11)
+    assert indentation.force[3] == 0
+    assert indentation.force[4] == pytest.approx(4 * 2 * 0.3 * 1e-3, rel=1e-11)
 
 
 MATERIALS = st.sampled_from([SOLID, FLUID, prony(0.0, [1.0, 2.0], [0.1, 3.0]), prony(1.0)])
@@ -254,15 +258,15 @@ def test_springs_never_pull_and_never_give_energy(material, depths, profile):
     knots = 0.01 * np.array([0.0, *(np.array(depths) / deepest).clip(-0.1), -0.1])
     t = np.linspace(0, knots.size - 1, 50 * (knots.size - 1) + 1)
     path = np.interp(t, np.arange(knots.size), knots)
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(profile, material, per_radius=10), t, LoadPath("penetration", path)
     )
-    assert (found.force >= 0).all()
+    assert (indentation.force >= 0).all()
     reach = float(profile.contact_radius(knots.max()))
-    assert (found.contact_radius <= reach * (1 + 1e-9)).all()
-    work = np.sum((found.force[1:] + found.force[:-1]) / 2 * np.diff(path))
+    assert (indentation.contact_radius <= reach * (1 + 1e-9)).all()
+    work = np.sum((indentation.force[1:] + indentation.force[:-1]) / 2 * np.diff(path))
     # trapezoids in fifty steps a piece and ten springs: one part in a thousand of the largest
-    assert work >= -2e-3 * found.force.max() * knots.max()
+    assert work >= -2e-3 * indentation.force.max() * knots.max()
 
 
 @given(power=st.integers(-40, 40), long=st.integers(-40, 40), stiff=st.integers(-40, 40))
@@ -292,29 +296,31 @@ def test_harmonic_stiffness_is_what_the_springs_answer():
     per_period, periods = 200, 16
     t = np.arange(per_period * periods + 1) * (2 * np.pi / w / per_period)
     path = d + 0.1 * d * np.sin(w * t)
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(cylinder(radius), material), t, LoadPath("penetration", path)
     )
     last = slice(-per_period, None)
     basis = np.column_stack([np.ones(per_period), np.sin(w * t[last]), np.cos(w * t[last])])
-    _, real, imaginary = np.linalg.lstsq(basis, found.force[last])[0] / (0.1 * d)
+    _, real, imaginary = np.linalg.lstsq(basis, indentation.force[last])[0] / (0.1 * d)
     expected = harmonic_stiffness(material, radius, w)
     assert real + 1j * imaginary == pytest.approx(complex(expected), rel=5e-4)
 
 
 def test_nodal_springs_are_the_printed_sum():
     """F = 4 dx sum G(t) (d - g_i) over whole springs; contact radius a count of them."""
-    found = indent_in_time(
+    indentation = indent_in_time(
         RelaxingSprings(BALL, SOLID, edges="nodal", per_radius=7),
         [0.0, 1.0],
         LoadPath("penetration", [0.01, 0.01]),
     )
-    dx = found.spacing
+    dx = indentation.spacing
     x = dx * (np.arange(20) + 0.5)
     inside = x[x**2 / 2 < 0.01]
     total = 2 * dx * 4 * np.sum(0.01 - inside**2 / 2)
-    np.testing.assert_allclose(found.force, total * SOLID.relaxation([0.0, 1.0]), rtol=ROUNDING)
-    np.testing.assert_allclose(found.contact_radius, dx * inside.size)
+    np.testing.assert_allclose(
+        indentation.force, total * SOLID.relaxation([0.0, 1.0]), rtol=ROUNDING
+    )
+    np.testing.assert_allclose(indentation.contact_radius, dx * inside.size)
 
 
 def test_bad_histories_are_refused_with_every_fault():

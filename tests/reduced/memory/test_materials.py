@@ -95,7 +95,7 @@ def test_update_over_a_linear_strain_is_exact():
     """Arms after one step of any length equal those of an integrated differential equation."""
     start, rate, step = np.array([0.3, 2.0, -1.0, 4.0]), 0.8, 3.0
     decay, gain = SOLID.advance(step)
-    found = decay * start + gain * rate * step
+    result = decay * start + gain * rate * step
     exact = solve_ivp(
         lambda _, s: SOLID.moduli * rate - s / SOLID.times,
         (0, step),
@@ -104,7 +104,7 @@ def test_update_over_a_linear_strain_is_exact():
         rtol=1e-11,
         atol=1e-12,
     ).y[:, -1]
-    np.testing.assert_allclose(found, exact, rtol=1e-8)
+    np.testing.assert_allclose(result, exact, rtol=1e-8)
     np.testing.assert_allclose(SOLID.advance(0.0)[1], SOLID.moduli)
 
 
@@ -127,10 +127,10 @@ def test_fit_recovers_a_material_among_its_own_times():
     w = np.geomspace(1e-3, 1e4, 29)
     data = SOLID.complex_modulus(w)
     times = np.concatenate([SOLID.times, [1e-2, 20.0, 1.0]])
-    found = fit(w, data, times=times)
-    np.testing.assert_array_equal(found.material.times, SOLID.times)
-    np.testing.assert_allclose(found.material.moduli, SOLID.moduli, rtol=1e-8)
-    assert found.rms_error < 1e-10
+    fitted = fit(w, data, times=times)
+    np.testing.assert_array_equal(fitted.material.times, SOLID.times)
+    np.testing.assert_allclose(fitted.material.moduli, SOLID.moduli, rtol=1e-8)
+    assert fitted.rms_error < 1e-10
 
 
 def test_fit_of_a_power_law_improves_with_arms():
@@ -144,9 +144,9 @@ def test_fit_of_a_power_law_improves_with_arms():
 
 def test_fit_with_a_dashpot_recovers_kelvin_voigt():
     w = np.geomspace(1e-2, 1e3, 11)
-    found = fit(w, 3.0 + 0.5j * w, dashpot=True)
-    assert found.material.long_term == pytest.approx(3.0, rel=1e-9)
-    assert found.material.viscosity == pytest.approx(0.5, rel=1e-9)
+    fitted = fit(w, 3.0 + 0.5j * w, dashpot=True)
+    assert fitted.material.long_term == pytest.approx(3.0, rel=1e-9)
+    assert fitted.material.viscosity == pytest.approx(0.5, rel=1e-9)
 
 
 @given(noise=st.integers(0, 10_000))
@@ -155,10 +155,10 @@ def test_a_fit_to_noisy_data_is_passive(noise):
     rng = np.random.default_rng(noise)
     w = np.geomspace(1e-2, 1e2, 15)
     data = SOLID.complex_modulus(w) * rng.uniform(0.3, 3.0, 15)
-    found = fit(w, data, dashpot=True).material
-    assert found.long_term >= 0
-    assert found.viscosity >= 0
-    assert (found.moduli > 0).all()
+    result = fit(w, data, dashpot=True).material
+    assert result.long_term >= 0
+    assert result.viscosity >= 0
+    assert (result.moduli > 0).all()
 
 
 def test_bad_materials_are_refused_with_every_fault():

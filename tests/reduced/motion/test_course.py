@@ -47,13 +47,13 @@ def duration_number(exponent: float) -> float:
 )
 def test_impacts_of_power_laws_last_as_the_closed_form_says(profile, exponent, tolerance):
     """At two velocities a factor of 3 apart; force and depth are those of the static curve."""
-    found = strike(Springs(profile, 1.0), 2.0, [1e-3, 3e-3])
-    number = found.duration * found.velocity / found.penetration
+    result = strike(Springs(profile, 1.0), 2.0, [1e-3, 3e-3])
+    number = result.duration * result.velocity / result.penetration
     np.testing.assert_allclose(number, duration_number(exponent), rtol=tolerance)
     # energy: F x_m/p = m v^2/2 for F ~ x^(p-1)
     p = 2 + 1 / exponent
     np.testing.assert_allclose(
-        found.force * found.penetration / p, found.velocity**2, rtol=10 * tolerance
+        result.force * result.penetration / p, result.velocity**2, rtol=10 * tolerance
     )
 
 
@@ -65,7 +65,7 @@ def test_the_duration_converges_with_the_springs(edges):
     """
     errors = []
     for springs in (10, 40):
-        found = [
+        result = [
             strike(
                 Springs(paraboloid(1.0), 1.0, per_radius=springs, edges=edges, offset=o),
                 1.0,
@@ -73,7 +73,7 @@ def test_the_duration_converges_with_the_springs(edges):
             )
             for o in (0.0, 0.21, 0.37, 0.5, 0.83)
         ]
-        number = [float(f.duration[0] * 0.01 / f.penetration[0]) for f in found]
+        number = [float(f.duration[0] * 0.01 / f.penetration[0]) for f in result]
         errors.append(np.mean(np.abs(np.array(number) / duration_number(2) - 1)))
     if edges == "sub_cell":
         assert max(errors) < 1e-13
@@ -172,10 +172,10 @@ def test_small_vibrations_have_the_contact_resonance(scheme):
 
 def test_a_weight_shortens_no_impact_of_a_linear_spring_below_half_a_period():
     """Punch with k = m = 1 under f: T = pi + 2 arctan(f/v), x_m = f + sqrt(f^2 + v^2)."""
-    found = strike(Springs(cylinder(0.5), 1.0), 1.0, [0.5, 2.0], load=1.0)
-    v = found.velocity
-    np.testing.assert_allclose(found.duration, math.pi + 2 * np.arctan(1 / v), rtol=1e-12)
-    np.testing.assert_allclose(found.penetration, 1 + np.hypot(1, v), rtol=1e-13)
+    result = strike(Springs(cylinder(0.5), 1.0), 1.0, [0.5, 2.0], load=1.0)
+    v = result.velocity
+    np.testing.assert_allclose(result.duration, math.pi + 2 * np.arctan(1 / v), rtol=1e-12)
+    np.testing.assert_allclose(result.penetration, 1 + np.hypot(1, v), rtol=1e-13)
 
 
 @pytest.mark.parametrize("scheme", ["verlet", "energy"])
@@ -273,8 +273,8 @@ def test_any_law_with_energy_can_be_struck():
             into = np.maximum(x, 0)
             return into.sum(-1), 0.5 * (into**2).sum(-1), (x > 0).sum(-1).astype(float)
 
-    found = rebound(Peaks(), 1.0, [0.5], 1.0)  # turns at 0.5: only the first peak
-    assert float(found.duration[0]) == pytest.approx(math.pi, rel=1e-12)
+    bounce = rebound(Peaks(), 1.0, [0.5], 1.0)  # turns at 0.5: only the first peak
+    assert float(bounce.duration[0]) == pytest.approx(math.pi, rel=1e-12)
     deep = rebound(Peaks(), 1.0, [np.sqrt(5.0)], 3.0)  # x^2 + (x-1)^2 = 5 at x = 2
     assert float(deep.penetration[0]) == pytest.approx(2.0, rel=1e-12)
     # phase by phase: sin on one spring to x = 1, then about 1/2 with w^2 = 2

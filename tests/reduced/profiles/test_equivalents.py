@@ -81,9 +81,9 @@ TABLES = [tabulated(R_CUBED, R_CUBED**3, kind) for kind in ("pchip", "linear")]
 def test_inverse_transform_returns_the_section(profile):
     """f(r) = (2/pi) int_0^r g/sqrt(r^2 - x^2) dx: back to the body, 1e-12, tables and kinks too."""
     r = np.array([0.0, 1e-3, 0.1, 0.29, 0.5, 1.001, 1.5, 1.9])
-    found, exact = inverse_transform(profile, r), profile.section.height(r)
+    result, exact = inverse_transform(profile, r), profile.section.height(r)
     scale = np.maximum(exact, 1e-12 * exact.max())
-    assert np.all(np.abs(found - exact) <= QUADRATURE * np.maximum(scale, found))
+    assert np.all(np.abs(result - exact) <= QUADRATURE * np.maximum(scale, result))
 
 
 def test_inverse_transform_of_a_punch_is_flat_and_ends():

@@ -25,19 +25,19 @@ def run(count=12, seed=0, **options):
 
 def test_statistics_are_those_of_the_lines_pressed_one_by_one():
     """Streams spawn_key = (1, k), as the scene format promises; s/sqrt(m) by hand."""
-    found = run(seed=3)
+    outcome = run(seed=3)
     areas = []
     for k in range(12):
         line = RandomLines(SPECTRUM, 256, 12, seed=3).draw([k])
         assert line.spacing == 1 / 256
         areas.append(press(line, 2.0, Load("force", FORCE)).contact_area[0])
     area = np.array(areas)
-    np.testing.assert_array_equal(found.samples["contact_area"], area)
+    np.testing.assert_array_equal(outcome.samples["contact_area"], area)
     mean = area.sum(axis=0) / 12
     error = np.sqrt(((area - mean) ** 2).sum(axis=0) / 11 / 12)
-    np.testing.assert_allclose(found["contact_area"].mean, mean, rtol=1e-13)
-    np.testing.assert_allclose(found["contact_area"].standard_error, error, rtol=1e-12)
-    middle = found["contact_area"].quantiles[2]
+    np.testing.assert_allclose(outcome["contact_area"].mean, mean, rtol=1e-13)
+    np.testing.assert_allclose(outcome["contact_area"].standard_error, error, rtol=1e-12)
+    middle = outcome["contact_area"].quantiles[2]
     np.testing.assert_allclose(middle, np.sort(area, axis=0)[5:7].mean(axis=0), rtol=1e-13)
 
 
@@ -92,9 +92,9 @@ def test_stiffness_of_long_lines_grows_as_the_load_to_one_over_one_plus_hurst(hu
     scale = np.sqrt(2 * line.power.sum())
     lines = RandomLines(line, points, 60, seed=4)
     load = Load("force", scale * np.geomspace(1e-9, 1e-1, 100))
-    found = press_ensemble(lines, 1.0, load).samples
+    result = press_ensemble(lines, 1.0, load).samples
     slopes = []
-    for length, force in zip(found["contact_length"], found["force"], strict=True):
+    for length, force in zip(result["contact_length"], result["force"], strict=True):
         inner = (length > 30 / points) & (length < 0.03)
         slopes.append(np.polyfit(np.log(force[inner]), np.log(length[inner]), 1)[0])
     error = np.std(slopes, ddof=1) / np.sqrt(60)

@@ -125,8 +125,8 @@ def test_sum_rules_of_the_surface_are_those_of_its_heights():
     q2 = (4 * np.pi) ** 2 + (2 * np.pi / 3) ** 2
     surface = measured(h, (1.0, 3.0), periodic=True)
     expected = 0.7 / np.sqrt(2) * np.array([1, np.sqrt(q2), q2])
-    found = sum_rules(surface, line_of(surface)).surface
-    np.testing.assert_allclose(found, expected, rtol=KEPT)
+    result = sum_rules(surface, line_of(surface)).surface
+    np.testing.assert_allclose(result, expected, rtol=KEPT)
 
 
 @pytest.mark.parametrize("rule", ["rings", "split"])

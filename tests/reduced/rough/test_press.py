@@ -135,8 +135,8 @@ def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic,
     )
     for k, d in enumerate(contact.penetration[0]):
         force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
-        found, scale = (force, depth * line.size) if control == "force" else (gap, depth)
-        assert found == pytest.approx(loads[k], rel=1e-11, abs=1e-13 * scale)
+        result, scale = (force, depth * line.size) if control == "force" else (gap, depth)
+        assert result == pytest.approx(loads[k], rel=1e-11, abs=1e-13 * scale)
     np.testing.assert_array_equal(getattr(contact, control)[0], loads)
 
 
@@ -157,8 +157,8 @@ def test_mean_gaps_keep_their_digits_up_to_full_contact(edges, periodic, points)
     turned, depth = RoughLines(-line, 1.0, periodic), Load("penetration", np.ptp(line) - d)
     # Nodal gaps are those of one spring at last, linear in that distance.
     rounding = np.spacing(np.ptp(line))
-    found = press(turned, 1.0, depth, edges=edges).force[0] / points
-    np.testing.assert_allclose(found, goals, rtol=1e-9, atol=rounding)
+    result = press(turned, 1.0, depth, edges=edges).force[0] / points
+    np.testing.assert_allclose(result, goals, rtol=1e-9, atol=rounding)
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -169,13 +169,13 @@ def test_slopes_apart_by_orders_of_magnitude_lose_no_digits(periodic):
         line[10:20:2] = line[11:21:2] * (1 + 1e-13)
         goals = np.ptp(line) * np.geomspace(1e-9, 40, 12)
         d = press(RoughLines(line, 1.0, periodic), 1.0, Load("force", goals)).penetration[0]
-        exact = [rational_force(line, each, periodic) for each in d]
+        exact = [rational_force(line, part, periodic) for part in d]
         np.testing.assert_allclose([float(f) for f in exact], goals, rtol=2e-14)
 
 
 def rational_force(line, d, periodic):
     """F/E* of straight lines between the points, in exact arithmetic on the depths as stored."""
-    y = [Fraction(each) for each in (line.max() - line)]
+    y = [Fraction(part) for part in (line.max() - line)]
     d, total = Fraction(float(d)), Fraction(0)
     cells = list(pairwise(y)) + ([(y[-1], y[0])] if periodic else [])
     for low, high in map(sorted, cells):
@@ -184,7 +184,7 @@ def rational_force(line, d, periodic):
         elif low < d:
             total += (d - low) ** 2 / (2 * (high - low))
     ends = [] if periodic else [y[0], y[-1]]
-    return total + sum(max(d - each, Fraction(0)) / 2 for each in ends)
+    return total + sum(max(d - part, Fraction(0)) / 2 for part in ends)
 
 
 def rough(n, rng, lines=1):
@@ -224,8 +224,8 @@ def test_short_and_long_lines_invert_alike(edges, periodic, points):
         )
         for k, d in enumerate(contact.penetration[0]):
             force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
-            found = force if control == "force" else gap
-            assert found == pytest.approx(loads[k], rel=1e-10, abs=1e-12 * depth)
+            result = force if control == "force" else gap
+            assert result == pytest.approx(loads[k], rel=1e-10, abs=1e-12 * depth)
 
 
 @pytest.mark.parametrize("control", ["force", "penetration", "mean_gap"])
@@ -251,9 +251,9 @@ def test_shift_reversal_and_raised_height_keep_thirteen_digits(edges, shift, rai
     for other in (np.roll(line, shift), line[::-1], line + float(raised)):
         two = press(RoughLines(other, 0.25), 1.0, Load("penetration", d), edges=edges)
         for name, value in vars(one).items():
-            found = getattr(two, name)
+            result = getattr(two, name)
             scale = 1e-14 * np.abs(value).max()
-            np.testing.assert_allclose(found, value, rtol=1e-13, atol=scale, err_msg=name)
+            np.testing.assert_allclose(result, value, rtol=1e-13, atol=scale, err_msg=name)
 
 
 @pytest.mark.parametrize("edges", EDGES)

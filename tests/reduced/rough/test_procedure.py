@@ -49,17 +49,15 @@ def test_corrected_keeps_the_height_and_the_letter_does_not(both):
 
 def test_distributions_add_up_to_the_curves(both):
     """(pi/4) sum l^2 and sum l over the pooled contacts are the ensemble's area and length."""
-    for found in both[1]:
+    for part in both[1]:
         for step in range(FORCE.size):
-            sizes = found.contact_sizes[step]
-            area, length = (
-                found.ensemble[n].mean[step] for n in ("contact_area", "contact_length")
-            )
+            sizes = part.contact_sizes[step]
+            area, length = (part.ensemble[n].mean[step] for n in ("contact_area", "contact_length"))
             assert np.pi / 4 * np.sum(sizes**2) / 30 == pytest.approx(area, rel=1e-11)
             assert sizes.sum() / 30 == pytest.approx(length, rel=1e-11)
-            assert sizes.size == found.ensemble.samples["contact_count"][:, step].sum()
-        mean = np.mean(FORCE / found.ensemble.samples["contact_area"], axis=0)
-        np.testing.assert_allclose(found.mean_pressure, mean, rtol=1e-13)
+            assert sizes.size == part.ensemble.samples["contact_count"][:, step].sum()
+        mean = np.mean(FORCE / part.ensemble.samples["contact_area"], axis=0)
+        np.testing.assert_allclose(part.mean_pressure, mean, rtol=1e-13)
 
 
 def test_points_without_a_value_are_counted(both):
@@ -82,12 +80,12 @@ def test_one_bump_is_hertz():
     radius = 1 / (4 * np.pi**2)
     depth = 1e-2
     force = 4 * np.sqrt(2) / 3 * np.sqrt(radius * depth**3)
-    found = calculate(measured(height, 1.0, periodic=True), 1.0, [force], sampling=Sampling(4))
-    assert found.ensemble["contact_count"].mean[0] == 1
-    area = found.ensemble["contact_area"].mean[0]
+    result = calculate(measured(height, 1.0, periodic=True), 1.0, [force], sampling=Sampling(4))
+    assert result.ensemble["contact_count"].mean[0] == 1
+    area = result.ensemble["contact_area"].mean[0]
     assert area == pytest.approx(np.pi * 2 * radius * depth, rel=0.03)
     hertz = 3 / 2 * force / area
-    assert found.pressures[0].max() == pytest.approx(hertz, rel=0.05)
+    assert result.pressures[0].max() == pytest.approx(hertz, rel=0.05)
 
 
 def test_options_reach_the_lines(both):
@@ -114,8 +112,8 @@ def test_the_example_runs_and_the_page_shows_what_it_prints():
     )
     number = r"\d+\.\d+(?:e[-+]\d+)?"
     assert re.sub(number, "#", block).split() == re.sub(number, "#", printed).split()
-    shown, found = ([float(x) for x in re.findall(number, t)] for t in (block, printed))
-    np.testing.assert_allclose(shown, found, rtol=0.02, atol=2e-4)
+    shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, printed))
+    np.testing.assert_allclose(shown, result, rtol=0.02, atol=2e-4)
 
 
 def test_the_page_of_the_procedure_runs_as_printed(capsys):

@@ -27,14 +27,14 @@ def test_regions_add_up_to_what_press_counts(edges, periodic, values, level):
     """
     line = np.array(values, dtype=float)
     lines = RoughLines(line, 0.25, periodic)
-    found = regions(lines, level + 0.5, edges=edges)
+    contacts = regions(lines, level + 0.5, edges=edges)
     c = press(lines, 1.0, Load("penetration", level + 0.5), edges=edges)
-    assert found.lengths.size == c.contact_count[0, 0]
-    assert found.lengths.sum() == pytest.approx(c.contact_length[0, 0], rel=1e-12)
-    assert np.pi / 4 * np.sum(found.lengths**2) == pytest.approx(c.contact_area[0, 0], rel=1e-12)
-    assert found.lengths.max() == pytest.approx(c.longest_contact[0, 0], rel=1e-12)
-    assert np.all(found.deflection > 0)
-    assert np.unique(found.region).size == found.lengths.size
+    assert contacts.lengths.size == c.contact_count[0, 0]
+    assert contacts.lengths.sum() == pytest.approx(c.contact_length[0, 0], rel=1e-12)
+    assert np.pi / 4 * np.sum(contacts.lengths**2) == pytest.approx(c.contact_area[0, 0], rel=1e-12)
+    assert contacts.lengths.max() == pytest.approx(c.longest_contact[0, 0], rel=1e-12)
+    assert np.all(contacts.deflection > 0)
+    assert np.unique(contacts.region).size == contacts.lengths.size
 
 
 @pytest.mark.parametrize("rule", ["own_curvature", "one_radius"])
@@ -47,29 +47,33 @@ def test_the_rule_on_a_sampled_parabola_is_hertz(rule):
     spacing, modulus, radius, a = 0.01, 3.0, 2.0, 0.5037
     x = spacing * np.arange(-100, 101)
     line = RoughLines(-(x**2) / radius, spacing, periodic=False)
-    found = line_stress(line, modulus, a**2 / radius, rule=rule)
-    at = x[found.regions.points]
+    stress = line_stress(line, modulus, a**2 / radius, rule=rule)
+    at = x[stress.regions.points]
     hertz = 2 * modulus * a / (np.pi * radius) * np.sqrt(1 - (at / a) ** 2)
-    assert found.undefined_share == 0
+    assert stress.undefined_share == 0
     tolerance = 1e-10 if rule == "own_curvature" else 1e-4
-    np.testing.assert_allclose(found.pressure, hertz, rtol=tolerance)
+    np.testing.assert_allclose(stress.pressure, hertz, rtol=tolerance)
 
 
 def test_hollow_and_straight_points_have_no_value():
     """A tent is straight but for its tip; a crown of two tips is hollow between them."""
     tent = np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0])
-    found = line_stress(RoughLines(tent, 1.0), 1.0, 2.5)
-    assert found.regions.points.tolist() == [1, 2, 3, 4, 5]
-    assert found.valid.tolist() == [False, False, True, False, False]
-    assert found.undefined_share == pytest.approx(0.8)
+    stress = line_stress(RoughLines(tent, 1.0), 1.0, 2.5)
+    assert stress.regions.points.tolist() == [1, 2, 3, 4, 5]
+    assert stress.valid.tolist() == [False, False, True, False, False]
+    assert stress.undefined_share == pytest.approx(0.8)
     assert line_stress(RoughLines(tent, 1.0), 1.0, 2.5, rule="one_radius").undefined_share == 0
     crown = np.array([0.0, 3.0, 2.0, 3.0, 0.0, 0.0])
     assert line_stress(RoughLines(crown, 1.0), 1.0, 1.5).valid.tolist() == [True, False, True]
 
 
 def test_no_contact_has_no_undefined_points():
-    found = line_stress(RoughLines(np.array([0.0, 1.0, 0.0]), 1.0), 1.0, -0.5)
-    assert (found.pressure.size, found.undefined_share, found.regions.lengths.size) == (0, 0.0, 0)
+    stress = line_stress(RoughLines(np.array([0.0, 1.0, 0.0]), 1.0), 1.0, -0.5)
+    assert (stress.pressure.size, stress.undefined_share, stress.regions.lengths.size) == (
+        0,
+        0.0,
+        0,
+    )
 
 
 @given(st.integers(-60, 60), st.integers(-60, 60))

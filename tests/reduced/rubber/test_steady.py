@@ -59,7 +59,7 @@ def test_parabola_on_kelvin_voigt_springs_as_in_closed_form(length):
     errors = []
     for points in (201, 401, 801):
         x = np.linspace(-0.1537, 0.1483, points)
-        found = slide(
+        sliding = slide(
             RoughLines(-(x**2), x[1] - x[0], periodic=False),
             KELVIN,
             length,
@@ -67,8 +67,8 @@ def test_parabola_on_kelvin_voigt_springs_as_in_closed_form(length):
         )
         errors.append(
             max(
-                abs(found.tangential_force.item() / drag - 1),
-                abs(found.penetration.item() / 0.01 - 1),
+                abs(sliding.tangential_force.item() / drag - 1),
+                abs(sliding.penetration.item() / 0.01 - 1),
             )
         )
     assert errors[-1] < 2e-5
@@ -83,12 +83,12 @@ def test_full_contact_with_a_sine_follows_the_complex_modulus(name, speed):
     line = amplitude * np.cos(q * np.arange(points) / points)
     # deep enough for full contact at any phase of the force
     force = 4 * amplitude * 2 * abs(material.complex_modulus(q * speed))
-    found = slide(RoughLines(line, 1 / points), material, speed, LoadPath("force", force))
+    sliding = slide(RoughLines(line, 1 / points), material, speed, LoadPath("force", force))
     loss = material.complex_modulus(q * speed).imag
-    assert_allclose(found.contact_length, 1.0, rtol=1e-12)
+    assert_allclose(sliding.contact_length, 1.0, rtol=1e-12)
     # the polygon's sine is (q dx)^2/12 = 1e-6 too small, its slope twice
-    assert_allclose(found.tangential_force, 2 * loss * q * amplitude**2, rtol=4e-6)
-    assert_allclose(found.force, force, rtol=1e-11)
+    assert_allclose(sliding.tangential_force, 2 * loss * q * amplitude**2, rtol=4e-6)
+    assert_allclose(sliding.force, force, rtol=1e-11)
 
 
 def drawn_in_small_steps(line, spacing, material, speed, depth, factor):
@@ -123,9 +123,9 @@ def test_steady_state_is_that_of_a_spring_in_small_steps(name):
     differences = []
     for factor in (10, 20):
         force, drag = drawn_in_small_steps(line, 1 / 96, material, speed, depth, factor)
-        found = slide(RoughLines(line, 1 / 96), material, speed, LoadPath("force", force))
-        differences.append(abs(found.penetration.item() / depth - 1))
-        assert_allclose(found.friction_coefficient, drag / force, rtol=0.6 / factor)
+        sliding = slide(RoughLines(line, 1 / 96), material, speed, LoadPath("force", force))
+        differences.append(abs(sliding.penetration.item() / depth - 1))
+        assert_allclose(sliding.friction_coefficient, drag / force, rtol=0.6 / factor)
     assert differences[0] < 0.02
     assert 1.6 < differences[0] / differences[1] < 2.5
 
@@ -140,35 +140,35 @@ def test_steady_state_is_that_of_a_spring_in_small_steps(name):
 def test_friction_does_the_work_that_is_dissipated(speed, load, name, seed):
     """Over a period, to 1e-8 (the issue asks for 1e-6); and the force is met."""
     line = 0.01 * np.random.default_rng(seed).normal(size=64)
-    found = slide(RoughLines(line, 1 / 64), MATERIALS[name], speed, LoadPath("force", load))
-    assert abs(found.energy_error.item()) < 1e-8
-    assert_allclose(found.force, load, rtol=1e-9)
-    assert found.friction_coefficient.item() > 0
+    sliding = slide(RoughLines(line, 1 / 64), MATERIALS[name], speed, LoadPath("force", load))
+    assert abs(sliding.energy_error.item()) < 1e-8
+    assert_allclose(sliding.force, load, rtol=1e-9)
+    assert sliding.friction_coefficient.item() > 0
 
 
 def test_slow_friction_grows_with_speed_and_contact_shrinks():
     """Slow: mu ~ v; and faster rubber is stiffer: less contact at equal force."""
     speed = np.geomspace(1e-6, 1e2, 17)
     for material in MATERIALS.values():
-        found = slide(RoughLines(rough(), 1 / 512), material, speed, LoadPath("force", 1e-2))
+        sliding = slide(RoughLines(rough(), 1 / 512), material, speed, LoadPath("force", 1e-2))
         assert_allclose(
-            found.friction_coefficient[:, 1] / found.friction_coefficient[:, 0],
+            sliding.friction_coefficient[:, 1] / sliding.friction_coefficient[:, 0],
             speed[1] / speed[0],
             rtol=1e-3,
         )
-        assert np.all(np.diff(found.contact_length, axis=1) < 1e-12)
-        assert found.friction_coefficient.max() < 0.25  # twice the rms slope
+        assert np.all(np.diff(sliding.contact_length, axis=1) < 1e-12)
+        assert sliding.friction_coefficient.max() < 0.25  # twice the rms slope
 
 
 @pytest.mark.parametrize("length", [1e-3, 1e-2, 0.1])
 def test_rough_lines_converge_with_the_square_of_the_spacing(length):
-    found = [
+    result = [
         slide(
             RoughLines(rough(n), 1 / n), KELVIN, length, LoadPath("force", 1e-2)
         ).friction_coefficient.item()
         for n in (128, 256, 512, 1024, 4096)
     ]
-    errors = np.abs(np.array(found[:-1]) / found[-1] - 1)
+    errors = np.abs(np.array(result[:-1]) / result[-1] - 1)
     slope = np.polyfit(np.log([128, 256, 512, 1024]), np.log(errors), 1)[0]
     assert errors[-1] < 5e-4
     assert slope < -1.6
@@ -261,7 +261,7 @@ def test_steps_of_any_length_tend_to_the_same_friction(cells):
 
 def test_slow_sliding_is_stable_for_every_step_and_converges():
     """At v tau = dx/1000 for 256 points; refining the line at that speed changes little."""
-    speed, found = 1e-3 / 256, []
+    speed, result = 1e-3 / 256, []
     for points in (256, 512, 1024):
         history = slide_in_time(
             RoughLines(rough(points), 1 / points),
@@ -271,9 +271,9 @@ def test_slow_sliding_is_stable_for_every_step_and_converges():
             steps=2 * points,
         )
         assert np.ptp(history.level[:, points:]) < 1e-12
-        found.append(history.friction_coefficient()[0])
-    assert abs(found[1] / found[2] - 1) < abs(found[0] / found[1] - 1) / 2
-    assert abs(found[1] / found[2] - 1) < 1e-3
+        result.append(history.friction_coefficient()[0])
+    assert abs(result[1] / result[2] - 1) < abs(result[0] / result[1] - 1) / 2
+    assert abs(result[1] / result[2] - 1) < 1e-3
 
 
 def test_the_force_is_met_where_the_springs_lose_the_line():
@@ -308,18 +308,20 @@ def test_an_energy_balance_needs_a_whole_period():
 
 def at_rest(line, load):
     """Level of the relaxed springs under the load, to begin a printed run in contact."""
-    found = press(RoughLines(line, 1 / line.size), 4.0, Load("force", [load]), edges="nodal")
-    return line.max() - found.penetration.item()
+    contact = press(RoughLines(line, 1 / line.size), 4.0, Load("force", [load]), edges="nodal")
+    return line.max() - contact.penetration.item()
 
 
 def test_printed_start_touches_nothing_on_a_line_below_three_rms():
     line = rough()[0]
     assert line.max() < 3 * line.std()
-    found = slide_as_printed(RoughLines(line, 1 / 512), kelvin_voigt(1.0, 1.0), 0.1, 1e-2, steps=10)
-    assert found.outcome == "no contact"
-    assert found.level.size == 0
+    sliding = slide_as_printed(
+        RoughLines(line, 1 / 512), kelvin_voigt(1.0, 1.0), 0.1, 1e-2, steps=10
+    )
+    assert sliding.outcome == "no contact"
+    assert sliding.level.size == 0
     with pytest.raises(ConvergenceError, match="no contact"):
-        found.friction_coefficient()
+        sliding.friction_coefficient()
 
 
 def test_printed_relaxation_is_unstable_above_two():

@@ -204,12 +204,12 @@ def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edge
     """
     options = {"offset": offset, "per_radius": springs, "edges": edges}
     forces = np.geomspace(1e-2, 0.3, 7)
-    found = indent(Springs(profile, 1.0, **options), Load("force", forces))
-    top = float(profile.height(np.array(found.spacing * springs)))
-    below = found.penetration < (top if top > 0 else np.inf)
-    loads = [*found.penetration[below], top] if top > 0 else found.penetration
+    contact = indent(Springs(profile, 1.0, **options), Load("force", forces))
+    top = float(profile.height(np.array(contact.spacing * springs)))
+    below = contact.penetration < (top if top > 0 else np.inf)
+    loads = [*contact.penetration[below], top] if top > 0 else contact.penetration
     again = indent(Springs(profile, 1.0, **options), Load("penetration", loads))
-    assert again.spacing == pytest.approx(found.spacing, rel=1e-14)
+    assert again.spacing == pytest.approx(contact.spacing, rel=1e-14)
     count = np.count_nonzero(below)
     np.testing.assert_allclose(again.force[:count], forces[:count], rtol=1e-11)
 

@@ -119,7 +119,7 @@ def visited(
         return route.abort()
 
     context.route("**/*", watch)
-    page.on("console", lambda each: visit.complaints.append(f"{each.type}: {each.text}"))
+    page.on("console", lambda part: visit.complaints.append(f"{part.type}: {part.text}"))
     page.on("pageerror", lambda error: visit.complaints.append(f"error: {error}"))
     page.goto(path.as_uri() + fragment)
     visit.settled()
@@ -176,10 +176,10 @@ def _serious_faults(page, rules: list[str] | None = None) -> list[str]:
     options = {"resultTypes": ["violations"]}
     if rules:
         options["runOnly"] = {"type": "rule", "values": rules}
-    found = axe.Axe().run(page, context=context, options=options).response["violations"]
+    result = axe.Axe().run(page, context=context, options=options).response["violations"]
     return [
-        f"{each['id']} ({each['impact']}): {node['html'][:160]}"
-        for each in found
-        if each["impact"] in ("serious", "critical")
-        for node in each["nodes"]
+        f"{part['id']} ({part['impact']}): {node['html'][:160]}"
+        for part in result
+        if part["impact"] in ("serious", "critical")
+        for node in part["nodes"]
     ]

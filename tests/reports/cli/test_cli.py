@@ -85,7 +85,7 @@ def roughline(tmp_path, monkeypatch, capsys):
 
     def run(*arguments):
         capsys.readouterr()
-        code = run_command([str(each) for each in arguments])
+        code = run_command([str(argument) for argument in arguments])
         told = capsys.readouterr()
         return SimpleNamespace(code=code, out=told.out, err=told.err)
 
@@ -314,42 +314,42 @@ def test_a_scene_that_needs_more_memory_than_there_is(roughline, ball, monkeypat
 def test_solve_prints_one_json_object_of_the_contract(roughline, ball):
     result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "8", "--json")
     assert (result.code, result.err) == (0, "")
-    found = json.loads(result.out)
-    assert found["scene"] == "steel-ball"
-    assert found["method"] == "bem_fft"
-    assert found["resolution"] == 8
-    assert found["converged"] is True
-    assert found["unknowns"] > 100
-    assert 0 <= found["setup_seconds"] <= found["seconds"]
+    document = json.loads(result.out)
+    assert document["scene"] == "steel-ball"
+    assert document["method"] == "bem_fft"
+    assert document["resolution"] == 8
+    assert document["converged"] is True
+    assert document["unknowns"] > 100
+    assert 0 <= document["setup_seconds"] <= document["seconds"]
     for name in ("iterations", "violation", "penetration", "force", "contact_area"):
-        assert len(found[name]) == 2
-    assert max(found["violation"]) <= 1e-8  # the default tolerance of the solver
+        assert len(document[name]) == 2
+    assert max(document["violation"]) <= 1e-8  # the default tolerance of the solver
     hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * np.array([1e-6, 2e-6]) ** 1.5
-    np.testing.assert_allclose(found["force"], hertz, rtol=2e-2)
+    np.testing.assert_allclose(document["force"], hertz, rtol=2e-2)
 
 
 def test_json_has_the_pressure_of_the_last_step_over_r_or_over_x_and_y(roughline, tmp_path):
     asked = '[compare]\nquantities = ["force", "pressure"]\n'
     (tmp_path / "ball.toml").write_text(BALL[: BALL.index("[compare]")] + asked)
-    found = json.loads(roughline("solve", "ball.toml", "--method", "reduced", "--json").out)
-    r, p = (np.array(found["pressure"][key]) for key in ("r", "p"))
+    document = json.loads(roughline("solve", "ball.toml", "--method", "reduced", "--json").out)
+    r, p = (np.array(document["pressure"][key]) for key in ("r", "p"))
     assert (np.diff(r) > 0).all()
     a = np.sqrt(0.01 * 2e-6)
     peak = 2 * 210e9 / 0.91 * a / (np.pi * 0.01)
     np.testing.assert_allclose(p, peak * np.sqrt(1 - (r / a) ** 2), rtol=1e-6)
     (tmp_path / "patch.toml").write_text(ROUGH + asked)
-    found = json.loads(roughline("solve", "patch.toml", "--method", "bem_fft", "--json").out)
-    assert set(found["pressure"]) == {"x", "y", "p"}
-    assert len(found["pressure"]["p"]) == 16 * 16
+    document = json.loads(roughline("solve", "patch.toml", "--method", "bem_fft", "--json").out)
+    assert set(document["pressure"]) == {"x", "y", "p"}
+    assert len(document["pressure"]["p"]) == 16 * 16
 
 
 def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, patch):
-    found = json.loads(roughline("solve", patch, "--method", "bem_fft", "--json").out)
-    assert found["realisations"] == 3
-    assert found["resolution"] == 16
+    document = json.loads(roughline("solve", patch, "--method", "bem_fft", "--json").out)
+    assert document["realisations"] == 3
+    assert document["resolution"] == 16
     for name in ("contact_area", "penetration", "mean_gap"):
-        assert len(found[name]) == len(found[f"{name}_stderr"]) == 2
-        assert min(found[f"{name}_stderr"]) > 0
+        assert len(document[name]) == len(document[f"{name}_stderr"]) == 2
+        assert min(document[f"{name}_stderr"]) > 0
 
 
 def test_solve_writes_a_table(roughline, tmp_path, ball):
@@ -382,12 +382,14 @@ def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_pat
     asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
     (tmp_path / "ball.toml").write_text(asked)
     options = (["--option", "stress=local"], ["--option", "reduced.stress=local"], [])
-    found = [
-        json.loads(roughline("solve", ball, "--method", "reduced", "--json", *each).out)["pressure"]
-        for each in options
+    result = [
+        json.loads(roughline("solve", ball, "--method", "reduced", "--json", *option).out)[
+            "pressure"
+        ]
+        for option in options
     ]
-    assert found[0] == found[1]
-    assert found[0] != found[2]
+    assert result[0] == result[1]
+    assert result[0] != result[2]
     several = ["--option", "stress=local", "--option", 'edges="nodal"']
     assert roughline("solve", ball, "--method", "reduced", *several).code == 0
 
@@ -456,8 +458,8 @@ def test_options_stand_in_the_table(roughline, ball):
     options = ["--option", "reduced.edges=nodal", "--option", "bem_fft.tolerance=1e-6"]
     assert roughline("run", ball, *options, "--out", "o", "--no-pictures").code == 0
     rows = table("o/results.csv")
-    found = {row["method"]: row["options"] for row in rows if row["step"]}
-    assert found == {"closed_form": "", "reduced": "edges=nodal", "bem_fft": "tolerance=1e-06"}
+    result = {row["method"]: row["options"] for row in rows if row["step"]}
+    assert result == {"closed_form": "", "reduced": "edges=nodal", "bem_fft": "tolerance=1e-06"}
 
 
 def test_a_used_folder_is_refused_and_unchanged(roughline, tmp_path, ball):
@@ -622,9 +624,9 @@ def test_help_lists_the_commands_that_exist_and_no_others(roughline):
 def test_a_file_name_does_not_command_the_terminal(roughline, tmp_path, arguments, code):
     """ESC [31m turns what follows red; other sequences move the cursor or name the window."""
     (tmp_path / "\x1b[31mred.toml").write_text("x = [")
-    found = roughline(*arguments)
-    assert found.code == code
-    said = found.out + found.err
+    result = roughline(*arguments)
+    assert result.code == code
+    said = result.out + result.err
     assert "\N{REPLACEMENT CHARACTER}[31mred" in said
     assert "\x1b" not in said
 
@@ -832,17 +834,17 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
 def test_deep_keys_are_refused_before_they_cost_memory(roughline, tmp_path):
     """The TOML parser is quadratic in the parts of a dotted key."""
     (tmp_path / "deep.toml").write_text("a" + ".a" * 50_000 + " = 1\n")
-    found = roughline("solve", "deep.toml", "--method", "reduced")
-    assert found.code == 2
-    assert "keys of at most" in found.err
+    result = roughline("solve", "deep.toml", "--method", "reduced")
+    assert result.code == 2
+    assert "keys of at most" in result.err
 
 
 def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp_path):
     (tmp_path / "theirs").mkdir()
     (tmp_path / "theirs" / "results.csv").write_text("mine")
-    found = roughline("run", "ball.toml", "--out", "theirs", "--overwrite")
-    assert found.code == 2
-    assert "has not written" in found.err
+    result = roughline("run", "ball.toml", "--out", "theirs", "--overwrite")
+    assert result.code == 2
+    assert "has not written" in result.err
     assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
 
 

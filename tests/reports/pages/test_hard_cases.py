@@ -69,11 +69,11 @@ FEW = ("--case", "load-one", "--case", "profile-hollow", "--case", "nu-0-5")
 def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
     code, folder = hard_cases("reduced", "closed_form", *FEW, "--json", str(tmp_path / "own.json"))
     assert code == 0
-    assert {each.name for each in folder.iterdir()} == {files.RECORD, files.TABLE, PAGE}
+    assert {part.name for part in folder.iterdir()} == {files.RECORD, files.TABLE, PAGE}
     assert "every outcome is as the catalogue expects" in capsys.readouterr().out
     document = json.loads((tmp_path / "own.json").read_text())
     assert document == json.loads((folder / files.RECORD).read_text())
-    kinds = {(each["case"], each["method"]): each["kind"] for each in document["outcomes"]}
+    kinds = {(part["case"], part["method"]): part["kind"] for part in document["outcomes"]}
     assert kinds["load-one", "reduced"] == "accurate"
     assert kinds["profile-hollow", "closed_form"] == "refused"
     assert len(kinds) == 6
@@ -122,7 +122,7 @@ def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
     (tmp_path / "out" / name).write_text("precious")
     code, folder = hard_cases("reduced", *FEW)
     assert code == 2
-    assert [each.name for each in folder.iterdir()] == [name]
+    assert [path.name for path in folder.iterdir()] == [name]
     assert (folder / name).read_text() == "precious"
 
 
@@ -139,7 +139,7 @@ def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
     assert capsys.readouterr().err == "interrupted\n"  # this command has no --resume to speak of
     kept = load_record(folder)
     assert kept.interrupted
-    assert [each.case for each in kept.outcomes] == ["load-one"]
+    assert [item.case for item in kept.outcomes] == ["load-one"]
 
 
 def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys):

@@ -207,8 +207,8 @@ def test_the_verdict_at_the_boundaries_of_its_rule(error, bar, word):
 
 
 def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):
-    found = verdicts(study.scenes[1])
-    assert [(item.quantity, item.word, item.resolution) for item in found] == [
+    said = verdicts(study.scenes[1])
+    assert [(item.quantity, item.word, item.resolution) for item in said] == [
         ("penetration", "within", 128.0),
         ("contact_area", "outside", 128.0),
     ]

@@ -117,7 +117,7 @@ def assert_one_voice(scene, folder, capsys):
         assert number in finest
     assert_times_were_measured(scene, advice)
     # Who is within is advised, and who is advised is within.
-    reached = {each.method for each in advice.reaching()}
+    reached = {part.method for part in advice.reaching()}
     assert ("reduced" in reached) == (worst(told).word == "within")
     if advice.cheapest is not None:
         assert paper[0][-1] == advice.cheapest.text == notebook.cheapest.text
@@ -128,8 +128,8 @@ def assert_times_were_measured(scene, advice):
     """Every time in the sentence is that of the setting whose N stands beside it."""
     rows = scene.rows[scene.rows["resolution"].notna()]
     run = {
-        (fmt.duration(each.seconds), int(each.resolution))
-        for each in rows[["seconds", "resolution"]].itertuples()
+        (fmt.duration(itertuple.seconds), int(itertuple.resolution))
+        for itertuple in rows[["seconds", "resolution"]].itertuples()
     }
     said = re.findall(r"(\d[\d.]*\u202f[mµn]?s) \(N = (\d+)", advice.sentence)
     assert {(time, int(level)) for time, level in said} <= run

@@ -36,25 +36,29 @@ def test_the_cheapest_method_is_the_one_of_the_advice(study):
     advice = advise(scene)
     told = summary(scene, verdicts(scene), advice)
     assert told.fastest[0].method == "reduced"
-    assert [each.seconds for each in told.fastest] == sorted(each.seconds for each in told.fastest)
-    assert "closed_form" not in {each.method for each in told.fastest}
+    assert [part.seconds for part in told.fastest] == sorted(part.seconds for part in told.fastest)
+    assert "closed_form" not in {part.method for part in told.fastest}
     assert told.truth == "closed form"
 
 
 def test_times_to_an_error_are_those_of_settings_that_were_run(study):
     """What no setting reaches is not told; a tenfold accuracy never costs less."""
     advice = advise(study.scenes[0])
-    run = {(each.method, each.resolution): each.seconds for each in advice.settings}
+    run = {(setting.method, setting.resolution): setting.seconds for setting in advice.settings}
     chosen = {error: advice.cheapest_for(error) for error in (0.1, 0.01, 1e-9)}
     for method in ("bem_fft", "fem", "reduced"):
         reached = [chosen[error][method] for error in (0.1, 0.01) if chosen[error][method]]
         assert reached
-        assert [each.seconds for each in reached] == [run[method, e.resolution] for e in reached]
-        assert sorted(each.seconds for each in reached) == [each.seconds for each in reached]
+        assert [setting.seconds for setting in reached] == [
+            run[method, e.resolution] for e in reached
+        ]
+        assert sorted(setting.seconds for setting in reached) == [
+            setting.seconds for setting in reached
+        ]
     assert chosen[1e-9]["fem"] is None
     table = cells(times_to_errors(study.scenes[0], advice))
     assert {"time to 1\u202f%", "time to 0.1\u202f%"} <= set(table[0])
-    row = next(each for each in table if each["method"].text == "reduced model")
+    row = next(setting for setting in table if setting["method"].text == "reduced model")
     assert row["time to 1\u202f%"].key in {t for (m, _), t in run.items() if m == "reduced"}
 
 
@@ -64,7 +68,7 @@ def test_a_bar_too_wide_is_no_certainty(study):
     wide = scene.measures.assign(uncertainty=0.5)
     advice = advise(replace(scene, measures=wide))
     chosen = advice.cheapest_for(0.2)
-    assert all(each is None for method, each in chosen.items() if method != "closed_form")
+    assert all(part is None for method, part in chosen.items() if method != "closed_form")
 
 
 def test_stability_counts_loads_iterations_and_reasons(study):

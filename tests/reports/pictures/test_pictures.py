@@ -81,9 +81,9 @@ def test_mirrored_bricks_keep_a_positive_volume():
 @pytest.mark.slow
 def test_pictures_are_drawn_here(study):
     """A PNG with more than one colour; skipped where the machine has no renderer at all."""
-    found = pictures.draw(study.scenes)
-    if not any(picture.png for picture in found):
+    result = pictures.draw(study.scenes)
+    if not any(picture.png for picture in result):
         pytest.skip("no renderer")
-    for picture in found:
+    for picture in result:
         assert picture.png.startswith(b"\x89PNG")
         assert 5_000 < len(picture.png) < 600_000

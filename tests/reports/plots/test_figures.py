@@ -27,9 +27,9 @@ TOKENS = {
 
 
 def all_figures(scene):
-    found = [*curves.curves(scene), *errors.errors(scene), *speed.speed(scene)]
-    found += pressure_figures.pressures(scene)
-    return [*found, model.reduced_picture(scene)]
+    result = [*curves.curves(scene), *errors.errors(scene), *speed.speed(scene)]
+    result += pressure_figures.pressures(scene)
+    return [*result, model.reduced_picture(scene)]
 
 
 def traces(figure, name):

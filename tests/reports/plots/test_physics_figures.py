@@ -54,7 +54,7 @@ def loop() -> SceneRecord:
 
 
 def trace(figure, name):
-    return next(each for each in spec(figure)["data"] if each.get("name") == name)
+    return next(part for part in spec(figure)["data"] if part.get("name") == name)
 
 
 def test_a_loop_is_drawn_in_the_order_of_the_path(loop):

@@ -121,11 +121,11 @@ def test_a_range_does_not_hang_on_the_unit_of_length(method, unit):
 @pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
 def test_first_touch_is_met_in_any_unit_of_length(unit):
     """A path in steps passes zero depth exactly: a ball in touch adheres, one below it does not."""
-    found = solved(scene_in(unit), "closed_form", 1)
+    solution = solved(scene_in(unit), "closed_form", 1)
     touch, area = 3, np.pi * (2 * np.pi * 0.05 * 0.01**2 / 2e6) ** (2 / 3)  # a^2/R = stretch
-    assert found["penetration"][touch] == 0.0
-    assert found["contact_area"][touch - 1] == 0.0
-    assert found["contact_area"][touch] / unit**2 == pytest.approx(area, rel=1e-12)
+    assert solution["penetration"][touch] == 0.0
+    assert solution["contact_area"][touch - 1] == 0.0
+    assert solution["contact_area"][touch] / unit**2 == pytest.approx(area, rel=1e-12)
 
 
 def test_what_no_method_does_is_said():

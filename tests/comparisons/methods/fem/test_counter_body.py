@@ -69,11 +69,11 @@ def test_finite_elements_find_the_sum_by_meshing_both_bodies(coupling, tolerance
 def test_one_body_with_both_compliances_is_the_other_way():
     made = scene(methods={"fem": {"coupling": "effective_modulus"}})
     (plan,) = plan_scene(made)
-    modelled = {each.method: each.modelled for each in plan.methods}
+    modelled = {method.method: method.modelled for method in plan.methods}
     assert "both bodies" not in modelled["fem"]
     assert (
         "a quarter of both bodies"
-        in {each.method: each.modelled for each in plan_scene(scene())[0].methods}["fem"]
+        in {method.method: method.modelled for method in plan_scene(scene())[0].methods}["fem"]
     )
     force = solved(made, "fem", 3).quantities["force"][0]
     exact = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
@@ -94,6 +94,6 @@ def test_what_is_no_pair_of_half_spaces_is_refused():
 def test_an_incompressible_counter_body_is_refused_by_finite_elements():
     made = scene(counter_body={"youngs_modulus": 1e9, "poisson_ratio": 0.5})
     (plan,) = plan_scene(made)
-    (fem,) = [each for each in plan.methods if each.method == "fem"]
+    (fem,) = [method for method in plan.methods if method.method == "fem"]
     assert not fem.supported
     assert "0.5 is incompressible" in fem.reason

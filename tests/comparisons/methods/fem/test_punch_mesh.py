@@ -57,7 +57,7 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     """The plane x = 0 is one of symmetry: half of the unknowns, the same stiffness."""
     plan = plan_of(polygon(TRIANGLE))
     assert plan.geometry.indenter.even == (True, False)
-    (fem,) = (each for each in plan.methods if each.method == "fem")
+    (fem,) = (method for method in plan.methods if method.method == "fem")
     assert fem.modelled.startswith("half of a block")
     half, few = stiffness(plan, 5)
     grid = punch_mesh.face_grid(plan.geometry, 5)
@@ -79,11 +79,11 @@ def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
     text = 'name = "face"\n[half_space]\nyoungs_modulus = 1.0\npoisson_ratio = 0.5\n'
     text += f"[indenter]\n{needle}"
     (fem,) = (
-        each
-        for each in plan_scene(
+        method
+        for method in plan_scene(
             parse_scene(text + "\n[loading]\npenetration = [1e-3]", "face", Path())
         )[0].methods
-        if each.method == "fem"
+        if method.method == "fem"
     )
     assert "incompressible" in fem.reason
 
@@ -109,14 +109,14 @@ def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
     """The count is that of all displacements: the far rim comes off it."""
     plan = plan_of(polygon(corners))
     expected = punch_mesh.face_grid(plan.geometry, resolution).unknowns
-    _, found = stiffness(plan, resolution)
-    assert found <= expected < 1.6 * found
+    _, slope = stiffness(plan, resolution)
+    assert slope <= expected < 1.6 * slope
 
 
 def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeypatch):
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e8))
     for shape in ('shape = "paraboloid"\nradius = 1.0', polygon(ANGLE)):
-        (fem,) = (each for each in plan_of(shape).methods if each.method == "fem")
+        (fem,) = (method for method in plan_of(shape).methods if method.method == "fem")
         assert "needs about" in fem.reason
         assert "0.1 GB are free" in fem.reason
         assert len(fem.resolutions) < 3
@@ -130,8 +130,8 @@ def test_penalty_at_quadrature_points_is_an_option_of_the_scene():
             stiffness(plan_of(shape), 3)[0], rel=3e-3
         )
     (fem,) = (
-        each
-        for each in plan_of(shape, '[methods.fem]\npoints = "quadrature"').methods
-        if each.method == "fem"
+        method
+        for method in plan_of(shape, '[methods.fem]\npoints = "quadrature"').methods
+        if method.method == "fem"
     )
     assert 'takes contact = "penalty" only' in fem.reason

@@ -47,23 +47,23 @@ def test_measured_patch_agrees_with_the_half_space_solver_within_the_summed_esti
     For the parts, where both changes may be small by chance, their rms stands for all.
     """
     made = plan()
-    found = {
+    result = {
         method: [execute(task_of(made, method, n, with_body=False), 1) for n in resolutions]
         for method, resolutions in {"fem": (16, 32), "bem_fft": (32, 64)}.items()
     }
-    for coarse, fine in found.values():
+    for coarse, fine in result.values():
         assert coarse.converged.all()
         assert fine.converged.all()
     for name in ("penetration", "contact_area"):
         (coarse, fine), (cells, more) = (
-            [each.quantities[name][0] for each in found[method]] for method in ("fem", "bem_fft")
+            [part.quantities[name][0] for part in result[method]] for method in ("fem", "bem_fft")
         )
         estimate = np.abs(fine - coarse) + np.abs(more - cells)
         assert np.all(np.abs(fine - more) <= estimate), name
         assert np.all(estimate < 0.35 * more), name  # the estimates say something
     (coarse, fine), (cells, more) = (
-        [block_forces(each.fields) for each in found[method]] for method in ("fem", "bem_fft")
+        [block_forces(part.fields) for part in result[method]] for method in ("fem", "bem_fft")
     )
-    changes = [np.sqrt(np.mean(each**2)) for each in (fine - coarse, more - cells)]
+    changes = [np.sqrt(np.mean(part**2)) for part in (fine - coarse, more - cells)]
     assert np.sqrt(np.mean((fine - more) ** 2)) <= sum(changes)
     assert np.corrcoef(fine, more)[0, 1] > 0.98

@@ -59,9 +59,9 @@ def test_the_truncation_is_a_source_of_the_bar():
     overrides = {"compare.methods": ["fem", "bem_fft"], "loading": {"penetration": [1e-6, 2e-6]}}
     (plan, *_) = plan_scene(load_scene("paraboloid", overrides))
     levels = (("fem", 2), ("bem_fft", 8))
-    found = truths(
+    known = truths(
         {key: execute(task_of(plan, *key), repeats=1) for key in levels}, plan.loads.axis
     )
-    parts = {each.method: each.sources["force"][TRUNCATION] for each in found}
+    parts = {part.method: part.sources["force"][TRUNCATION] for part in known}
     assert parts["fem"] == pytest.approx(adapter.TRUNCATION_SMOOTH / 2**3)
     assert not parts["bem_fft"].any()

@@ -118,9 +118,9 @@ def test_elsewhere_the_closed_form_says_what_it_lacks(scene):
 @pytest.mark.parametrize("name", ["reduced", "bem_fft"])
 def test_what_slides_as_a_whole_loses_the_rest_of_its_path(scene, name):
     loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N", "0.1 N"]}
-    found = solved(friction(scene, loading=loading), name, 8)
-    assert found.converged[0].tolist() == [True, False, False]
-    assert "full sliding" in found.reasons[0, 2]
+    solution = solved(friction(scene, loading=loading), name, 8)
+    assert solution.converged[0].tolist() == [True, False, False]
+    assert "full sliding" in solution.reasons[0, 2]
 
 
 def test_lines_stand_for_patches(scene):
@@ -135,18 +135,18 @@ def test_lines_stand_for_patches(scene):
             scene, surface=surface, loading=loading,
             methods={"reduced": {"line_length": length}},
         )  # fmt: skip
-        found = solved(rough, "reduced", 32)
-        assert found.converged.all()
-        assert found.quantities["tangential_force"][0] == pytest.approx([1e-3, 2e-3], rel=1e-12)
-        assert found.quantities["force"][0] == pytest.approx(8e-3, rel=1e-12)
+        solution = solved(rough, "reduced", 32)
+        assert solution.converged.all()
+        assert solution.quantities["tangential_force"][0] == pytest.approx([1e-3, 2e-3], rel=1e-12)
+        assert solution.quantities["force"][0] == pytest.approx(8e-3, rel=1e-12)
 
 
 def test_the_experiment_measures_mindlins_ellipse():
     """2:1 along its length at nu = 1/2: 5.6 % too stiff, by the closed form, within the bar."""
     measure = EXPERIMENTS["tangential-stiffness"].measure
-    found = measure(0.5, "quick", aspect=2.0)
+    measured = measure(0.5, "quick", aspect=2.0)
     exact = stiffness_ratio(1, 1, 0.5) / stiffness_ratio(2, 1, 0.5) - 1
-    assert abs(found.error - exact) < found.uncertainty < 0.02
+    assert abs(measured.error - exact) < measured.uncertainty < 0.02
 
 
 def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch):
@@ -156,8 +156,8 @@ def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch)
     some per cent of single surfaces and of either sign (an ellipse 2:1: 5 %).
     """
     monkeypatch.setitem(rough_slip._COUNTS, "quick", (6, 200))
-    found = EXPERIMENTS["rough-slip"].measure(0.6, "quick")
-    assert found.uncertainty > 0.1
+    measured = EXPERIMENTS["rough-slip"].measure(0.6, "quick")
+    assert measured.uncertainty > 0.1
     surface = Surface.of(48, 0.8, 2.0, 6.0, False)
     stuck = 0.02 * (1 - 0.6)
     ratio = rough_slip._FRICTION * 1.5  # mu E*/G*, G* = 4G/(2 - nu) = 2/3

@@ -43,10 +43,10 @@ def hit(tmp_path):
 
 def test_the_duration_of_hertzian_impact_falls_with_the_fifth_root_of_the_speed(hit):
     """T = 2.87 (m^2/(R E*^2 v))^(1/5) (Johnson 1985, (11.24)); the three digits are his."""
-    found = solve_scene(hit(), "reduced").columns()
+    result = solve_scene(hit(), "reduced").columns()
     modulus = 210e9 / (1 - 0.3**2)
-    hertz = 2.87 * (0.01**2 / (0.01 * modulus**2 * found["velocity"])) ** 0.2
-    assert found["contact_duration"] == pytest.approx(hertz, rel=2e-3)
+    hertz = 2.87 * (0.01**2 / (0.01 * modulus**2 * result["velocity"])) ** 0.2
+    assert result["contact_duration"] == pytest.approx(hertz, rel=2e-3)
 
 
 def test_springs_agree_with_the_closed_form_over_speeds(hit):
@@ -70,7 +70,7 @@ def test_a_method_without_inertia_refuses_with_what_it_lacks(hit):
     from comparisons.scene.scene import load_scene
 
     (plan,) = plan_scene(load_scene(hit()))
-    planned = {each.method: each for each in plan.methods}
+    planned = {method.method: method for method in plan.methods}
     assert planned["tamaas"].reason == "does not model [dynamics]"
     assert planned["reduced"].supported
     assert planned["closed_form"].supported
@@ -91,7 +91,7 @@ def test_a_viscoelastic_impact_is_another_physics():
         "dynamics": {"mass": 0.01, "velocity": 1.0},
     }
     (plan,) = plan_scene(make_scene(data, "soft.toml", Path()))
-    refused = {each.method: each.reason for each in plan.methods}
+    refused = {method.method: method.reason for method in plan.methods}
     assert refused["tamaas"] == "does not model [viscoelastic] and [dynamics]"
     # FFT BEM has both, but not together.
     assert refused["bem_fft"] == "does not model [viscoelastic] and [dynamics] in one scene"

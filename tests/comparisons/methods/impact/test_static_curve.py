@@ -31,9 +31,9 @@ def solved(tmp_path):
     def solve(method, resolution=None, **changes):
         path = tmp_path / "hit.toml"
         path.write_text(tomli_w.dumps(tables(**changes)))
-        found = solve_scene(str(path), method, resolution)
-        assert found.converged, found.reasons
-        return found
+        solution = solve_scene(str(path), method, resolution)
+        assert solution.converged, solution.reasons
+        return solution
 
     return solve
 
@@ -46,10 +46,10 @@ def solved(tmp_path):
 def test_every_method_strikes_as_hertz_did(method, resolution, tolerance, solved):
     """Duration, depth and force at two velocities a factor of 100 apart."""
     true = solved("closed_form").columns()
-    found = solved(method, resolution).columns()
+    result = solved(method, resolution).columns()
     for name in ("contact_duration", "penetration", "force"):
-        np.testing.assert_allclose(found[name], true[name], rtol=tolerance)
-    np.testing.assert_array_equal(found["restitution"], 1.0)
+        np.testing.assert_allclose(result[name], true[name], rtol=tolerance)
+    np.testing.assert_array_equal(result["restitution"], 1.0)
 
 
 def test_the_bar_of_a_load_curve_holds_its_error(solved):
@@ -60,10 +60,10 @@ def test_the_bar_of_a_load_curve_holds_its_error(solved):
         "half_space": {"effective_modulus": "100 GPa"},
     }
     true = solved("closed_form", **scene).columns()["contact_duration"]
-    found = solved("fem", 4, **scene)
-    error = np.abs(found.columns()["contact_duration"] / true - 1)
+    solution = solved("fem", 4, **scene)
+    error = np.abs(solution.columns()["contact_duration"] / true - 1)
     # the mesh of four elements adds its own 1e-4
-    assert (error <= found.solution.truncation + 1e-4).all()
+    assert (error <= solution.solution.truncation + 1e-4).all()
 
 
 def test_a_course_in_time_passes_through_the_impact(solved):
@@ -73,12 +73,12 @@ def test_a_course_in_time_passes_through_the_impact(solved):
         "loading": {"time": {"from": 0, "to": "60 us", "steps": 31}},
     }
     true = solved("closed_form", **scene).columns()
-    found = solved("reduced", 40, **scene).columns()
+    result = solved("reduced", 40, **scene).columns()
     for name in ("penetration", "force", "contact_area"):
         largest = np.abs(true[name]).max()
-        np.testing.assert_allclose(found[name], true[name], atol=2e-5 * largest)
-    assert found["force"][0] == 0
-    assert (found["force"][found["penetration"] < 0] == 0).all()
+        np.testing.assert_allclose(result[name], true[name], atol=2e-5 * largest)
+    assert result["force"][0] == 0
+    assert (result["force"][result["penetration"] < 0] == 0).all()
 
 
 def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
@@ -90,10 +90,10 @@ def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
         "loading": {"time": times.tolist(), "force": [200, 900] * 4, "substeps": 8},
     }
     true = solved("closed_form", **scene).columns()["penetration"]
-    found = solved("reduced", 40, **scene).columns()
+    result = solved("reduced", 40, **scene).columns()
     largest = np.abs(true).max()
-    np.testing.assert_allclose(found["penetration"], true, atol=2e-4 * largest)
-    np.testing.assert_array_equal(found["force"][:2], [200, 287.5])  # on the mass, as prescribed
+    np.testing.assert_allclose(result["penetration"], true, atol=2e-4 * largest)
+    np.testing.assert_array_equal(result["force"][:2], [200, 287.5])  # on the mass, as prescribed
 
 
 def test_what_a_method_cannot_do_is_said():
@@ -130,7 +130,7 @@ def test_the_slow_contact_of_an_impact_has_no_mass():
 
 def test_the_plan_says_how_each_method_strikes():
     (plan,) = plan_scene(impact())
-    modelled = {each.method: each.modelled for each in plan.methods if each.supported}
+    modelled = {method.method: method.modelled for method in plan.methods if method.supported}
     assert "by its energy" in modelled["reduced"]
     assert "along its load curve" in modelled["bem_fft"]
     assert set(modelled) >= {"closed_form", "reduced", "bem_dense", "bem_fft", "fem"}

@@ -59,8 +59,8 @@ def test_shares_are_those_of_a_fine_grid_and_sum_up_to_the_area(count, seed):
     corners = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
     if rng.random() < 0.5:
         corners = corners[::-1]
-    found = area_fractions(corners, (10, 9), (1.0, 1.0), (-5.0, -4.5))
-    assert found.sum() == pytest.approx(abs(signed_area(corners)), rel=1e-12, abs=1e-12)
+    fractions = area_fractions(corners, (10, 9), (1.0, 1.0), (-5.0, -4.5))
+    assert fractions.sum() == pytest.approx(abs(signed_area(corners)), rel=1e-12, abs=1e-12)
     fine = (np.arange(400) + 0.5) / 40
     x, y = np.meshgrid(fine - 5.0, fine[:360] - 4.5, indexing="ij")
     inside = np.zeros(x.shape, dtype=bool)
@@ -68,15 +68,15 @@ def test_shares_are_those_of_a_fine_grid_and_sum_up_to_the_area(count, seed):
         inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
     counted = inside.reshape(10, 40, 9, 40).mean(axis=(1, 3))
     # A spike of several sides may cross a cell: a side of 1.5 cells errs by 1.5/40 at most.
-    np.testing.assert_allclose(found, counted, atol=4 * 1.5 / 40)
+    np.testing.assert_allclose(fractions, counted, atol=4 * 1.5 / 40)
 
 
 def test_sides_on_grid_lines_fill_their_cells():
     square = np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 2.0], [1.0, 2.0]])
-    found = area_fractions(square, (4, 3), (1.0, 1.0), (0.0, 0.0))
+    fractions = area_fractions(square, (4, 3), (1.0, 1.0), (0.0, 0.0))
     expected = np.zeros((4, 3))
     expected[1:3, 1] = 1.0
-    assert (found == expected).all()
+    assert (fractions == expected).all()
 
 
 def test_an_offset_adds_the_strip_along_the_outline():
@@ -96,7 +96,7 @@ def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
     """The plan's own resolutions: the truth's bar covers the known value, and is below 0.05 %."""
     text, exact = SHAPES[name]
     plan = plan_of(text)
-    (planned,) = [each for each in plan.methods if each.method == "bem_fft"]
+    (planned,) = [method for method in plan.methods if method.method == "bem_fft"]
     solved = {
         ("bem_fft", level): execute(task_of(plan, "bem_fft", level), 1)
         for level in planned.resolutions
@@ -115,15 +115,15 @@ def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
 @pytest.mark.parametrize(("corners", "exact"), [(TRIANGLE, 0.788123), (ANGLE, 1.035581)])
 def test_stiffness_does_not_depend_on_the_angle_to_the_grid(corners, exact, angle):
     plan = plan_of(f'shape = "polygon_punch"\nvertices = {rotated(corners, angle)}')
-    found = execute(task_of(plan, "bem_fft", 64), 1).quantities["stiffness"][0, 0]
-    assert found == pytest.approx(exact, rel=4e-4)
+    result = execute(task_of(plan, "bem_fft", 64), 1).quantities["stiffness"][0, 0]
+    assert result == pytest.approx(exact, rel=4e-4)
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_dense_and_fft_solve_the_same_cells(name):
     plan = plan_of(SHAPES[name][0])
     one, other = (execute(task_of(plan, m, 10), 1) for m in ("bem_fft", "bem_dense"))
-    force = [each.quantities["force"] for each in (one, other)]
+    force = [part.quantities["force"] for part in (one, other)]
     np.testing.assert_allclose(*force, rtol=1e-8)
     assert one.unknowns == other.unknowns
 
@@ -152,5 +152,5 @@ def test_pressure_carries_the_force_and_is_right_inside():
     exact = force / (2 * np.pi * np.sqrt(1 - r[inside] ** 2))
     np.testing.assert_allclose(fields["pressure"][inside], exact, rtol=0.02)
     assert np.abs(fields["gap"][inside]).max() < 1e-8 * 1e-3
-    found = compare(plan, {("bem_fft", 32): solution}, {})
-    assert found.truth is not None
+    comparison = compare(plan, {("bem_fft", 32): solution}, {})
+    assert comparison.truth is not None

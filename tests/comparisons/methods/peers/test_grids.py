@@ -230,7 +230,7 @@ def test_the_problem_a_peer_sees_has_no_units():
     loads = first.loads * 2.0 ** (30 - 20 + 5)
     second = Problem(operator, 2.0**5 * first.gaps, "force", loads)
     tolerance = np.full((2, 2), WANTED)
-    here, there = (press._dimensionless(each, tolerance)[0] for each in (first, second))
+    here, there = (press._dimensionless(part, tolerance)[0] for part in (first, second))
     for name in ("gaps", "starts", "loads", "depth"):
         np.testing.assert_allclose(here[name], there[name], rtol=1e-15, atol=0)
     assert here["spacing"] == there["spacing"]
@@ -247,7 +247,7 @@ def test_a_peer_is_never_the_truth(monkeypatch):
         solved[method, level] = execute(task_of(plan, method, level), 1)
     solved["tamaas", 64] = solved["bem_fft", 64]
     solved["tamaas", 128] = solved["bem_fft", 64]
-    assert "tamaas" in [each.method for each in truths(solved, plan.loads.axis)]
+    assert "tamaas" in [truth.method for truth in truths(solved, plan.loads.axis)]
     chosen = choose_truth(solved, plan.loads.axis, ("force", "contact_area"))
     assert chosen is not None
     assert chosen.method == "bem_fft"

@@ -49,11 +49,13 @@ def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart():
     """1e-4 with two elements of fourth order per radius: far field 1e-5, penalty 1e-5, mesh."""
     made = scene("paraboloid")
     exact = solved(made, "closed_form", 1).quantities
-    found = solved(made, "ngsolve", 2)
-    np.testing.assert_allclose(found.quantities["force"], exact["force"], rtol=1e-4)
-    np.testing.assert_allclose(found.quantities["contact_area"], exact["contact_area"], rtol=5e-3)
-    assert found.seconds > 0
-    assert found.unknowns > 5000
+    solution = solved(made, "ngsolve", 2)
+    np.testing.assert_allclose(solution.quantities["force"], exact["force"], rtol=1e-4)
+    np.testing.assert_allclose(
+        solution.quantities["contact_area"], exact["contact_area"], rtol=5e-3
+    )
+    assert solution.seconds > 0
+    assert solution.unknowns > 5000
 
 
 @needs_ngsolve
@@ -63,9 +65,9 @@ def test_it_agrees_with_closed_forms(shape):
     """An independent code on each kind of contact edge; sharp ones converge slowly."""
     made = scene(shape, loading={"penetration": [1e-6]})
     exact = solved(made, "closed_form", 1).quantities
-    found = solved(made, "ngsolve", 2).quantities
-    np.testing.assert_allclose(found["force"], exact["force"], rtol=SHAPES[shape][1])
-    np.testing.assert_allclose(found["stiffness"], exact["stiffness"], rtol=0.015)
+    result = solved(made, "ngsolve", 2).quantities
+    np.testing.assert_allclose(result["force"], exact["force"], rtol=SHAPES[shape][1])
+    np.testing.assert_allclose(result["stiffness"], exact["stiffness"], rtol=0.015)
 
 
 @needs_ngsolve

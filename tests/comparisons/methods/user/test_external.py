@@ -161,15 +161,15 @@ def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
     """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
     add_methods([bad], Limits(seconds=30, memory=6e8))
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
-    found = {
-        each.method: each
-        for each in answer_of(outcomes(catalogue()["nu-0-3"], [*names, "reduced"], full=True))
+    result = {
+        part.method: part
+        for part in answer_of(outcomes(catalogue()["nu-0-3"], [*names, "reduced"], full=True))
     }
-    assert found["fine"].kind == "accurate"
-    assert found["nan"].lost == [1]
-    assert {found[name].kind for name in names[2:]} == {"lost"}
-    assert all(found[name].reason for name in names[1:])
-    assert found["reduced"].deviation == ""
+    assert result["fine"].kind == "accurate"
+    assert result["nan"].lost == [1]
+    assert {result[name].kind for name in names[2:]} == {"lost"}
+    assert all(result[name].reason for name in names[1:])
+    assert result["reduced"].deviation == ""
 
 
 @pytest.mark.slow
@@ -313,12 +313,12 @@ def test_a_method_from_outside_is_never_the_truth(task):
 
 def test_claims_are_judged_about_a_method_from_outside(task):
     """Those on scenes; what the chapter's model is expected to do is not expected of it."""
-    found = about_method(load_claims(), "other")
-    assert found
-    assert {(claim.method, claim.expected, claim.experiment) for claim in found} == {
+    result = about_method(load_claims(), "other")
+    assert result
+    assert {(claim.method, claim.expected, claim.experiment) for claim in result} == {
         ("other", None, None)
     }
-    assert _repeats(found[0], "quick").endswith("--quick --method other --method-file x")
+    assert _repeats(result[0], "quick").endswith("--quick --method other --method-file x")
     with pytest.raises(ClaimError, match="--method: expected one of"):
         about_method(load_claims(), "nobody")
 
@@ -338,7 +338,7 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
     loading = {"force": "10 N", "tangential_force": ["1 N", 0, "-1 N"]}
     pulled = scene(loading=loading, friction={"coefficient": 0.5})
     (plan,) = plan_scene(pulled)
-    (planned,) = [each for each in plan.methods if each.method == "sticks"]
+    (planned,) = [method for method in plan.methods if method.method == "sticks"]
     assert planned.supported, planned.reason
     solution = execute(task_of(plan, "sticks", 1))
     assert solution.converged.all()
@@ -354,9 +354,9 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
 # --- registration --------------------------------------------------------------------------------
 
 
-def described(monkeypatch, **found):
+def described(monkeypatch, **result):
     usual = {"name": "other", "title": "Other", "dimension": 3}
-    answer = {"methods": json.dumps([usual | found])}
+    answer = {"methods": json.dumps([usual | result])}
     done = parent.Outcome("answered", answer=answer)
     monkeypatch.setattr(parent, "run", lambda *a, **k: done)
 
@@ -374,10 +374,10 @@ def described(monkeypatch, **found):
         ({"physics": {"friction": 1}}, "physics: expected tables among"),
     ],
 )
-def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, found, reason):
+def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, result, reason):
     file = tmp_path / "m.py"
     file.write_text("")
-    described(monkeypatch, **found)
+    described(monkeypatch, **result)
     before = dict(METHODS)
     with pytest.raises(InputError, match="--method-file") as caught:
         add_methods([file])
@@ -445,8 +445,8 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
     def describe(work, source, **limits):
         if source == "entry:torn":
             return parent.Outcome("raised", reason="ImportError: torn")
-        found = [{"name": "good", "title": "Good", "dimension": 1}]
-        return parent.Outcome("answered", answer={"methods": json.dumps(found)})
+        result = [{"name": "good", "title": "Good", "dimension": 1}]
+        return parent.Outcome("answered", answer={"methods": json.dumps(result)})
 
     monkeypatch.setattr(parent, "run", describe)
     assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
@@ -473,8 +473,8 @@ def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
         "@method('step', physics={'sliding'})\ndef step(task, load, realisation):\n"
         "    return {}\n"
     )
-    found = json.loads(external_work.describe(f"file:{file}")["methods"])
-    assert found == [
+    document = json.loads(external_work.describe(f"file:{file}")["methods"])
+    assert document == [
         {"name": "own", "title": "", "dimension": 1},
         {"name": "step", "title": "step", "dimension": 3, "physics": ["sliding"]},
     ]
@@ -527,5 +527,5 @@ def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypat
             first, second = str(caught.value).splitlines()
             assert first.startswith("--method-file: mine: paraboloid: planning raised: Attribute")
             assert second.endswith("malformed answer: resolutions are [0]")
-    refused = {each.method: each.reason for each in plan_scene(scene)[0].methods}
+    refused = {method.method: method.reason for method in plan_scene(scene)[0].methods}
     assert "planning raised" in refused["mine"]

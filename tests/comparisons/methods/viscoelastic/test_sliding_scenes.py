@@ -44,11 +44,11 @@ def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
 def test_what_cannot_slide_steadily_is_refused_with_its_reason():
     fluid = {"model": "maxwell", "shear_moduli": [1e6], "relaxation_times": [0.01]}
     plan = planned(viscoelastic=fluid)
-    refused = {each.method: each.reason for each in plan.methods}
+    refused = {method.method: method.reason for method in plan.methods}
     assert "fluid" in refused["reduced"]
     assert "fluid" in refused["bem_fft"]
     flat = planned(indenter={"shape": "cylinder", "radius": 0.01})
-    refused = {each.method: each.reason for each in flat.methods}
+    refused = {method.method: method.reason for method in flat.methods}
     assert "flat face" in refused["reduced"]
     assert "flat face" in refused["bem_fft"]
 
@@ -63,6 +63,6 @@ def test_the_printed_scheme_is_judged_on_both_sides_of_its_limit():
 
 def test_springs_have_twice_the_friction_of_a_slow_paraboloid():
     """Exactly 2 for v -> 0; 1.98 at a way of a tenth of the radius, with a bar of some per cent."""
-    found = EXPERIMENTS["sliding-paraboloid"].measure(0.1, "quick")
-    assert abs(found.error - 0.98) < found.uncertainty
-    assert np.isfinite(found.uncertainty)
+    measured = EXPERIMENTS["sliding-paraboloid"].measure(0.1, "quick")
+    assert abs(measured.error - 0.98) < measured.uncertainty
+    assert np.isfinite(measured.uncertainty)

@@ -37,7 +37,7 @@ def planned(loading, methods=("closed_form", "reduced", "bem_fft"), **tables):
 
 
 def reasons(plan):
-    return {each.method: each.reason for each in plan.methods if not each.supported}
+    return {method.method: method.reason for method in plan.methods if not method.supported}
 
 
 def largest_errors(plan):
@@ -125,7 +125,7 @@ def test_a_rough_surface_relaxes_on_the_grid():
     loading = {"time": [0.0, 0.1, 1.0, 10.0], "force": [0.02] * 4}
     data = {"name": "rough", "surface": surface, "viscoelastic": RUBBER, "loading": loading}
     (plan,) = plan_scene(make_scene(data, "rough.toml", Path()))
-    kept = {name: each for (name, n), each in solved_in_memory(plan, "quick")[1].items() if n == 32}
+    kept = {name: part for (name, n), part in solved_in_memory(plan, "quick")[1].items() if n == 32}
     assert "for sliding only" in reasons(plan)["reduced"]
     solution = kept["bem_fft"]
     assert solution.converged.all()
@@ -154,7 +154,7 @@ def test_rubber_ball_bounces_alike_on_springs_and_by_integrals():
 @pytest.mark.parametrize("name", ["rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"])
 def test_built_in_scenes_are_planned_for_at_least_two_methods(name):
     (plan,) = plan_scene(load_scene(name))
-    assert sum(each.supported for each in plan.methods) >= 2
+    assert sum(method.supported for method in plan.methods) >= 2
 
 
 def test_harmonic_stiffness_is_lost_with_the_amplitude_of_a_ball():

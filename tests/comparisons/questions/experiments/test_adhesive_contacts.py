@@ -50,17 +50,17 @@ def peeled(indenter, cells):
 def test_the_limit_for_a_disc_is_kendalls_punch(monkeypatch):
     """No edge is calibrated, and yet it tends to sqrt(8 pi E* w a^3): 1.9 % from two wide zones."""
     monkeypatch.setitem(adhesive_face._GRIDS, "quick", (8, 16))
-    found = EXPERIMENTS["adhesive-face"].measure(None, "quick")
-    assert abs(found.error) < 0.02
-    assert abs(found.error) <= found.uncertainty
+    measured = EXPERIMENTS["adhesive-face"].measure(None, "quick")
+    assert abs(measured.error) < 0.02
+    assert abs(measured.error) <= measured.uncertainty
 
 
 @pytest.mark.slow
 def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
     """Three zones, to an eighth of the radius: 0.7 % off, within a bar that is no wider."""
-    found = face("full")
-    assert abs(found.error) < 0.01
-    assert abs(found.error) <= found.uncertainty < 0.01
+    result = face("full")
+    assert abs(result.error) < 0.01
+    assert abs(result.error) <= result.uncertainty < 0.01
 
 
 # The limit of each of these faces takes four seconds of solves; that of a disc is a quick test.
@@ -68,8 +68,8 @@ def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
 def test_equal_area_serves_no_face_with_corners_or_narrow_ends():
     """The rule is too high by more than its bar, for an ellipse the more the longer it is."""
     square, short, long = face(shape="square"), face(aspect=2.0), face(aspect=4.0)
-    for found in (square, short, long):
-        assert found.error - found.uncertainty > 0.03
+    for part in (square, short, long):
+        assert part.error - part.uncertainty > 0.03
     assert long.error > short.error
 
 

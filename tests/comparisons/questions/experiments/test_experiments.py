@@ -82,9 +82,9 @@ def test_the_misprint_of_the_kernel_hides_from_neighbours():
 @pytest.mark.parametrize("start", ["overlap", "random", "summit"])
 def test_the_active_set_ends_and_the_bar_is_that_of_a_share(start):
     """100 runs without a failure: below 1 - 0.05^(1/100) = 3.0 %."""
-    found = measure("active-set", 0.1, start=start)
-    assert found.error == 0
-    assert found.uncertainty == pytest.approx(1 - 0.05 ** (1 / 100), rel=1e-6)
+    measured = measure("active-set", 0.1, start=start)
+    assert measured.error == 0
+    assert measured.uncertainty == pytest.approx(1 - 0.05 ** (1 / 100), rel=1e-6)
     assert measure("active-set", 0.3, rounds=2).error > 0.9
 
 
@@ -107,14 +107,14 @@ def test_the_far_field_is_that_of_a_solved_punch():
         Press(FreeOperator((n, n), (1 / 8, 1 / 8), 1.0), gap), Load("penetration", 1.0)
     )
     at = np.argmin(np.abs(r - 3.0))
-    found = measure("far-field", float(r.flat[at]) / 2).details["u/d"]
-    assert contact.displacement.flat[at] == pytest.approx(found, rel=0.02)
+    result = measure("far-field", float(r.flat[at]) / 2).details["u/d"]
+    assert contact.displacement.flat[at] == pytest.approx(result, rel=0.02)
 
 
 def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_over_r():
     shares = [measure("energy-share", k) for k in (1.0, 4.0, 16.0)]
     assert shares[0].error == pytest.approx(0.452, abs=0.002)
-    scaled = [found.error * k for found, k in zip(shares, (1, 4, 16), strict=True)]
+    scaled = [result.error * k for result, k in zip(shares, (1, 4, 16), strict=True)]
     assert scaled[1] == pytest.approx(scaled[2], rel=0.02)
 
 
@@ -182,17 +182,20 @@ def test_peaks_are_not_half_as_curved():
 
 def test_a_line_without_plateau_has_no_normal_heights():
     """One wave rules both; the line has fewer of them, so its distribution is the flatter one."""
-    found = measure("line-heights", 0.8)
-    assert found.error > found.uncertainty
-    assert found.details["excess kurtosis of lines"] < found.details["excess kurtosis of surfaces"]
+    measured = measure("line-heights", 0.8)
+    assert measured.error > measured.uncertainty
+    assert (
+        measured.details["excess kurtosis of lines"]
+        < measured.details["excess kurtosis of surfaces"]
+    )
 
 
 def test_rough_lines_keep_displacements_and_lose_areas():
     area = measure("rough-contact", 0.01)
     assert area.error - area.uncertainty > 0.5
     for quantity in ("stiffness", "penetration"):
-        found = measure("rough-contact", 0.01, quantity=quantity)
-        assert abs(found.error) < 0.15
+        measured = measure("rough-contact", 0.01, quantity=quantity)
+        assert abs(measured.error) < 0.15
 
 
 def test_theories_bracket_the_periodic_surface():
@@ -259,23 +262,23 @@ def test_a_line_of_two_bodies_is_the_sum_of_two_lines():
 
 @pytest.mark.parametrize("rule", ["own_curvature", "one_radius", "abel"])
 def test_first_yield_of_the_paraboloid_is_exact_by_every_rule(rule):
-    found = measure("first-yield", 2, rule=rule)
-    assert abs(found.error) <= found.uncertainty
+    measured = measure("first-yield", 2, rule=rule)
+    assert abs(measured.error) <= measured.uncertainty
 
 
 def test_first_yield_of_other_shapes():
     """Self-similar shapes: forces go as the stresses to the power -(n + 1)/(n - 1)."""
     for rule in ("own_curvature", "one_radius"):
-        found = measure("first-yield", 4, rule=rule)
-        ratio = found.details["largest stress at true yield, stated over true"]
-        assert found.error == pytest.approx(ratio ** (-5 / 3) - 1, rel=1e-5)
+        measured = measure("first-yield", 4, rule=rule)
+        ratio = measured.details["largest stress at true yield, stated over true"]
+        assert measured.error == pytest.approx(ratio ** (-5 / 3) - 1, rel=1e-5)
     assert abs(measure("first-yield", 4, rule="abel").error) < 1e-6
 
 
 def test_first_yield_lies_below_the_surface():
     """Hertz, nu = 0.3: von Mises 0.62 p0 (Johnson 4.2); by the letter 0.62^3 of the force."""
-    found = measure("first-yield", 2, criterion="mises")
-    assert found.error == pytest.approx(0.62**3 - 1, abs=0.002)
+    measured = measure("first-yield", 2, criterion="mises")
+    assert measured.error == pytest.approx(0.62**3 - 1, abs=0.002)
 
 
 def test_rules_without_a_value_are_refused():
@@ -287,9 +290,9 @@ def test_rules_without_a_value_are_refused():
 
 def test_one_radius_per_contact_cuts_off_the_largest_stresses():
     """A share of zero has a bar as well, and it is no NaN."""
-    found = measure("above-hardness", 1.0, rule="one_radius")
-    assert found.error == -1
-    assert np.isfinite(found.uncertainty)
+    measured = measure("above-hardness", 1.0, rule="one_radius")
+    assert measured.error == -1
+    assert np.isfinite(measured.uncertainty)
 
 
 # --- cost -------------------------------------------------------------------------------------

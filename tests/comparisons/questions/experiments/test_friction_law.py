@@ -41,8 +41,8 @@ def test_without_a_difference_of_frictions_the_law_still_damps_the_swing():
 
 @pytest.mark.parametrize("scheme", ["explicit_euler", "runge_kutta_4"])
 def test_the_step_of_theory_is_the_step_found(scheme):
-    found = measure("explicit-friction-step", 0.8, scheme=scheme)
-    assert abs(found.error) < 1e-3 + found.uncertainty
+    measured = measure("explicit-friction-step", 0.8, scheme=scheme)
+    assert abs(measured.error) < 1e-3 + measured.uncertainty
 
 
 def test_what_has_no_meaning_is_refused():

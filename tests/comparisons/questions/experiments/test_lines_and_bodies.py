@@ -23,9 +23,9 @@ def test_half_the_radius_stands_for_another_body(exponent, factor):
 
 def test_the_stick_radius_is_cattaneos():
     """At F_x = 7/8 mu F of a ball c = a/2, and u/u_slide = 1 - (1/8)^(2/3)."""
-    found = measure("stick-radius", 0.875)
-    assert abs(found.error) < 1e-12
-    share = found.details["displacement over that at which all slides"]
+    measured = measure("stick-radius", 0.875)
+    assert abs(measured.error) < 1e-12
+    share = measured.details["displacement over that at which all slides"]
     assert share == pytest.approx(1 - 0.125 ** (2 / 3), rel=1e-12)
 
 
@@ -34,16 +34,16 @@ def test_a_ball_that_is_pushed_at_one_depth_is_cattaneos_in_both_models():
 
     Slip off the axis, which the springs leave out, is what remains.
     """
-    found = measure("changing-load", 1.0)
-    assert found.details["F_x/(mu F) of the springs"] == pytest.approx(1 - 0.5**1.5, abs=1e-6)
-    assert abs(found.error) < 2e-3
+    measured = measure("changing-load", 1.0)
+    assert measured.details["F_x/(mu F) of the springs"] == pytest.approx(1 - 0.5**1.5, abs=1e-6)
+    assert abs(measured.error) < 2e-3
 
 
 def test_a_ball_that_is_pushed_in_deeper_as_it_is_pushed_aside_sticks():
     """Mindlin and Deresiewicz: dF_x/dF below mu throughout, so that nothing slips."""
-    found = measure("changing-load", 2.0)
-    assert found.details["share of the springs that stick"] == pytest.approx(1.0)
-    assert found.details["F_x/(mu F) of the springs"] < 0.5
+    measured = measure("changing-load", 2.0)
+    assert measured.details["share of the springs that stick"] == pytest.approx(1.0)
+    assert measured.details["F_x/(mu F) of the springs"] < 0.5
 
 
 def test_the_line_of_ridges_is_pressed_flat_while_half_of_them_is_in_contact():

@@ -61,9 +61,9 @@ def test_a_weak_drive_at_resonance_is_linear_and_the_springs_know_it():
 @pytest.mark.parametrize(("exponent", "number"), [(1.0, 2.80436), (2.0, 2.94328)])
 def test_the_course_of_an_impact_is_deresiewiczs(exponent, number):
     """T v/x_m of cone and paraboloid; depths differ by less than the bar of the steps."""
-    found = measure("impact-in-time", exponent)
-    assert found.details["duration times v over depth"] == pytest.approx(number, abs=1e-5)
-    assert found.error < found.uncertainty < 1e-4
+    measured = measure("impact-in-time", exponent)
+    assert measured.details["duration times v over depth"] == pytest.approx(number, abs=1e-5)
+    assert measured.error < measured.uncertainty < 1e-4
 
 
 @pytest.mark.parametrize("quantity", ["work", "friction"])

@@ -39,24 +39,24 @@ def test_equal_area_is_never_too_stiff(monkeypatch):
     monkeypatch.setitem(_CELLS, "quick", (4, 4))
     measure = EXPERIMENTS["equal-area-circle"].measure
     for sides in (3, 4):
-        found = measure(sides, "quick")
-        assert found.error + found.uncertainty < 0
-        assert abs(found.error) < {3: 0.07, 4: 0.03}[sides]
+        measured = measure(sides, "quick")
+        assert measured.error + measured.uncertainty < 0
+        assert abs(measured.error) < {3: 0.07, 4: 0.03}[sides]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_of_the_sheet_is_enclosed(shape):
     """Widths of quick meshes: 0.31 % at the acute corners of the right isosceles triangle."""
-    found = EXPERIMENTS["equal-area-circle"].measure(None, "quick", shape=shape, aspect=2.0)
-    assert found.uncertainty < 4e-3
-    assert found.error - found.uncertainty <= 0
+    measured = EXPERIMENTS["equal-area-circle"].measure(None, "quick", shape=shape, aspect=2.0)
+    assert measured.uncertainty < 4e-3
+    assert measured.error - measured.uncertainty <= 0
 
 
 @pytest.mark.slow
 def test_the_cone_of_equal_area_is_too_soft_for_a_pyramid():
-    found = EXPERIMENTS["equal-area-cone"].measure(4, "quick")
-    assert found.error + found.uncertainty < 0
+    measured = EXPERIMENTS["equal-area-cone"].measure(4, "quick")
+    assert measured.error + measured.uncertainty < 0
 
 
 def test_force_of_a_ball_is_enclosed_in_si_units():
