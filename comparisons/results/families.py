@@ -10,12 +10,14 @@ from comparisons.results.store import SceneRecord, once
 from comparisons.scene.indenters import AnyIndenter, Indenter
 
 ROUND, FLAT, OTHER = "axisymmetric bodies", "flat punches that are not round", "other bodies"
+LAYERED = "layered and graded half-spaces"
 ELLIPSOIDS, ROUGH, FILES = "ellipsoids", "rough surfaces", "bodies from files"
 # Physics first: what a scene adds to pressing says more of it than its shape does.
 _BY_TABLE = {
     "dynamics": "impacts and pushes",
     "adhesion": "adhesive contacts",
     "sliding": "sliding over rubber",
+    "rolling": "rolling contacts",
     "friction": "contacts with friction",
     "viscoelastic": "rubber in time",
     "surface": ROUGH,
@@ -31,10 +33,18 @@ def family(record: SceneRecord) -> str:
     nothing of them.
     """
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
+    if _depends_on_depth(record):
+        named = [*named[:-1], f"{named[-1]} on {LAYERED}"] if named else [f"bodies on {LAYERED}"]
     if named:
         rough = "surface" in record.tables and named[0] != ROUGH
         return f"{named[0]} on rough surfaces" if rough else named[0]
     return _shape_family(record.tables.get("indenter"))
+
+
+def _depends_on_depth(record: SceneRecord) -> bool:
+    half_space = record.tables.get("half_space")
+    keys = ("layers", "thickness", "grading")
+    return isinstance(half_space, dict) and any(half_space.get(key) for key in keys)
 
 
 def _shape_family(table: Any) -> str:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ellipk
+from scipy.special import ellipkm1
 
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, circle, dihedral
@@ -157,4 +157,4 @@ class Pyramid:
 def elliptic_stiffness(a: float, b: float) -> float:
     """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5)."""
     long, short = max(a, b), min(a, b)
-    return math.pi * long / float(ellipk((1 - short / long) * (1 + short / long)))
+    return math.pi * long / float(ellipkm1((short / long) ** 2))

@@ -27,7 +27,7 @@ from scipy import fft as transforms
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.heights import Waves, levelled
-from reference.bounds.interval import EPSILON, Interval
+from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.polynomials import least_on_cells
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
@@ -94,11 +94,16 @@ class PeriodicSurface:
         _check(mean_pressure, effective_modulus)
         P = mean_pressure / effective_modulus
         less, more = P * (1 - _STEPS[0]), P * (1 + _STEPS[0])
-        lower = (self._below(more) - self._above(less)) / (more - less)
+        under, over = self._below(more), self._above(less)
+        lower = (under - over) / (more - less)
         step = _STEPS[1] * P
         at_once, beyond = self._below(P), self._below(P + 2 * step)
-        upper = (2 * self._above(P + step) - 1.5 * at_once - 0.5 * beyond) / step
-        return Interval(lower * (1 - 8 * EPSILON), upper * (1 + 8 * EPSILON))
+        ahead = self._above(P + step)
+        upper = (2 * ahead - 1.5 * at_once - 0.5 * beyond) / step
+        # differences of near numbers: rounded as those are, not as what is left of them
+        loss = EPSILON * (abs(under) + abs(over)) / (more - less)
+        gain = EPSILON * (2 * abs(ahead) + 1.5 * abs(at_once) + 0.5 * abs(beyond)) / step
+        return Interval(below(lower, 8) - 8 * loss, above(upper, 8) + 8 * gain)
 
     def _press(self, gap: Array) -> Press:
         return Press(self.operator, gap - gap.min())

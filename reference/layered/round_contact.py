@@ -87,7 +87,7 @@ class RoundContact:
     >>> from reference.fem.elasticity import Material
     >>> ball = RoundContact(Stack([], [], Material(1 - 0.3**2, 0.3)), lambda x: x**2)
     >>> step = ball.at_radius(0.5)
-    >>> round(step.penetration, 12), round(step.force, 12)
+    >>> float(round(step.penetration, 12)), float(round(step.force, 12))
     (0.25, 0.166666666667)
     """
 

@@ -52,12 +52,10 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
         Store the entry in this folder, too, and write its page.
     """
     from comparisons.judging.verdicts import WITHIN
-    from comparisons.questions.problems.board import add_entry, boards, judge_entry
+    from comparisons.questions.problems.board import add_entry, judge_entry
     from comparisons.questions.problems.entry import read_entry
     from comparisons.questions.problems.sheet import sheet_of
-    from comparisons.results.folder import PAGE
     from reports.cli.terminal import print_table
-    from reports.pages.leaderboard import write_leaderboard
     from reports.tables.problems import judged_table, judged_text
 
     entry = read_entry(file)
@@ -67,23 +65,32 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     say(judged_text(judged, sheet))
     if leaderboard is not None:
         say(add_entry(leaderboard, entry))
-        write_leaderboard(boards(leaderboard), leaderboard / PAGE)
-        say(leaderboard / PAGE)
+        _write_page(leaderboard)
     return FINE if judged.verdicts[judged.worst].word == WITHIN else OUTSIDE
 
 
 def leaderboard(directory: Path) -> int:
     """Write the page of all entries of a folder: the same bytes for the same entries.
 
+    Exits with code 1 if a file of the folder is no entry to a problem as it stands now.
+
     Parameters
     ----------
     directory
         Folder with entries/*.json, as `roughline submit FILE --leaderboard DIR` fills it.
     """
-    from comparisons.questions.problems.board import boards
+    return OUTSIDE if _write_page(directory) else FINE
+
+
+def _write_page(directory: Path) -> tuple[str, ...]:
+    """Write the page of a folder, and return why some of its files are not judged."""
+    from comparisons.questions.problems.board import leaderboard_of
     from comparisons.results.folder import PAGE
     from reports.pages.leaderboard import write_leaderboard
 
-    write_leaderboard(boards(directory), directory / PAGE)
+    entries = leaderboard_of(directory)
+    write_leaderboard(entries, directory / PAGE)
+    for problem in entries.refused:
+        say(f"not judged: {problem}")
     say(directory / PAGE)
-    return FINE
+    return entries.refused

@@ -41,6 +41,7 @@ def sheet_text(sheet: Sheet) -> str:
     )
     return (
         f"{sheet.id}, version {sheet.version}: {sheet.title}\n\n{sheet.definition}\n\n"
+        f"Tolerance: {fmt.tolerance(sheet.tolerance)}\n"
         f"Reference: {sheet.source}\n{reference}\nLicence of this sheet: {sheet.licence}\n"
     )
 
@@ -79,6 +80,9 @@ def judged_table(judged: Judged, sheet: Sheet) -> Table:
         error = cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
         proved = "beyond what is proved" if name in judged.beyond else ""
         at = f"load {verdict.step + 1}" if solved else ""
+        lost = judged.lost(name)
+        if lost:
+            at = f"{at}; no value at load {', '.join(map(str, lost))}".removeprefix("; ")
         word = cells.verdict(verdict.word, text=f"{verdict.word} {fmt.tolerance(sheet.tolerance)}")
         rows.append((quantity(name).label, error, at, word, proved))
     return table(("quantity", "largest error", "at", "verdict", "theorem"), rows)

@@ -386,3 +386,17 @@ def test_triangles_and_rings_see_the_same_disc():
     polygon = len(wheel.images) * body.stiffness.sum()
     disc = axisymmetric.disc_stiffness(1.0, 1.0)
     assert disc.lower < polygon < 1.02 * disc.upper / math.cos(math.pi / 24)
+
+
+@pytest.mark.parametrize("ratio", [1e-3, 1e-6, 1e-9])
+def test_slender_punches_keep_their_digits(ratio):
+    """K(m) = ln(4 a/b) + ((ln(4 a/b) - 1)/4) (b/a)^2 + ... (DLMF 19.12.1), to 1e-11 at 1 : 1000."""
+    logarithm = np.log(4 / ratio)
+    integral = logarithm + (logarithm - 1) / 4 * ratio**2
+    assert bodies.elliptic_stiffness(ratio, 1.0) == pytest.approx(np.pi / integral, rel=2e-11)
+
+
+@pytest.mark.parametrize("radius", [1e3, 1e5, 1e7])
+def test_barbers_ellipse_stays_below_slender_ellipsoids(radius):
+    exact = float(closed_form.ellipsoid(1.0, radius, 1.0).force(1.0))
+    assert bodies.Paraboloid(1.0, radius).punch_force() <= exact

@@ -27,7 +27,8 @@ At = Callable[[float], Interval]
 
 # From the origin to the edge, for a tolerance of 1 %: rings and elements of bodies of revolution;
 # elements of the upper bound and cells of the lower one of ellipsoids and of flat faces. All three
-# enclose to about a tenth of that, in less than half a second.
+# enclose to about a tenth of that, in less than half a second where no side is over ten
+# times the other; slenderer contacts take longer (an ellipsoid 1 : 1000 most of a minute).
 _ROUND, _ELLIPTIC, _FACE = 16, (6, 8), (8, 12)
 
 

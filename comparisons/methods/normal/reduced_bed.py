@@ -101,7 +101,8 @@ def _of_layers(scene: Scene, profile: equivalents.Profile, reading: str) -> Bed:
         coatings = Coatings(body.thicknesses, moduli, base, body.top.poisson_ratio)
         note = "one modulus for each contact radius (Xu & Pharr 2006)"
         return Bed(profile, coatings.base, "E*(a) dx", note, coatings, layered=True)
-    modulus, note = scene.effective_modulus, "layers read as a half-space of the substrate"
+    lowest = "substrate" if body.base is not None else "layer on the rigid base"
+    modulus, note = scene.effective_modulus, f"layers read as a half-space of the {lowest}"
     if reading == "layer":
         modulus, note = plane_modulus(body.top), "layers read as a half-space of the uppermost one"
     return Bed(profile, modulus, "E* dx", note, layered=True)

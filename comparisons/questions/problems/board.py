@@ -47,6 +47,11 @@ class Judged:
             ),
         )
 
+    def lost(self, name: str) -> list[int]:
+        """Return the loads, counted from one, at which an entry gives no value of a quantity."""
+        values = self.entry.values.get(name, ())
+        return [step for step, value in enumerate(values, start=1) if value is None]
+
     @property
     def error(self) -> float:
         """The largest |e| + u of all quantities; NaN where one is missing."""
@@ -102,13 +107,21 @@ def add_entry(folder: Path, entry: Entry) -> Path:
     return path
 
 
-def boards(folder: Path) -> list[Board]:
+@dataclass(frozen=True)
+class Leaderboard:
+    """The boards of all problems with entries, and why files are not judged."""
+
+    boards: tuple[Board, ...]
+    refused: tuple[str, ...] = ()
+
+
+def leaderboard_of(folder: Path) -> Leaderboard:
     """Judge all entries of a folder, problem by problem.
 
     Raises
     ------
     InputError
-        If there are none; with every file that is wrong.
+        If there are none.
     """
     paths = sorted((folder / ENTRIES).glob("*.json"))
     if not paths:
@@ -116,20 +129,15 @@ def boards(folder: Path) -> list[Board]:
             f"{folder}: no entries; `roughline submit FILE --leaderboard DIR` adds one"
         )
     entries: dict[str, Entry] = {}
-    problems = []
+    refused = []
     for path in paths:
         try:
             entry = read_entry(path)
             entries[entry.digest] = entry
         except InputError as error:
-            problems.append(str(error))
-    if problems:
-        raise InputError("\n".join(problems))
-    return [
-        board
-        for sheet in builtin_sheets().values()
-        if (board := _board(sheet, entries.values())).entries
-    ]
+            refused.append(str(error).replace(str(path), path.name))
+    boards = (_board(sheet, entries.values()) for sheet in builtin_sheets().values())
+    return Leaderboard(tuple(board for board in boards if board.entries), tuple(refused))
 
 
 def _board(sheet: Sheet, entries: Iterable[Entry]) -> Board:

@@ -42,9 +42,9 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         )
     if scene.adhesion is None:
         yield "attraction of the surfaces", "no [adhesion] in the scene"
-    if scene.dynamics is None:
+    if scene.dynamics is None and not scene.methods.fem.inertia:
         yield "inertia", "no [dynamics] in the scene: loading is quasi-static"
-    else:
+    elif scene.dynamics is not None:
         yield (
             "waves in the half-space",
             "the impact is slow compared with them: the response is quasi-static",

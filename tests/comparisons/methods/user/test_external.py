@@ -362,7 +362,7 @@ def described(monkeypatch, **result):
 
 
 @pytest.mark.parametrize(
-    ("found", "reason"),
+    ("document", "reason"),
     [
         ({"name": "../../etc"}, "expected a-z, 0-9 and _"),
         ({"name": "<script>"}, "expected a-z, 0-9 and _"),
@@ -374,10 +374,10 @@ def described(monkeypatch, **result):
         ({"physics": {"friction": 1}}, "physics: expected tables among"),
     ],
 )
-def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, result, reason):
+def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, document, reason):
     file = tmp_path / "m.py"
     file.write_text("")
-    described(monkeypatch, **result)
+    described(monkeypatch, **document)
     before = dict(METHODS)
     with pytest.raises(InputError, match="--method-file") as caught:
         add_methods([file])
