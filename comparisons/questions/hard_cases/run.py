@@ -158,7 +158,9 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
     """Return the resolution of a method, or the outcome if it is not tried."""
     if case.only and name not in case.expected:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
-    (planned,) = [method for method in plan.methods if method.method == name]
+    planned = next((method for method in plan.methods if method.method == name), None)
+    if planned is None:
+        return _judged(case, name, kind=NOT_FOR, reason="a method for other scenes")
     resolution = case.resolutions.get(name)
     solver = solver_for(name, plan.scene)
     if isinstance(solver, Refusal):

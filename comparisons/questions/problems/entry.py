@@ -100,12 +100,14 @@ def read_entry(path: Path) -> Entry:
 
 
 def _document(path: Path) -> Any:
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
     try:
-        if not path.is_file():
-            raise InputError(f"{path}: no such file")
         if path.stat().st_size > LARGEST_FILE:
             raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
         return json.loads(path.read_bytes().decode("utf-8-sig"), parse_constant=_no_number)
+    except InputError:
+        raise
     except OSError as error:
         raise InputError(f"{path}: not readable ({error.strerror})") from error
     except UnicodeDecodeError as error:
