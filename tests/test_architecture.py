@@ -6,6 +6,7 @@ import ast
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -199,3 +200,17 @@ def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setattr(shadowed, "PACKAGES", ("reduced", "no_such_room"))
     (line,) = shadowed.foreign_packages()
     assert line == f"no_such_room: not found; roughline's own is {ROOT / 'no_such_room'}"
+
+
+def test_an_installed_package_has_all_its_files():
+    """Tables, templates and sheets beside the code are named in pyproject.toml."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    patterns = settings["tool"]["setuptools"]["package-data"]
+    forgotten = [
+        path.relative_to(ROOT).as_posix()
+        for package, shipped in patterns.items()
+        for path in (ROOT / package).rglob("*")
+        if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts
+        if not any(path in (ROOT / package).glob(pattern) for pattern in shipped)
+    ]
+    assert forgotten == []
