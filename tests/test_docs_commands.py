@@ -56,15 +56,15 @@ def inline() -> list[str]:
     result = []
     for page in PAGES:
         text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-        result += [" ".join(matche.split()) for matche in re.findall(r"`([^`]+)`", text)]
+        result += [" ".join(match.split()) for match in re.findall(r"`([^`]+)`", text)]
     return list(dict.fromkeys(result))
 
 
 OURS = [block for block in blocks() if block.startswith("roughline ") or block == "roughline run"]
 # The name of a command alone is no command.
 TOLD = [part for part in inline() if re.match(r"roughline [a-z-]+ \S", part)]
-LEFT_OUT = [our for our in OURS if any(re.match(key, our) for key in PARSED_ONLY)]
-RUN = [our for our in OURS if our not in LEFT_OUT]
+LEFT_OUT = [command for command in OURS if any(re.match(key, command) for key in PARSED_ONLY)]
+RUN = [command for command in OURS if command not in LEFT_OUT]
 
 
 def test_there_are_commands_of_every_kind():

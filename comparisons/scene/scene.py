@@ -264,6 +264,11 @@ class Scene(_Physics):
         return 2.0 * self.effective_modulus * (1.0 - nu) / (2.0 - nu)
 
     @property
+    def shear_modulus(self) -> float:
+        """G = E*(1 - nu)/2 of the half-space as a whole."""
+        return self.effective_modulus * (1.0 - self.poisson_ratio) / 2.0
+
+    @property
     def elastic_constants(self) -> tuple[float, float]:
         """E and nu of one half-space that is as soft under a rigid shape as both bodies together.
 

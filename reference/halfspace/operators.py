@@ -192,17 +192,21 @@ class FreeOperator(HalfSpace):
         wrapped[np.ix_(*used)] = quarter[offsets[0][used[0]][:, None], offsets[1][used[1]]]
         return fft.rfft2(wrapped, workers=1).real.copy()
 
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> FreeOperator:
+        """Return the operator of the same body on other cells."""
+        return FreeOperator(shape, spacing, self.effective_modulus)
+
     def coarser(self) -> FreeOperator:
         """Operator on every second point (cached)."""
         shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
         spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.cached("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
+        return self.cached("coarser", lambda: self._alike(shape, spacing))
 
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
-        """Return the operator of the same half-space on a smaller rectangle of cells (cached)."""
+        """Return the operator of the same body on a smaller rectangle of cells (cached)."""
 
         def make() -> FreeOperator:
-            part = FreeOperator(shape, self.spacing, self.effective_modulus)
+            part = self._alike(shape, self.spacing)
             part._cache["coefficients"] = self.coefficients(shape)
             return part
 

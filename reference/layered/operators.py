@@ -175,21 +175,8 @@ class LayeredFree(OfBody, FreeOperator):
             return whole[: self.shape[0], : self.shape[1]].copy()
         return cell_coefficients(self.body, self.shape, self.spacing)
 
-    def coarser(self) -> LayeredFree:
-        """Operator on every second point (cached)."""
-        shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.cached("coarser", lambda: LayeredFree(shape, spacing, self.body))
-
-    def restrict(self, shape: tuple[int, int]) -> LayeredFree:
-        """Return the operator of the same body on a smaller rectangle of cells (cached)."""
-
-        def make() -> LayeredFree:
-            part = LayeredFree(shape, self.spacing, self.body)
-            part._cache["coefficients"] = self.coefficients(shape)
-            return part
-
-        return self.cached(("restricted", shape), make)
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> LayeredFree:
+        return LayeredFree(shape, spacing, self.body)
 
 
 def uniform(body: Body) -> float:

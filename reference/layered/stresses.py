@@ -23,6 +23,7 @@ from scipy import fft
 
 from reference.arguments import refuse, spacing_faults
 from reference.fem.elasticity import Material
+from reference.fem.recovery import von_mises
 from reference.halfspace import kernels
 from reference.layered.stack import Stack, half_space, shear_modulus, slice_matrix
 
@@ -52,9 +53,7 @@ class Inside:
     @property
     def von_mises(self) -> Array:
         """Return the equivalent stress of von Mises."""
-        xx, yy, zz, yz, xz, xy = self.stress
-        normal = ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2
-        return np.asarray(np.sqrt(normal + 3 * (yz**2 + xz**2 + xy**2)))
+        return von_mises(np.moveaxis(self.stress, 0, -1))
 
 
 def inside(

@@ -9,6 +9,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import QUANTITIES, quantity
+from comparisons.judging.metrics import front
 from comparisons.results import selection
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
@@ -69,14 +70,15 @@ def _figure(
     low, high = limits
     span = time_range(scene, points)
     bar = _truth_bar(scene, name, points)
-    x, y = pareto_front(times, np.maximum(sizes, low))
-    front = Series(
-        *(FRONT, np.array([*x, span[1]]), np.array([*y, y[-1]])),
+    sizes = np.maximum(sizes, low)
+    corners = front(times, sizes)
+    best = Series(
+        *(FRONT, np.append(times[corners], span[1]), np.append(sizes[corners], sizes[corners[-1]])),
         marks=False,
         width=1.5,
         stairs=True,
     )
-    series = [*_reference_mark(scene, span, bar, low), front]
+    series = [*_reference_mark(scene, span, bar, low), best]
     for method in drawing_order(dict.fromkeys(points["method"])):
         for whole in _method_series(method, points[points["method"] == method]):
             series += parted(whole, low)
@@ -136,22 +138,6 @@ def _hover(label: str, row: dict[str, Any]) -> str:
             f"unknowns {fmt.count(row.get('unknowns'))}",
         ]
     )
-
-
-def pareto_front(times: np.ndarray, errors: np.ndarray) -> tuple[list[float], list[float]]:
-    """Return the smallest error for each time, as the corners of a step curve.
-
-    >>> pareto_front(np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.01]))
-    ([1.0, 3.0], [0.1, 0.01])
-    """
-    order = np.lexsort((errors, times))
-    best, x, y = np.inf, [], []
-    for index in order:
-        if errors[index] < best:
-            best = errors[index]
-            x.append(float(times[index]))
-            y.append(float(best))
-    return x, y
 
 
 def _truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:

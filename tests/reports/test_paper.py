@@ -66,7 +66,7 @@ def test_every_kind_of_plot_is_there(ball, rough):
 def test_curves_hold_the_numbers_of_the_results(ball):
     """Force over penetration, in the units of the axes (µm and N or kN)."""
     axes = drawn(ball, "force-penetration")
-    line = next(get_line for get_line in axes.get_lines() if get_line.get_label() == "closed form")
+    line = next(curve for curve in axes.get_lines() if curve.get_label() == "closed form")
     rows = ball.rows[ball.rows["method"] == "closed_form"]
     np.testing.assert_allclose(line.get_xdata(), rows["penetration"] * 1e6, rtol=1e-12)
     ratio = line.get_ydata() / rows["force"].to_numpy()
@@ -76,7 +76,7 @@ def test_curves_hold_the_numbers_of_the_results(ball):
 
 def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
     for key in ("force-penetration", "error-force", "speed-force"):
-        lines = {get_line.get_label(): get_line for get_line in drawn(ball, key).get_lines()}
+        lines = {curve.get_label(): curve for curve in drawn(ball, key).get_lines()}
         assert lines["reduced model"].get_color() == REDUCED
 
 
@@ -98,17 +98,15 @@ def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
 
 def test_errors_are_filled_above_the_truth_and_stand_beside_the_tolerance(ball):
     axes = drawn(ball, "error-force")
-    asked = [
-        get_line for get_line in axes.get_lines() if get_line.get_label().startswith("asked: ")
-    ]
+    asked = [curve for curve in axes.get_lines() if curve.get_label().startswith("asked: ")]
     np.testing.assert_allclose(asked[0].get_ydata(), ball.tolerance)
     assert axes.get_yscale() == "log"
-    assert "1\u202f%" in [get_line.get_text() for get_line in axes.get_yticklabels()]
+    assert "1\u202f%" in [label.get_text() for label in axes.get_yticklabels()]
 
 
 def test_the_pareto_front_is_beaten_by_no_method(ball):
     axes = drawn(ball, "speed-force")
-    lines = {get_line.get_label(): get_line for get_line in axes.get_lines()}
+    lines = {curve.get_label(): curve for curve in axes.get_lines()}
     x, y = lines["Pareto front"].get_data()
     for name in ("reduced model", "dense BEM", "FFT BEM", "FEM"):
         for seconds, error in zip(*lines[name].get_data(), strict=True):

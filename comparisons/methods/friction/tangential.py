@@ -283,7 +283,7 @@ class GridFriction(BemFft):
         """Return the half-space under the grid."""
         nu = self.scene.poisson_ratio
         periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
-        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
+        compliance = Compliance.of(self.scene.shear_modulus, nu)
         return NormalAndTangential(grid.gap.shape, grid.spacing, compliance, periodic=periodic)
 
     def _path(

@@ -11,7 +11,7 @@ from comparisons.geometry.prepare import Geometry
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.grid import Grid, cells, make_grid
-from comparisons.methods.rolling.creeps import PHYSICS, pairs, quantities, tables_of
+from comparisons.methods.rolling.creeps import PHYSICS, acting, pairs, quantities, tables_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -44,10 +44,7 @@ class GridRolling(BemFft):
     @property
     def halves(self) -> int:
         """Two where both creeps leave one half of the contact the mirror image of the other."""
-        creep, lateral = (
-            any(table.values) for table in (self.rolling.creep, self.rolling.lateral_creep)
-        )
-        return 1 if creep and lateral else 2
+        return 1 if all(acting(self.rolling)) else 2
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
@@ -87,7 +84,7 @@ class GridRolling(BemFft):
     def body(self, shape: tuple[int, int], spacing: tuple[float, float]) -> NormalAndTangential:
         """Return the elastic body below the grid."""
         nu = self.scene.poisson_ratio
-        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
+        compliance = Compliance.of(self.scene.shear_modulus, nu)
         return NormalAndTangential(shape, spacing, compliance)
 
     def rows(self, task: Task) -> Iterator[Row]:

@@ -29,6 +29,11 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
     return rolling, friction
 
 
+def acting(rolling: Rolling) -> tuple[bool, bool]:
+    """Tell which creeps act at all: along, across."""
+    return any(rolling.creep.values), any(rolling.lateral_creep.values)
+
+
 def quantities(
     rolling: Rolling, value: float, forces: tuple[float, float], limit: float
 ) -> dict[str, float]:

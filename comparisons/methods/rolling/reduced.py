@@ -7,7 +7,7 @@ import numpy as np
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
-from comparisons.methods.rolling.creeps import PHYSICS, pairs, quantities, tables_of
+from comparisons.methods.rolling.creeps import PHYSICS, acting, pairs, quantities, tables_of
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -31,19 +31,16 @@ class ReducedRolling(ReducedProfile):
         self.friction = Friction(self._tangential_modulus(scene), friction.coefficient)
 
     def _tangential_modulus(self, scene: Scene) -> float:
-        """Return G* of the springs: the usual one, or that of the half-space's initial slope."""
+        """Return G* of the springs: the chapter's, or that of the half-space's first slope."""
         if self.options.rolling == "springs":
             return scene.tangential_modulus
-        creep, lateral = (
-            any(table.values) for table in (self.rolling.creep, self.rolling.lateral_creep)
-        )
+        creep, lateral = acting(self.rolling)
         if creep and lateral:
             raise Refused("springs of one stiffness cannot match the slopes of both creeps")
         nu = scene.poisson_ratio
         if nu < 0:
             raise Refused("Kalker's coefficients begin at nu = 0")
-        shear = scene.effective_modulus * (1 - nu) / 2
-        return matched_modulus(shear, kalker(1.0, nu)[lateral])
+        return matched_modulus(scene.shear_modulus, kalker(1.0, nu)[lateral])
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and the tangential springs."""

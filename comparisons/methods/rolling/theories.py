@@ -43,8 +43,7 @@ class Theory(Solver[IndenterGeometry]):
         force, area = float(self.form.force(depth)), float(self.form.contact_area(depth))
         a, b = (float(axis) for axis in self.form.semi_axes(depth))
         nu = self.scene.poisson_ratio
-        shear = self.scene.effective_modulus * (1 - nu) / 2
-        contact = EllipticContact((a, b), shear, nu, self.friction * force)
+        contact = EllipticContact((a, b), self.scene.shear_modulus, nu, self.friction * force)
         solution = Solution.empty(task, unknowns=4 * task.resolution**2)
         for step, value in enumerate(task.loads.values):
             rolled = self.rolled(contact, self.rolling.both(float(value)), task.resolution)

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.files import write_text
+from comparisons.judging.metrics import front
 from comparisons.judging.verdicts import Judgement, judged, severity
 from comparisons.questions.problems.entry import Entry, read_entry
 from comparisons.questions.problems.reference import reference_of
@@ -143,7 +144,7 @@ def leaderboard_of(folder: Path) -> Leaderboard:
 def _board(sheet: Sheet, entries: Iterable[Entry]) -> Board:
     judged_entries = [judge_entry(entry, sheet) for entry in entries if entry.problem == sheet.id]
     ranked = sorted(judged_entries, key=_rank)
-    return Board(sheet, tuple(ranked), tuple(front(ranked)))
+    return Board(sheet, tuple(ranked), tuple(undominated(ranked)))
 
 
 def _rank(judged_entry: Judged) -> tuple[object, ...]:
@@ -154,12 +155,9 @@ def _rank(judged_entry: Judged) -> tuple[object, ...]:
     return -order, error, seconds, entry.solver, entry.digest
 
 
-def front(entries: Sequence[Judged]) -> list[Judged]:
+def undominated(entries: Sequence[Judged]) -> list[Judged]:
     """Return the entries that no other one beats in both error and time, the fastest first."""
-    placed = [entry for entry in entries if entry.placed]
-    best, left = np.inf, []
-    for entry in sorted(placed, key=lambda e: (e.entry.seconds, e.error, e.entry.digest)):
-        if entry.error < best:
-            best = entry.error
-            left.append(entry)
-    return left
+    placed = [judged for judged in entries if judged.placed]
+    times = np.array([judged.entry.seconds for judged in placed], dtype=float)
+    errors = np.array([judged.error for judged in placed])
+    return [placed[index] for index in front(times, errors)]

@@ -125,7 +125,7 @@ def test_the_front_has_whoever_none_beats_in_both():
 
     fast, good, dominated = entry("fast", 0.1, 0.1), entry("good", 9.0, 1e-4), entry("d", 10.0, 0.2)
     untimed = entry("untimed", None, 1e-6)
-    front = boards.front([dominated, good, untimed, fast])
+    front = boards.undominated([dominated, good, untimed, fast])
     assert [judged.entry.solver for judged in front] == ["fast", "good"]
 
 

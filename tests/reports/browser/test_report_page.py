@@ -66,7 +66,7 @@ def test_all_is_drawn_without_request_complaint_or_fault(
             assert faults_in_the_dark(page) == []
         seen.draw_all()
         canvases = page.locator("[data-figure]:not([data-turn])").all()
-        assert all(canvase.locator(".main-svg").count() for canvase in canvases)
+        assert all(canvas.locator(".main-svg").count() for canvas in canvases)
         assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
         page.emulate_media(color_scheme="light")  # all are drawn again
         seen.settled()
@@ -271,7 +271,7 @@ def test_paper_gets_light_plots_and_no_controls(visit, tmp_path):
         assert seen.complaints == []
     content = path.read_bytes()
     assert content.startswith(b"%PDF")
-    pages = max(int(matche) for matche in re.findall(rb"/Count (\d+)", content))
+    pages = max(int(match) for match in re.findall(rb"/Count (\d+)", content))
     assert 4 <= pages <= 30
 
 

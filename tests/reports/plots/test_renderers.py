@@ -38,9 +38,7 @@ def test_print_and_page_have_the_same_limits_and_ticks(study):
     (figure, *_) = errors.errors(study.scenes[0])
     axes, layout = printed(figure), spec(figure)["layout"]
     np.testing.assert_allclose(np.log10(axes.get_ylim()), layout["yaxis"]["range"], rtol=1e-9)
-    assert [get_yticklabel.get_text() for get_yticklabel in axes.get_yticklabels()] == layout[
-        "yaxis"
-    ]["ticktext"]
+    assert [label.get_text() for label in axes.get_yticklabels()] == layout["yaxis"]["ticktext"]
     assert (
         layout["yaxis"]["title"]["text"] == "relative error |e|"
     )  # the heading names the quantity
