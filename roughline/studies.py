@@ -83,11 +83,17 @@ class Results:
         write_report(self.record, path, pictures=pictures)
         return path
 
-    def paper(self, folder: str | Path, *, formats: tuple[str, ...] = ("pdf",)) -> list[Path]:
-        """Write all figures, and tables in LaTeX and Markdown (``roughline paper``)."""
+    def paper(
+        self,
+        folder: str | Path,
+        *,
+        formats: tuple[str, ...] = ("pdf",),
+        figures: tuple[str, ...] = ("verdicts", "*-overview"),
+    ) -> list[Path]:
+        """Write chosen figures, tables in LaTeX and Markdown, an index (``roughline paper``)."""
         from reports.paper.files import write_paper
 
-        return write_paper(self.record, Path(folder), formats)
+        return write_paper(self.record, Path(folder), formats, figures=figures)
 
     def __repr__(self) -> str:
         lines = [

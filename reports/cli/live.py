@@ -63,6 +63,47 @@ def watching() -> Iterator[Watch]:
         yield _Lines(console)
 
 
+@contextmanager
+def counting(participle: str) -> Iterator[Callable[[int, int, str], None]]:
+    """Yield what shows how many of several like things are done, with the remaining time.
+
+    For work that no campaign carries out, such as drawing; the time left is that of the average.
+    """
+    console = Console(stderr=True, emoji=False)
+    if not console.is_interactive:
+        yield lambda done, total, name: None
+        return
+    started = time.monotonic()
+    with Live(console=console, transient=True, auto_refresh=False) as live:
+
+        def advance(done: int, total: int, name: str) -> None:
+            text = f"{participle} {done} of {total}"
+            if 0 < done < total:
+                text += left_over((time.monotonic() - started) * (total - done) / done)
+            live.update(_bar_line(done, total, f"{text}  {name}"), refresh=True)
+
+        yield advance
+
+
+def left_over(seconds: float, about: str = "about") -> str:
+    r"""Return the remaining time as the end of a line.
+
+    >>> left_over(12.0)
+    ', about 12\u202fs left'
+    """
+    from comparisons.formatting import duration
+
+    return f", {about} {duration(seconds)} left"
+
+
+def _bar_line(done: int, total: int, text: str) -> Table:
+    """Return a bar of progress with a text beside it."""
+    line = Table.grid(padding=(0, 1))
+    bar = ProgressBar(total=max(total, 1), completed=done, width=24)
+    line.add_row(bar, Text(text, overflow="ellipsis"))
+    return line
+
+
 class _Watcher:
     """Common part of both displays: reports compilations at once, progress when due."""
 
@@ -119,9 +160,7 @@ class _Screen(_Watcher):
             spent = time.monotonic() - now
             self._due = now + max(DRAW, spent / SHARE)
         solved, total = campaign.counts
-        line = Table.grid(padding=(0, 1))
-        bar = ProgressBar(total=max(total, 1), completed=solved, width=24)
-        line.add_row(bar, Text(f"{progress(campaign)}  {_task_line(done)}", overflow="ellipsis"))
+        line = _bar_line(solved, total, f"{progress(campaign)}  {_task_line(done)}")
         self._live.update(Group(line, Text(self._plot)), refresh=True)
 
 
@@ -138,15 +177,13 @@ def compiled(method: str, seconds: float) -> str:
 
 def progress(campaign: Campaign[Any, Any]) -> str:
     """Report the progress of a campaign and its remaining time, estimated from similar solves."""
-    from comparisons.formatting import duration
-
     done, total = campaign.counts
     text = f"solved {done} of {total}"
     remaining = campaign.remaining()
     if done == total or remaining.seconds < (0.0 if remaining.complete else WORTH_SAYING):
         return text
     about = "about" if remaining.complete else "at least"
-    return f"{text}, {about} {duration(remaining.seconds)} left"
+    return text + left_over(remaining.seconds, about)
 
 
 def _task_line(done: Done | None) -> str:

@@ -9,8 +9,14 @@ from reports.printable import say
 FINE = 0
 
 
-def paper(run: Path, *, out: Path, format: str = "pdf", overview: bool = True) -> int:  # noqa: A002
-    """Write the figures and tables of a run for a paper: matplotlib, LaTeX and Markdown.
+def paper(
+    run: Path,
+    *,
+    out: Path,
+    format: str = "pdf",  # noqa: A002
+    figures: str = "verdicts,*-overview",
+) -> int:
+    """Write figures and tables of a run for a paper: matplotlib, LaTeX, Markdown, and an index.
 
     Parameters
     ----------
@@ -20,17 +26,21 @@ def paper(run: Path, *, out: Path, format: str = "pdf", overview: bool = True) -
         Folder for the files, created if missing; files of the same names are replaced.
     format
         Comma-separated formats of the figures: pdf, svg, png.
-    overview
-        Also draw one page-wide figure per scene with all its plots.
+    figures
+        Comma-separated names of figures, or patterns: "ball-*", "*-error-force", "*" for all.
+        Default: the figure of all verdicts, and one of each scene. The index lists the others.
     """
     from comparisons.errors import InputError
     from comparisons.results.store import load_study
+    from reports.cli.live import counting
 
     study = load_study(run)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: expected a folder for the figures, got a file")
     from reports.paper.files import write_paper
 
-    written = write_paper(study, out, format.split(","), overview=overview)
-    say(f"{len(written)} files in {out}")
+    chosen = [name.strip() for name in figures.split(",")]
+    with counting("drawn") as advance:
+        written = write_paper(study, out, format.split(","), figures=chosen, advance=advance)
+    say(f"{len(written)} files; {out / 'index.md'}")
     return FINE

@@ -112,8 +112,8 @@ def _title(axis: Axis) -> str:
 
 
 def _set_ticks(axis: Any, drawn: Axis) -> None:
-    """Set the ticks of a logarithmic axis: those of the figure, or plain numbers at 1, 2 and 5."""
-    if not drawn.log:
+    """Set the ticks of a figure; of a logarithmic axis without any, plain numbers at 1, 2 and 5."""
+    if not (drawn.log or drawn.ticks):
         return
     ends = axis.get_view_interval()
     ticks = drawn.ticks or log_ticks(ends, lambda value: f"{value:g}")

@@ -1,4 +1,4 @@
-"""The figures of a scene: single-column figures, and a page-wide overview."""
+"""Figures for papers: single columns, a page-wide overview of a scene, one of all verdicts."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from comparisons.facts.methods import ours
+from comparisons.results.finding import deciding
 from comparisons.results.store import SceneRecord
 from reports.paper.drawing import draw
 from reports.paper.style import PAGE, PaperFigure, house_style, literal, new_figure
@@ -15,6 +16,7 @@ from reports.plots.errors import errors
 from reports.plots.figure import Figure
 from reports.plots.speed import speed
 from reports.plots.style import look
+from reports.plots.verdict_map import verdict_map
 
 
 def file_name(*names: str) -> str:
@@ -46,11 +48,14 @@ def single(figure: Figure) -> PaperFigure:
 
 
 def overview(scene: SceneRecord) -> PaperFigure | None:
-    """Return a lettered, page-wide figure (180 mm) of curves, error and cost, or None."""
+    """Return a lettered, page-wide figure (180 mm) of curves, error and cost, or None.
+
+    Error and cost are those of the quantity that decides the verdict of the scene.
+    """
     chosen = [
         *printed_curves(scene)[:2],
-        *errors(scene)[:1],
-        *speed(scene)[:1],
+        *_deciding_first(scene, errors(scene))[:1],
+        *_deciding_first(scene, speed(scene))[:1],
     ]
     if not chosen:
         return None
@@ -63,6 +68,25 @@ def overview(scene: SceneRecord) -> PaperFigure | None:
             draw(axes, figure)
             axes.set_title(f"({letter})", loc="left", fontsize=8, fontweight="bold")
         _legend(paper, grid, columns=6)
+    return paper
+
+
+def _deciding_first(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
+    decisive = deciding(scene)
+    name = decisive.quantity if decisive else ""
+    return sorted(figures, key=lambda figure: figure.quantity != name)
+
+
+def verdict_figure(scenes: Sequence[SceneRecord]) -> PaperFigure | None:
+    """Return the page-wide figure of all verdicts, or None where nothing was asked for."""
+    figure = verdict_map(scenes)
+    if figure is None:
+        return None
+    with house_style():
+        paper = new_figure(PAGE, 24.0 + 4.6 * len(scenes))
+        axes = paper.subplots()
+        draw(axes, figure)
+        _legend(paper, [axes], columns=6)
     return paper
 
 

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
+from fnmatch import fnmatchcase
+from functools import partial
 from io import BytesIO
 from pathlib import Path
 
 from comparisons.errors import InputError
 from comparisons.files import write_named, write_named_text
-from comparisons.results.store import StudyRecord
-from reports.paper.figures import file_name, panels, single
-from reports.paper.figures import overview as overview_of
+from comparisons.results.store import SceneRecord, StudyRecord
+from reports.paper.contents import Entry, inclusion, index
+from reports.paper.figures import file_name, overview, panels, single, verdict_figure
 from reports.paper.style import FORMATS, PaperFigure
+from reports.plots.figure import Figure
+from reports.plots.verdict_map import CAPTION as VERDICT_CAPTION
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.table import Table
 from reports.tables.written import in_markdown, latex
 
+CHOSEN = ("verdicts", "*-overview")
+Draw = Callable[[], PaperFigure | None]
+Advance = Callable[[int, int, str], object]
+
 
 def write_paper(
-    study: StudyRecord, folder: Path, formats: Sequence[str] = ("pdf",), *, overview: bool = True
+    study: StudyRecord,
+    folder: Path,
+    formats: Sequence[str] = ("pdf",),
+    *,
+    figures: Sequence[str] = CHOSEN,
+    advance: Advance = lambda done, total, name: None,
 ) -> list[Path]:
-    """Write the figures of every scene, and the tables in LaTeX and Markdown.
+    """Write chosen figures, the tables in LaTeX and Markdown, and an index of all.
 
     Parameters
     ----------
@@ -29,8 +42,10 @@ def write_paper(
     folder : Path
     formats : sequence of str
         Among "pdf", "svg" and "png".
-    overview : bool
-        Also write a page-wide figure of each scene.
+    figures : sequence of str
+        Names of figures, or patterns of them: "ball-error-force", "ball-*", "*".
+    advance : callable, optional
+        Called with (figures drawn, figures in all, name of the next one).
 
     Returns
     -------
@@ -40,42 +55,97 @@ def write_paper(
     Raises
     ------
     InputError
-        If a format is unknown, or no scene of the run has results.
+        If a format is unknown, a pattern fits no figure, or no scene of the run has results.
     """
     suffixes = [suffix.strip() for suffix in formats]
-    unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
-    if unknown or not suffixes:
-        allowed = ", ".join(FORMATS)
-        raise InputError(f"--format: expected {allowed}, got {', '.join(unknown) or 'none'}")
     if not study.scenes:
         raise InputError(f"{study.directory}: no scene has results; --resume finishes the run")
-    written = []
-    for name, figure in _figures(study, overview=overview):
+    drawable = _drawable(study)
+    _check(suffixes, figures, drawable)
+    chosen = {
+        name: drawable[name]
+        for name in drawable
+        if any(fnmatchcase(name, pattern) for pattern in figures)
+    }
+    written: list[Path] = []
+    entries: list[Entry] = []
+    for done, (name, (scene, caption, draw)) in enumerate(chosen.items()):
+        advance(done, len(chosen), name)
+        figure = draw()
+        if figure is None:
+            continue  # nothing was solved or compared
+        entries.append(Entry(name, scene, caption))
         for suffix in suffixes:
-            path = folder / f"{name}.{suffix}"
-            _save(figure, path, suffix)
-            written.append(path)
-    for name, table in _tables(study):
-        for suffix, text in (("tex", latex(table, name)), ("md", in_markdown(table))):
-            path = folder / f"{name}.{suffix}"
-            write_named_text(path, text)
-            written.append(path)
+            written.append(folder / f"{name}.{suffix}")
+            _save(figure, written[-1], suffix)
+    advance(len(chosen), len(chosen), "tables")
+    left = [name for name in drawable if name not in chosen]
+    for name, text in {
+        **_tables(study),
+        "figures.tex": inclusion(entries),
+        "index.md": index(study, entries, suffixes, left),
+    }.items():
+        written.append(folder / name)
+        write_named_text(written[-1], text)
     return written
 
 
-def _figures(study: StudyRecord, *, overview: bool) -> Iterator[tuple[str, PaperFigure]]:
-    for scene in study.scenes:
-        for name, panel in panels(scene).items():
-            yield file_name(scene.name, name), single(panel)
-        figure = overview_of(scene) if overview else None
-        if figure is not None:
-            yield file_name(scene.name, "overview"), figure
+def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: dict[str, object]) -> None:
+    """Refuse formats and names of figures that do not exist, all at once."""
+    problems = []
+    unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
+    if unknown or not suffixes:
+        allowed = ", ".join(FORMATS)
+        problems.append(f"--format: expected {allowed}, got {', '.join(unknown) or 'none'}")
+    for pattern in patterns:
+        # A run without results has no figure at all, and what is chosen by default may be missing.
+        if pattern not in CHOSEN and not any(fnmatchcase(name, pattern) for name in drawable):
+            known = ", ".join([*drawable][:8])
+            problems.append(f"--figures: no figure {pattern!r}; there are {known}, ...")
+    if problems:
+        raise InputError("\n".join(problems))
 
 
-def _tables(study: StudyRecord) -> Iterator[tuple[str, Table]]:
-    yield "verdicts", printed_verdicts(study.scenes)
+def _drawable(study: StudyRecord) -> dict[str, tuple[str, str, Draw]]:
+    """Return name -> (scene, caption, what draws it) of every figure, the chosen ones first."""
+    drawable: dict[str, tuple[str, str, Draw]] = {
+        "verdicts": ("", VERDICT_CAPTION, partial(verdict_figure, study.scenes))
+    }
+    every: dict[str, tuple[str, str, Draw]] = {}
     for scene in study.scenes:
-        yield file_name(scene.name, "settings"), printed_settings(scene)
+        drawn = panels(scene)
+        if drawn:
+            name = file_name(scene.name, "overview")
+            drawable[name] = (scene.name, _overview_caption(scene), partial(overview, scene))
+        for name, panel in drawn.items():
+            words = f"{scene.title or scene.name}: {panel.title}. {panel.caption}"
+            every[file_name(scene.name, name)] = (scene.name, words, _single(panel))
+    return drawable | every
+
+
+def _single(panel: Figure) -> Draw:
+    return lambda: single(panel)
+
+
+def _overview_caption(scene: SceneRecord) -> str:
+    return (
+        f"{scene.title or scene.name}: load curves, the error of the quantity that decides the "
+        "verdict over the load, and its largest error against the time for the whole scene."
+    )
+
+
+def _tables(study: StudyRecord) -> dict[str, str]:
+    """Return file -> text of the tables: all verdicts, and all settings with a table per scene."""
+    verdicts = printed_verdicts(study.scenes)
+    settings: dict[str, Table] = {
+        file_name(scene.name, "settings"): printed_settings(scene) for scene in study.scenes
+    }
+    return {
+        "verdicts.tex": latex(verdicts, "verdicts"),
+        "verdicts.md": in_markdown(verdicts),
+        "settings.tex": "\n".join(latex(table, name) for name, table in settings.items()),
+        "settings.md": "\n".join(map(in_markdown, settings.values())),
+    }
 
 
 def _save(figure: PaperFigure, path: Path, suffix: str) -> None:

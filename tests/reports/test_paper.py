@@ -18,10 +18,14 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 
 import roughline
 from comparisons.errors import InputError
+from comparisons.facts.quantities import quantity
+from comparisons.results.decisions import verdicts
+from comparisons.results.finding import deciding
 from comparisons.results.store import load_study, save_study
 from reports.cli.cli import run_command
 from reports.paper.figures import overview, panels, single
 from reports.paper.files import write_paper
+from reports.plots.verdict_map import HIGH, LOW, verdict_map
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.table import table
@@ -157,7 +161,7 @@ def folder(small, tmp_path_factory):
     out = tmp_path_factory.mktemp("paper") / "figures"
     command = [sys.executable, "-m", "reports", "paper", str(small.directory)]
     subprocess.run(
-        [*command, "--out", str(out), "--format", "pdf,svg"],
+        [*command, "--out", str(out), "--format", "pdf,svg", "--figures", "*"],
         check=True,
         cwd=ROOT,
         env=os.environ | {"PYTHONHASHSEED": "1"},
@@ -182,14 +186,14 @@ def test_fonts_are_embedded_as_outlines(folder):
 
 def test_the_same_results_give_the_same_bytes(folder, small, tmp_path):
     """No dates, no random names: another process, another hash seed, not a bit differs."""
-    again = write_paper(load_study(small.directory), tmp_path, ("pdf", "svg"))
+    again = write_paper(load_study(small.directory), tmp_path, ("pdf", "svg"), figures=("*",))
     assert {path.name for path in again} == {path.name for path in folder.iterdir()}
     for path in again:
         assert path.read_bytes() == (folder / path.name).read_bytes(), path.name
 
 
 def test_tables_are_latex_with_the_rules_of_booktabs(folder):
-    for path in folder.glob("*.tex"):
+    for path in (folder / "verdicts.tex", folder / "settings.tex"):
         text = path.read_text(encoding="utf-8")
         (columns,) = re.findall(r"\\begin\{tabular\}\{@\{\}([lr]+)@\{\}\}", text)
         rows = [line for line in text.splitlines() if line.endswith(r" \\")]
@@ -203,10 +207,46 @@ def test_tables_are_latex_with_the_rules_of_booktabs(folder):
         assert plain.count("$") % 2 == 0
 
 
+def test_few_figures_are_drawn_unless_more_are_asked_for(small, tmp_path):
+    """One of all verdicts, one for each scene, and what there is besides is named in the index."""
+    told = []
+    written = write_paper(small, tmp_path, advance=lambda *step: told.append(step))
+    drawn_names = {path.stem for path in written if path.suffix == ".pdf"}
+    assert drawn_names == {"verdicts", "steel-ball-overview"}
+    assert told == [(0, 2, "verdicts"), (1, 2, "steel-ball-overview"), (2, 2, "tables")]
+    index = (tmp_path / "index.md").read_text(encoding="utf-8")
+    assert "`steel-ball-error-force`" in index
+    names = re.findall(r"\]\(([^)]+)\)", index)
+    assert set(names) <= {path.name for path in written}
+    assert {path.name for path in written} - set(names) == {
+        *("index.md", "figures.tex", "verdicts.tex", "settings.tex")
+    }
+
+
+def test_the_overview_shows_the_quantity_that_decides(ball):
+    """The errors behind the verdict are in the figure, whatever is compared first."""
+    decisive = deciding(ball).quantity
+    others = tuple(name for name in ball.quantities if name != decisive)
+    for order in ((decisive, *others), (*others, decisive)):
+        paper = overview(replace(ball, quantities=order))
+        labels = [axes.get_ylabel().replace("\n", " ") for axes in paper.axes]
+        assert sum(quantity(decisive).label in text for text in labels[2:]) == 2, labels
+
+
+def test_the_figure_of_verdicts_has_the_numbers_of_the_verdicts(study):
+    figure = verdict_map(study.scenes)
+    shown = {float(x) for series in figure.series for x in series.x if np.isfinite(x)}
+    for scene in study.scenes:
+        for item in verdicts(scene):
+            ratio = abs(item.error) / item.tolerance
+            if LOW < ratio < HIGH:
+                assert ratio in shown, item.text
+
+
 def test_hostile_titles_are_text_in_every_format(folder):
-    for name in ("steel-ball-settings.md", "steel-ball-settings.tex"):
+    for name in ("settings.md", "settings.tex", "index.md", "figures.tex"):
         assert "<script>" not in (folder / name).read_text(encoding="utf-8")
-    assert r"\textless{}script\textgreater{}" in (folder / "steel-ball-settings.tex").read_text()
+    assert r"\textless{}script\textgreater{}" in (folder / "settings.tex").read_text()
 
 
 def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study):
@@ -235,7 +275,7 @@ def test_hostile_results_are_drawn_as_text_and_written_inside_the_folder(small, 
         path.write_text(text, encoding="utf-8")
     out = tmp_path / "deep" / "out"
     hostile = load_study(tmp_path / "run")
-    for path in write_paper(hostile, out, ("svg",), overview=False):
+    for path in write_paper(hostile, out, ("svg",), figures=("*-error-force",)):
         assert path.parent == out
         assert re.fullmatch(r"[a-z0-9-]+\.(svg|tex|md)", path.name)
     assert {item.name for item in tmp_path.iterdir()} == {"run", "deep"}
@@ -265,7 +305,7 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
     lost = study.scenes[0].rows[study.scenes[0].rows["step"].isna()]
     scene = replace(study.scenes[0], rows=lost, measures=study.scenes[0].measures[:0], reference={})
     written = write_paper(replace(study, scenes=(scene,)), tmp_path / "out")
-    assert {path.suffix for path in written} == {".tex", ".md"}
+    assert {path.name for path in written if path.suffix == ".pdf"} == {"verdicts.pdf"}
     verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")
     assert "no result" in verdicts
 
@@ -274,6 +314,7 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
     ("arguments", "said"),
     [
         (["{run}", "--out", "{out}", "--format", "gif"], "--format: expected pdf, svg, png"),
+        (["{run}", "--out", "{out}", "--figures", "weight*"], "--figures: no figure 'weight*'"),
         (["{out}", "--out", "{out}"], "no results of roughline here"),
         (["{run}", "--out", "{file}"], "expected a folder for the figures, got a file"),
     ],

@@ -1,0 +1,94 @@
+"""All verdicts in one plot: error over tolerance of every quantity, a row for each scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import QUANTITIES, quantity
+from comparisons.judging.verdicts import NO_RESULT
+from comparisons.results.decisions import Verdict, judged_methods, verdicts
+from comparisons.results.store import SceneRecord
+from reports.plots.axes import log_axis
+from reports.plots.figure import Axis, Figure, Guide, Series
+from reports.plots.style import CROSS, INK, Look, Marker, look
+
+LOW, HIGH = 1e-3, 1e3  # of error over tolerance: what lies beyond is an arrow at the edge
+CAPTION = (
+    "Largest |e| over all load steps at equal prescribed load, with its bar u, over the tolerance "
+    "that was asked for; a marker for each quantity. Left of the dotted line with the whole bar: "
+    "within. Arrows: beyond the axis. Crosses: no result."
+)
+MARKERS = (
+    *(Marker("circle", "o"), Marker("square", "s"), Marker("triangle-up", "^")),
+    *(Marker("diamond", "D"), Marker("triangle-down", "v"), Marker("pentagon", "p")),
+    *(Marker("star", "*"), Marker("hexagon", "h"), Marker("cross", "P")),
+)
+UNDER, OVER = Marker("arrow-left", 4), Marker("arrow-right", 5)
+SPREAD = 0.7  # of a row, over which its markers stand
+
+
+def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
+    """Return error over tolerance of the leading method of each scene, or None without scenes."""
+    rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
+    asked = {item.quantity for row in rows for item in row}
+    names = [name for name in QUANTITIES if name in asked]
+    names += sorted(asked.difference(names))
+    if not names:
+        return None
+    ink = look(judged_methods(scenes[0])[0]).colour
+    series: list[Series] = []
+    for place, name in enumerate(names):
+        style = Look(quantity(name).label, ink, MARKERS[place % len(MARKERS)], size=9)
+        items = [
+            (number + _offset(item, row), item)
+            for number, row in enumerate(rows)
+            for item in row
+            if item.quantity == name
+        ]
+        series += _quantity_series(style, items)
+    ticks = tuple((float(number), scene.name) for number, scene in enumerate(scenes))
+    return Figure(
+        "verdicts",
+        "Error over tolerance of all scenes",
+        CAPTION,
+        log_axis("(|e| ± u) / tolerance", (LOW, HIGH), lambda v: fmt.number(v, 1), most=9),
+        Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
+        tuple(series),
+        guides=(Guide(1.0, colour=INK),),
+    )
+
+
+def _offset(item: Verdict, row: Sequence[Verdict]) -> float:
+    return SPREAD * ((row.index(item) + 0.5) / len(row) - 0.5)
+
+
+def _quantity_series(style: Look, items: list[tuple[float, Verdict]]) -> list[Series]:
+    """Return bars, markers, arrows at both edges, and crosses of one quantity."""
+    known = [(height, item) for height, item in items if item.word != NO_RESULT]
+    sizes = np.array([abs(item.error) / item.tolerance for _, item in known])
+    bars = np.nan_to_num([item.uncertainty / item.tolerance for _, item in known])
+    heights = np.array([height for height, _ in known])
+    hover = tuple(f"{item.text}\n{item.because}: {item.word}" for _, item in known)
+    inside = (sizes > LOW) & (sizes < HIGH)
+    series = [
+        Series(style, np.where(inside, sizes, np.nan), heights, line=False, hover=hover),
+        _bars(style, sizes, bars, heights),
+    ]
+    for marker, edge, beyond in ((UNDER, LOW, sizes <= LOW), (OVER, HIGH, sizes >= HIGH)):
+        drawn = replace(style, label="", marker=marker)
+        series.append(Series(drawn, np.where(beyond, edge, np.nan), heights, line=False))
+    lost = np.array([height for height, item in items if item.word == NO_RESULT])
+    crossed = replace(style, label=f"{style.label}: no result" if len(lost) else "", marker=CROSS)
+    return [*series, Series(crossed, np.full(len(lost), 0.8 * HIGH), lost, line=False)]
+
+
+def _bars(style: Look, sizes: np.ndarray, bars: np.ndarray, heights: np.ndarray) -> Series:
+    """Return the bars as one line with gaps, clipped at the edges."""
+    ends = np.clip([np.maximum(sizes - bars, 0.0), sizes + bars, sizes], LOW, HIGH)
+    ends[2] = np.nan
+    up = np.repeat(heights, 3)
+    return Series(replace(style, label=""), ends.T.ravel(), up, marks=False, width=1.2)
