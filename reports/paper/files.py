@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
 from io import BytesIO
+from itertools import islice
 from pathlib import Path
 
 from comparisons.errors import InputError
@@ -90,7 +91,7 @@ def write_paper(
     return written
 
 
-def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: dict[str, object]) -> None:
+def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: Iterable[str]) -> None:
     """Refuse formats and names of figures that do not exist, all at once."""
     problems = []
     unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
@@ -100,7 +101,7 @@ def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: dict[str,
     for pattern in patterns:
         # A run without results has no figure at all, and what is chosen by default may be missing.
         if pattern not in CHOSEN and not any(fnmatchcase(name, pattern) for name in drawable):
-            known = ", ".join([*drawable][:8])
+            known = ", ".join(islice(drawable, 8))
             problems.append(f"--figures: no figure {pattern!r}; there are {known}, ...")
     if problems:
         raise InputError("\n".join(problems))
