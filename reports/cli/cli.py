@@ -37,6 +37,7 @@ app = App(
     name="roughline",
     help="Is the fast contact model accurate? Compare it with 3-D solvers on the same scene.",
     version_flags=["--version"],
+    help_format="plaintext",
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
 app.command(claims)
@@ -457,3 +458,9 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
     if len(scenes) == 1:
         return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
     return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]
+
+
+for _name in app:
+    if not _name.startswith("-"):
+        # What renders Markdown takes as long to import as all the rest: not for the first help.
+        app[_name].help_format = "markdown"

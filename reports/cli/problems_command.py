@@ -21,7 +21,6 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     """
     from comparisons.errors import InputError
     from comparisons.questions.problems.sheet import builtin_sheets, sheet_of
-    from reports.cli.problem_files import write_problem
     from reports.cli.terminal import print_table
     from reports.tables.problems import problem_list, sheet_table, sheet_text
 
@@ -34,6 +33,8 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     say(sheet_text(sheet))
     print_table(sheet_table(sheet))
     if out is not None:
+        from reports.cli.problem_files import write_problem
+
         for path in write_problem(sheet, out):
             say(path)
     return FINE
@@ -56,7 +57,7 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     from comparisons.questions.problems.entry import read_entry
     from comparisons.questions.problems.sheet import sheet_of
     from reports.cli.terminal import print_table
-    from reports.tables.problems import judged_table, judged_text
+    from reports.tables.entries import judged_table, judged_text
 
     entry = read_entry(file)
     sheet = sheet_of(entry.problem)

@@ -8,7 +8,7 @@ from comparisons.files import write_text
 from comparisons.questions.problems.board import Leaderboard
 from reports.pages.page import render
 from reports.plots.leaderboard import front_plot
-from reports.tables.problems import board_table
+from reports.tables.entries import board_table
 
 
 def write_leaderboard(leaderboard: Leaderboard, path: Path) -> None:
