@@ -117,10 +117,12 @@ def test_the_packages_carry_their_types():
         assert (ROOT / package / "py.typed").exists()
 
 
-HEAVY = {"numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
+HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
 
 
-@pytest.mark.parametrize("what", ["--help", "list", "list scenes", "list claims", "list methods"])
+@pytest.mark.parametrize(
+    "what", ["--help", "list", "list scenes", "list claims", "list methods", "problems"]
+)
 def test_nothing_heavy_is_imported_for_a_list(what):
     """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
     code = f"import sys; from reports.cli.cli import run_command; run_command({what.split()!r})"

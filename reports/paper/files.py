@@ -119,8 +119,8 @@ def _drawable(study: StudyRecord) -> dict[str, tuple[str, str, Draw]]:
             name = file_name(scene.name, "overview")
             drawable[name] = (scene.name, _overview_caption(scene), partial(overview, scene))
         for name, panel in drawn.items():
-            words = f"{scene.title or scene.name}: {panel.title}. {panel.caption}"
-            every[file_name(scene.name, name)] = (scene.name, words, _single(panel))
+            text = f"{scene.title or scene.name}: {panel.title}. {panel.caption}"
+            every[file_name(scene.name, name)] = (scene.name, text, _single(panel))
     return drawable | every
 
 

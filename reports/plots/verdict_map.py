@@ -34,9 +34,9 @@ SPREAD = 0.7  # of a row, over which its markers stand
 def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     """Return error over tolerance of the leading method of each scene, or None without scenes."""
     rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
-    asked = {item.quantity for row in rows for item in row}
-    names = [name for name in QUANTITIES if name in asked]
-    names += sorted(asked.difference(names))
+    compared = {item.quantity for row in rows for item in row}
+    names = [name for name in QUANTITIES if name in compared]
+    names += sorted(compared.difference(names))
     if not names:
         return None
     ink = look(judged_methods(scenes[0])[0]).colour

@@ -881,24 +881,3 @@ def test_what_cannot_be_compared_is_told_at_once(roughline, ball):
     assert nothing.code == 2
     assert "no results of roughline here" in nothing.err
     assert not Path("roughline-results").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "spared"),
-    [
-        (["--help"], {"numpy", "pydantic", "markdown_it"}),
-        (["list", "scenes"], {"scipy", "pandas", "numba"}),
-        (["problems"], {"scipy", "pandas", "numba"}),
-    ],
-)
-def test_light_commands_import_nothing_heavy(arguments, spared):
-    """What is looked up between two thoughts must not load the solvers (three seconds)."""
-    code = (
-        "import sys\nfrom reports.cli.cli import run_command\n"
-        f"code = run_command({arguments!r})\n"
-        f"sys.exit(' '.join(sorted({spared!r} & sys.modules.keys())) or code)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False
-    )
-    assert (done.returncode, done.stderr) == (0, "")
