@@ -1,12 +1,13 @@
 """Make the tables of docs/rolling.md: creep coefficients, creep curves, grids and their cost.
 
 Run from the repository's root (three minutes on one core); the tables between the markers of the
-page are written anew::
+page are written anew, all or those that are named::
 
-    python docs/examples/rolling_tables.py
+    python docs/examples/rolling_tables.py grids cylinder elements inertia coefficients curve
 """
 
 # %%
+import sys
 import time
 from pathlib import Path
 
@@ -19,12 +20,18 @@ from reduced.loads import Load
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
+from reference.closed_form.carter import Carter
+from reference.fem import Material
+from reference.fem.columns import ELEMENTS
+from reference.fem.shear_body import ShearBody
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
 from reference.halfspace.traction import NormalAndTangential
-from reference.rolling.coefficients import creep_coefficients
+from reference.rolling.coefficients import creep_coefficients, on_grid
 from reference.rolling.contact import Creep, roll
+from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
+from reference.rolling.tractions import Rolling
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rolling.md"
@@ -84,6 +91,70 @@ def coefficients() -> list[list[str]]:
     return rows
 
 
+def elements() -> list[list[str]]:
+    """C11 and C22 of finite elements against cells of the half-space of the same size."""
+    rows = [["ν", "element", *(f"{c}, N = {n}" for n in (6, 8, 11) for c in ("C11", "C22"))]]
+    for nu in (0.0, 0.25, 0.5):
+        compliance, material = Compliance.of(1.0, nu), Material(2 * (1 + nu), nu)
+        for element in ELEMENTS:
+            row = [f"{nu:g}", element]
+            for count in (6, 8, 11):
+                cells = on_grid(
+                    lambda s, h, c=compliance: NormalAndTangential(s, (h, h), c), 1.0, count
+                )
+                mesh = on_grid(
+                    lambda s, h, m=material, e=element: ShearBody(s, (h, h), m, element=e),
+                    1.0,
+                    count,
+                )
+                row += [f"{100 * error:+.2f} %" for error in mesh / cells - 1]
+            rows.append(row)
+    return rows
+
+
+def inertia() -> list[list[str]]:
+    """C11 and C22 of a circle over rho V^2/G at nu = 1/4, against those at rest."""
+    rows = [["ρV²/G", "C11", "C22", "steel, G = 80 GPa", "rubber, G = 1 MPa"]]
+    material, values = Material(2.5, 0.25), (0.0, 0.01, 0.1, 0.3, 0.5)
+
+    def coefficients_at(share: float) -> np.ndarray:
+        return on_grid(lambda s, h: ShearBody(s, (h, h), material, inertia=share), 1.0, 8)
+
+    still = coefficients_at(0.0)
+    for value in values[1:]:
+        errors = coefficients_at(value) / still - 1
+        speeds = [np.sqrt(value * g / density) for g, density in ((80e9, 7850), (1e6, 1000))]
+        row = [f"{value:g}", *(f"{100 * error:+.1f} %" for error in errors)]
+        rows.append(row + [f"{speed:.2g} m/s" for speed in speeds])
+    return rows
+
+
+def cylinder() -> list[list[str]]:
+    """Traction of a cylinder against Carter's: cells, elements of plane strain, with inertia."""
+    rows = [["cells per half width", "half-space", "elements", "ρV²/G = 0.1", "0.5"]]
+    for count in (10, 20, 40, 80):
+        row = [str(count)]
+        for share in (None, 0.0, 0.1, 0.5):
+            errors = [carter_error(count, traction, share) for traction in (0.2, 0.5, 0.9)]
+            row.append(f"{100 * max(errors, key=abs):+.2f} %")
+        rows.append(row)
+    return rows
+
+
+def carter_error(count: int, traction: float, share: float | None, nu: float = 0.25) -> float:
+    """Return the relative error of F_x/(mu F) on cells, or on elements of some inertia."""
+    contact, compliance = Carter(1.0, 100.0, MU), Compliance.of(1.0, nu)
+    x = (np.arange(-count, count + 1) + 0.5) / count
+    bound = MU * hertz(x, 1.0, np.pi * compliance.effective_modulus / 400)[:, None]
+    creep = np.zeros((2, x.size, 1))
+    creep[0] = contact.creep(traction) * (moving_compliance(nu, share) if share else 1.0)
+    surface = PlaneSurface(x.size, 1 / count, compliance)
+    if share is not None:
+        surface = PlaneElements(x.size, 1 / count, compliance, nu, inertia=share)
+    answer = Rolling(surface, bound).at(creep).traction
+    return float(answer[0].sum() / bound.sum()) / traction - 1
+
+
 def curve() -> list[list[str]]:
     """Tractions of all methods over the creep, and their errors."""
     rows = [["ξ", "half-space", "springs", "matched", "FASTSIM", "linear"]]
@@ -110,7 +181,14 @@ def curve() -> list[list[str]]:
 
 
 # %%
-TABLES = {"grids": grids, "coefficients": coefficients, "curve": curve}
+TABLES = {
+    "grids": grids,
+    "cylinder": cylinder,
+    "elements": elements,
+    "inertia": inertia,
+    "coefficients": coefficients,
+    "curve": curve,
+}
 
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -98,35 +98,61 @@ class ShearBody(NormalAndTangential):
 
     def free_coefficients(self) -> Transfer:
         """Displacements by tractions on a cell, at offsets from zero on."""
+        nx, ny = self.shape
         cells = super().free_coefficients()
-        phases = (
-            2 * np.pi * fft.fftfreq(self.period[0])[:, None],
-            2 * np.pi * fft.rfftfreq(self.period[1])[None, :],
+        more = beyond_cells(
+            self.period, self.spacing, self.material, element=self.element, inertia=self.inertia
         )
-        sides = [n * side for n, side in zip(self.period, self.spacing, strict=True)]
-        layers = Layers([_DEPTH * max(sides)], [self.material])
-        elements = tensor(phases, self.spacing, layers, element=self.element, inertia=self.inertia)
-        # of the gauge i u_x, i u_y, u_z
-        columns = Transfer(elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2])
-        more = [
-            self._nearby(ours, theirs, turned)
-            for ours, theirs, turned in zip(
-                columns, _cells(self.period, self.spacing, self.compliance), _TURNED, strict=True
-            )
-        ]
-        return Transfer(*(base + nearby for base, nearby in zip(cells, more, strict=True)))
+        return Transfer(*(base + field[:nx, :ny] for base, field in zip(cells, more, strict=True)))
 
-    def _nearby(self, elements: Array, cells: Array, turned: bool) -> Array:
-        """Return what elements add, at offsets from zero on; odd ones have imaginary modes."""
-        difference = (elements - cells).astype(complex)
+
+def beyond_cells(
+    period: tuple[int, int],
+    spacing: tuple[float, float],
+    material: Material,
+    *,
+    element: Element,
+    inertia: float,
+) -> Transfer:
+    """Return displacements of elements less those of the half-space, by tractions on a cell.
+
+    Parameters
+    ----------
+    period : (int, int)
+        Cells to the next images of load and displacement. One across: tractions that do not vary
+        with y, plane strain.
+    spacing, material, element, inertia
+        As for `ShearBody`.
+
+    Returns
+    -------
+    Transfer
+        Fields of the shape of the period, at offsets modulo it, up to constants.
+    """
+    nu = material.poisson_ratio
+    compliance = Compliance.of(material.youngs_modulus / (2 * (1 + nu)), nu)
+    phases = (
+        2 * np.pi * fft.fftfreq(period[0])[:, None],
+        2 * np.pi * fft.rfftfreq(period[1])[None, :],
+    )
+    sides = [n * side for n, side in zip(period, spacing, strict=True)]
+    layers = Layers([_DEPTH * max(sides)], [material])
+    elements = tensor(phases, spacing, layers, element=element, inertia=inertia)
+    # of the gauge i u_x, i u_y, u_z
+    columns = Transfer(elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2])
+    fields = []
+    for ours, theirs, turned in zip(
+        columns, _cells(period, spacing, compliance), _TURNED, strict=True
+    ):
+        difference = (ours - theirs).astype(complex)
         difference[0, 0] = 0.0
         if turned:
             difference *= 1j
-        field: Array = fft.irfft2(difference, self.period, workers=1)
-        return field[: self.shape[0], : self.shape[1]]
+        fields.append(fft.irfft2(difference, period, workers=1))
+    return Transfer(*fields)
 
 
-# Which of the components are odd in one coordinate only.
+# Which of the components are odd in one coordinate only, of imaginary modes.
 _TURNED = (False, False, False, True, True)
 
 

@@ -4,6 +4,14 @@ Loads per length of the roller. A line force displaces the surface by a logarith
 Johnson 1985, eqs. (2.19), (2.29)), whose datum has no meaning and drops out of every difference:
 
     u_x = -Q c1/pi ln|x|,   c1 = (1 - nu)/G;    antiplane: u_y = -Q_y/(pi G) ln|x|.
+
+Finite elements of plane strain take its place in `PlaneElements`, at rest or, with inertia, flowing
+through their mesh at a speed V. For the continuum that is a factor of the compliance,
+
+    alpha_s (1 - alpha_s^2)/(4 alpha_d alpha_s - (1 + alpha_s^2)^2) / (1 - nu),
+    alpha^2 = 1 - V^2/c^2 of shear and of pressure waves
+
+(L. B. Freund, Dynamic Fracture Mechanics, 1990, sec. 4.3): `moving_compliance`.
 """
 
 from __future__ import annotations
@@ -12,11 +20,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import fft
 
 from reference.arguments import count_faults, positive_faults, refuse
+from reference.fem.columns import Element
+from reference.fem.elasticity import Material
+from reference.fem.shear_body import beyond_cells
 from reference.halfspace.cerruti import Compliance
 
 Array = NDArray[np.float64]
+
+# Cells of a period over those of the grid, and at least: elements differ from the half-space within
+# some cells only, but with inertia everywhere.
+_APART, _APART_MOVING, _LEAST = 1, 16, 64
 
 
 @dataclass(frozen=True)
@@ -68,6 +84,52 @@ class PlaneSurface:
             -(c1 + c2) / np.pi * logarithm,
         )
         return table
+
+
+@dataclass(frozen=True)
+class PlaneElements(PlaneSurface):
+    """Finite elements of plane strain below the same cells.
+
+    Parameters
+    ----------
+    poisson_ratio : float
+        Of the material of `compliance`.
+    element : {"linear", "splines"}
+        See `fem.columns`.
+    inertia : float
+        rho V^2/G.
+    """
+
+    poisson_ratio: float
+    element: Element = "splines"
+    inertia: float = 0.0
+
+    def shear_coefficients(self) -> Array:
+        """Return the displacement at all offsets, as `tractions.Surface` asks for."""
+        nu = self.poisson_ratio
+        material = Material(2 * (1 + nu) * (1 - nu) / self.compliance.normal, nu)
+        apart = _APART_MOVING if self.inertia else _APART
+        period = 2 * fft.next_fast_len(max(apart * self.cells, _LEAST), real=True), 1
+        more = beyond_cells(
+            period, (self.width,) * 2, material, element=self.element, inertia=self.inertia
+        )
+        table = super().shear_coefficients()
+        places = np.minimum(np.arange(2 * self.cells), 2 * self.cells - np.arange(2 * self.cells))
+        table[0, :, 0] += more.xx[places, 0]
+        table[1, :, 0] += more.yy[places, 0]
+        return table
+
+
+def moving_compliance(poisson_ratio: float, inertia: float) -> float:
+    """Return the compliance of tangential loads that move, over that at rest; rho V^2/G < 0.76.
+
+    >>> round(moving_compliance(0.25, 1e-4), 4), moving_compliance(0.25, 0.3) > 1.1
+    (1.0001, True)
+    """
+    shear = np.sqrt(1 - inertia)
+    pressure = np.sqrt(1 - inertia * (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio)))
+    rayleigh = 4 * pressure * shear - (1 + shear**2) ** 2
+    return float(shear * inertia / rayleigh / (1 - poisson_ratio))
 
 
 def hertz(x: ArrayLike, half_width: float, force: float) -> Array:

@@ -18,14 +18,16 @@ from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
 from reference.rolling.contact import Creep, roll
-from reference.rolling.plane import PlaneSurface, hertz
+from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
 from reference.rolling.tractions import Rolling
 from reference.rolling.transient import pressed, roll_on
 
-# Kalker's printed coefficients have three digits, of which the last is uncertain at a/b = 2 and in
-# C11 of long contacts (0.9 % there); elsewhere our extrapolated ones agree within 0.3 %.
-PRINTED = 0.01
+# Kalker's printed coefficients have three digits, of which the last is uncertain; C11 of the
+# shortest contact at nu = 1/2 is 0.8 % below that of the half-space, all others agree within 0.3 %;
+# 0.1 % are left to our coarse grids.
+PRINTED = 0.004
+MISPRINTED = (0.5, 0.5)
 
 
 def ball(cells, nu=0.5, friction=0.3, coupled=False, ahead=1):
@@ -45,9 +47,11 @@ def hertz_force(nu):
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.5])
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_creep_coefficients_are_kalkers(nu, ratio):
-    assert_allclose(
-        creep_coefficients(nu, ratio, (6, 8, 11)).limit, kalker(ratio, nu), rtol=PRINTED
-    )
+    along, across = creep_coefficients(nu, ratio, (6, 8, 11)).limit
+    known = kalker(ratio, nu)
+    loose = 2.5 * PRINTED if (nu, ratio) == MISPRINTED else PRINTED
+    assert_allclose(along, known[0], rtol=loose)
+    assert_allclose(across, known[1], rtol=PRINTED)
 
 
 @pytest.mark.slow
@@ -55,26 +59,40 @@ def test_creep_coefficients_are_kalkers(nu, ratio):
     ("nu", "known"), [(0, (3.407, 3.407)), (0.25, (4.126, 3.681)), (0.5, (5.221, 3.996))]
 )
 def test_creep_coefficients_of_a_circle_by_extrapolation(nu, known):
-    """Within 0.5 % of values extrapolated from grids by another program."""
+    """Within 0.5 % of values extrapolated from square cells by another program."""
     assert_allclose(creep_coefficients(nu, 1.0).limit, known, rtol=5e-3)
 
 
-def test_creep_coefficients_converge_with_the_cells():
-    study = creep_coefficients(0.25, 1.0, (4, 8, 16))
-    error = study.values - np.array(kalker(1.0, 0.25))
-    order = np.log2(error[0] / error[2]) / 2
-    assert (order > 0.7).all()
-    assert (study.uncertainty < 0.02 * study.limit).all()
+@pytest.mark.parametrize("ratio", [0.5, 2.0])
+def test_strips_have_the_limit_of_square_cells(ratio):
+    """Square cells, of first order and with steps along the outline, are within 0.7 % on 22."""
+    compliance = Compliance.of(1.0, 0.5)
+    counts = np.array([6, 8, 11])
+    values = [
+        on_grid(lambda s, h: NormalAndTangential(s, (h, h), compliance), ratio, int(count))
+        for count in counts
+    ]
+    line = np.polyfit(1 / counts, np.array(values), 1)[1]
+    assert_allclose(creep_coefficients(0.5, ratio, (5, 6, 8)).limit, line, rtol=1e-2)
 
 
-def test_grids_that_agree_on_a_line_have_no_uncertainty():
-    values = np.array([[5.0, 1.0]]) + np.array([[1.0, -1.0]]) / np.array([[8.0], [16], [32]])
+def test_creep_coefficients_converge_faster_than_the_cells_shrink():
+    """Of an order between the 3/2 of the ends of strips and 2; the bar of coarse grids holds."""
+    coarse, fine = (creep_coefficients(0.25, 2.0, grids) for grids in ((4, 5, 6), (8, 9, 12)))
+    errors = [study.values[0] - fine.limit for study in (coarse, fine)]
+    assert (np.log2(errors[0] / errors[1]) > 1.5).all()
+    assert (np.abs(coarse.limit - fine.limit) < coarse.uncertainty).all()
+    assert (fine.uncertainty < 3e-3 * fine.limit).all()
+
+
+def test_grids_that_agree_on_a_line_have_no_uncertainty_but_the_last_step():
+    values = np.array([[5.0, 1.0]]) + np.array([[1.0, -1.0]]) / np.array([[8.0], [16], [32]]) ** 2
     study = CreepCoefficients.of((8, 16, 32), values)
     assert_allclose(study.limit, [5.0, 1.0], rtol=1e-12)
-    assert_allclose(study.uncertainty, 0, atol=1e-11)
+    assert_allclose(study.uncertainty, 1 / 32**2, rtol=1e-9)
 
 
-def carter_on_a_grid(cells, traction, nu=0.5):
+def carter_on_a_grid(cells, traction, nu=0.5, surface=PlaneSurface, softer=1.0):
     cylinder = Carter(1.0, 100.0, 0.3)
     side = 1.0 / cells
     x = (np.arange(-cells, cells + 1) + 0.5) * side
@@ -82,11 +100,38 @@ def carter_on_a_grid(cells, traction, nu=0.5):
     # a^2 = 4 F R/(pi E*)
     force = np.pi * compliance.effective_modulus / (4 * 100.0)
     pressure = hertz(x, 1.0, force)[:, None]
-    rolling = Rolling(PlaneSurface(x.size, side, compliance), 0.3 * pressure)
+    rolling = Rolling(surface(x.size, side, compliance), 0.3 * pressure)
     creep = np.zeros((2, x.size, 1))
-    creep[0] = cylinder.creep(traction)
+    creep[0] = softer * cylinder.creep(traction)
     answer = rolling.at(creep)
     return answer, answer.traction[0].sum() / (0.3 * pressure.sum()), x, cylinder
+
+
+@pytest.mark.parametrize("element", ["linear", "splines"])
+@pytest.mark.parametrize("nu", [0.0, 0.25, 0.5])
+def test_cylinder_on_plane_elements_is_that_on_cells_of_their_size(nu, element):
+    """Twenty of either on the half-width, both of first order: 0.3 % apart at most."""
+
+    def elements(*grid):
+        return PlaneElements(*grid, nu, element)
+
+    for traction in (0.2, 0.9):
+        cells = carter_on_a_grid(20, traction, nu)[1]
+        assert_allclose(carter_on_a_grid(20, traction, nu, elements)[1], cells, rtol=3e-3)
+
+
+@pytest.mark.parametrize("inertia", [0.1, 0.5])
+def test_cylinder_on_flowing_elements_is_carters_on_a_softer_half_space(inertia):
+    """A load that moves finds the continuum softer by a closed form.
+
+    Twenty elements err by 0.9 %; at rest they would be 3 to 25 % away.
+    """
+
+    def elements(*grid):
+        return PlaneElements(*grid, 0.25, inertia=inertia)
+
+    softer = moving_compliance(0.25, inertia)
+    assert_allclose(carter_on_a_grid(20, 0.5, 0.25, elements, softer)[1], 0.5, rtol=0.011)
 
 
 @pytest.mark.parametrize("traction", [0.2, 0.5, 0.9])
