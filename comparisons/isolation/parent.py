@@ -14,9 +14,10 @@ The contract
   JSON, never as pickles, and therefore cannot run code in the caller. NaN and infinities are
   refused unless the caller passes ``finite=False`` (solutions mark failed steps with NaN).
 - It runs in a new ``sys.executable`` (no fork, so no inherited threads, locks or compiled code),
-  with one thread for OpenMP, BLAS and Numba, and the working directory and import path of the
-  caller. Standard error is kept for the reason; standard output is discarded. A caller may keep the
-  process under a name for its next call (``reuse``), unless it gave no answer.
+  with one thread for OpenMP, BLAS and Numba, the import path of the caller, and an empty working
+  directory of its own, which goes with it. Standard error is kept for the reason; standard output
+  is discarded. A caller may keep the process under a name for its next call (``reuse``), unless it
+  gave no answer.
 - **Limits**: wall-clock seconds and bytes of resident memory of the process with its children,
   both including start-up and imports. On systems that support it, the address space is also
   limited, to four times the memory plus 8 GiB for the libraries, so that one excessive allocation
@@ -61,6 +62,7 @@ MALFORMED: Final = "malformed"
 # Names of the files that the two processes exchange, and of the JSON part of an answer.
 WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
 DOCUMENT = "json"
+OWN = "own"  # the folder that the work starts in
 ONE_THREAD = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
@@ -190,10 +192,13 @@ class _Process:
         self._holder = tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True)
         self._folder = Path(self._holder.name)
         root = str(Path(__file__).resolve().parents[2])
-        paths = [root, *(path for path in sys.path if path)]
+        paths = [root, *(str(Path(path).absolute()) for path in sys.path if path)]
         environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
         environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
         flags = ["stays"] if stays else []
+        # Whatever the work writes by a bare name is its own, and goes with the process.
+        own = self._folder / OWN
+        own.mkdir()
         with (self._folder / "stderr").open("wb") as errors:
             self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
                 [
@@ -209,6 +214,7 @@ class _Process:
                 stdout=subprocess.DEVNULL,
                 stderr=errors,
                 env=environment,
+                cwd=own,
                 start_new_session=True,  # Ctrl-C in the terminal reaches the parent only
             )
 

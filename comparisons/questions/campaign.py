@@ -23,6 +23,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
+from comparisons.results.crate import describe
 from comparisons.results.folder import Layout, open_folder
 from comparisons.results.header import Header
 from comparisons.results.store import SceneRecord
@@ -143,6 +144,8 @@ class Campaign(ABC, Generic[A, R]):
         seconds = spent + time.perf_counter() - started
         record = self.record(seconds, interrupted=stopped is not None)
         self.save(record)
+        if self.layout is not None:
+            describe(self.directory, self._created, self.command)
         if stopped is not None:
             raise stopped
         return record

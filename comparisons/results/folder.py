@@ -10,6 +10,8 @@ from pathlib import Path
 from comparisons.errors import ResultsError
 
 PAGE = "report.html"
+# What a folder says of itself to archives (`comparisons.results.crate`).
+CRATE, CODEMETA = "ro-crate-metadata.json", "codemeta.json"
 # What tells a folder of one command from those of the others.
 RECORDS = ("study.json", "claims.json", "hard-cases.json", "calibration.csv")
 # Names that jobs give to their files; nothing else in a folder is ours to delete.
@@ -66,7 +68,7 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
         _check_ownership(directory, layout)
     answers = directory / layout.answers
     answers.mkdir(parents=True, exist_ok=True)
-    clear_leftovers(directory, {*layout.tables, layout.record})
+    clear_leftovers(directory, {*layout.tables, layout.record, CRATE, CODEMETA})
     if layout.answers:
         clear_leftovers(answers, ())
         for old in answers.iterdir() if overwrite else ():
@@ -87,7 +89,9 @@ def _check_ownership(directory: Path, layout: Layout) -> None:
     answers = directory / layout.answers
     if layout.answers and answers.is_symlink():
         raise ResultsError(f"{answers}: expected a folder, got a link to another place")
-    foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
+    foreign = [
+        name for name in (*layout.tables, *RECORDS, CRATE, CODEMETA) if (directory / name).exists()
+    ]
     if foreign and layout.record not in foreign:
         raise ResultsError(
             f"{directory} has {', '.join(foreign)} that roughline has not written, or another of "

@@ -31,10 +31,9 @@ def known_text(sheet: Sheet) -> str:
     """Return the tables of a sheet that state its reference."""
     known = computed(sheet)
     if int(sheet.id[-3:]) % 2 == 0:
-        values = {name: part.values for name, part in known.items()}
-        if any(distance_from_rounding(part, SEALED_DIGITS) < CLEAR for part in values.values()):
+        if any(distance_from_rounding(p.values, SEALED_DIGITS) < CLEAR for p in known.values()):
             raise ValueError(f"{sheet.id}: a value lies where {SEALED_DIGITS} digits change")
-        return tomli_w.dumps({"sealed": seal(values, SEALED_DIGITS).model_dump()})
+        return tomli_w.dumps({"sealed": seal(known, SEALED_DIGITS).model_dump()})
     return tomli_w.dumps({"reference": {name: _table(part) for name, part in known.items()}})
 
 

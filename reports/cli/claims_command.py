@@ -13,12 +13,13 @@ from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.workers import ALONE, Workers
 
 FINE, DIFFERS = 0, 1
+DEFAULT_FOLDER = Path("roughline-results")
 
 
 def claims(
     *ids: str,
     full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
-    out: Path = Path("roughline-results/claims"),
+    out: Path | None = None,
     json: Path | None = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     resume: Annotated[bool, Parameter(negative=())] = False,
@@ -36,7 +37,8 @@ def claims(
         Refine the reference until its bar is a fifth of the tolerance, and narrow each range
         further; --quick: wider bars, so that more claims may stay unresolved.
     out
-        Folder for claims.json, the measurements and report.html.
+        Folder for claims.json, the measurements and report.html; default roughline-results/claims,
+        for named claims claims-NAME. There, what this version has measured before is used again.
     json
         Also write the record of the run to this file.
     overwrite
@@ -58,19 +60,26 @@ def claims(
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
+    directory = out or DEFAULT_FOLDER / _folder_name([claim.id for claim in chosen_claims], ids)
     run = ClaimRun(
         chosen_claims,
-        out,
+        directory,
         effort="full" if full else "quick",
         command=shlex.join(["roughline", *sys.argv[1:]]),
         executor=workers.executor(default=2),
-        resume=resume,
+        # Answers are kept under hashes of all that they hang on: none can be taken for another.
+        resume=resume or (out is None and not overwrite),
         overwrite=overwrite,
     )
-    page = out / "report.html"
-    record = watched(run, lambda: write_claims_report(load_claims_record(out), page))
+    page = directory / "report.html"
+    record = watched(run, lambda: write_claims_report(load_claims_record(directory), page))
     write_claims_report(record, page)
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, page)
     return DIFFERS if any(claim.differs for claim in record.claims) else FINE
+
+
+def _folder_name(claims: list[str], named: tuple[str, ...]) -> str:
+    """Return the folder of all claims, which pages of studies look into, or of a few."""
+    return f"claims-{'+'.join(claims)}"[:100] if named else "claims"

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparisons.files import write_atomically, write_text
 from comparisons.geometry.prepare import RoughGeometry, prepare
+from comparisons.questions.problems.entry import BLANK_SOLVER
 from comparisons.questions.problems.sheet import Sheet
 
 
@@ -32,7 +33,7 @@ def blank_entry(sheet: Sheet, steps: int) -> dict[str, Any]:
     return {
         "problem": sheet.id,
         "version": sheet.version,
-        "solver": "name and version",
+        "solver": BLANK_SOLVER,
         "author": "",
         "machine": "",
         "notes": "",

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from comparisons import formatting as fmt
-from comparisons.files import write_text
 from comparisons.questions.calibration_cases import Case, summary
-from reports.pages.page import render
+from reports.pages.page import render, write_page
 from reports.plots.calibration import covered, widths
 from reports.plots.style import look
 from reports.tables import cells
@@ -16,7 +15,7 @@ from reports.tables.table import Table, table
 
 def write_calibration_report(cases: list[Case], command: str, path: Path) -> None:
     """Write both figures and the tables as one HTML file, atomically."""
-    write_text(path, calibration_page(cases, command))
+    write_page(path, calibration_page(cases, command))
 
 
 def calibration_page(cases: list[Case], command: str) -> str:

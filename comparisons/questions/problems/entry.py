@@ -18,6 +18,7 @@ from comparisons.scene.fields import fail
 from comparisons.scene.problems import readable
 
 LARGEST_FILE = 1_000_000
+BLANK_SOLVER = "name and version"  # of an entry that is yet to be filled in
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 Line = Annotated[str, Field(max_length=200)]
 Value = Annotated[float, Field(strict=True)] | None
@@ -128,6 +129,15 @@ def _misfits(entry: Entry, sheets: dict[str, Sheet]) -> list[str]:
     problems = []
     if entry.version != sheet.version:
         problems.append(f"version: expected {sheet.version}, got {entry.version}")
+    if entry.solver == BLANK_SOLVER:
+        problems.append(
+            f"solver: expected the name of a solver, got {BLANK_SOLVER!r}: a blank entry"
+        )
+    if all(value is None for values in entry.values.values() for value in values):
+        problems.append(
+            "values: expected a number for at least one load, got none: a blank entry, or a solver "
+            "that failed at every load, has nothing to be judged"
+        )
     _, loads = prepare(sheet.scene)
     for name, values in entry.values.items():
         if name not in sheet.quantities:

@@ -10,7 +10,7 @@ from comparisons.errors import InputError
 from comparisons.judging.truth import choose_truth
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused
-from comparisons.questions.problems.sheet import Known, Sheet, seal, sheet_of
+from comparisons.questions.problems.sheet import BAR_DIGITS, Known, Sheet, seal, sheet_of
 from comparisons.questions.study import solved_in_memory
 from comparisons.solving.planning import plan_scene
 
@@ -34,8 +34,7 @@ def _unsealed(name: str) -> tuple[tuple[str, Known], ...]:
     sheet = sheet_of(name)
     known = computed(sheet)
     assert sheet.sealed is not None
-    values = {name: part.values for name, part in known.items()}
-    if seal(values, sheet.sealed.digits) != sheet.sealed:
+    if seal(known, sheet.sealed.digits) != sheet.sealed:
         raise InputError(
             f"{sheet.id}: the reference of this roughline is not the sealed one (version "
             f"{sheet.version}): nothing is judged by it"
@@ -64,7 +63,7 @@ def computed(sheet: Sheet) -> dict[str, Known]:
     return {
         name: Known(
             values=_rounded(truth.curves[name], DIGITS),
-            bars=_rounded(truth.bar(name), 2),
+            bars=_rounded(truth.bar(name), BAR_DIGITS),
             lower=_rounded(sides[f"{name}_lower"], DIGITS) if f"{name}_lower" in sides else (),
             upper=_rounded(sides[f"{name}_upper"], DIGITS) if f"{name}_upper" in sides else (),
         )

@@ -26,6 +26,7 @@ from comparisons.scene.toml_files import read_toml
 FOLDER = Path(__file__).with_name("sheets")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]
 Values = tuple[float, ...]
+BAR_DIGITS = 2
 
 
 class _Table(BaseModel):
@@ -42,7 +43,7 @@ class Known(_Table):
 
 
 class Seal(_Table):
-    """The hash of the values of all quantities, rounded to significant digits."""
+    """The hash of the values of all quantities, rounded, and of their bars."""
 
     digits: Annotated[int, Field(ge=2, le=12)]
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -110,17 +111,22 @@ def read_sheet(path: Path) -> Sheet:
     return sheet
 
 
-def seal(values: Mapping[str, Sequence[float]], digits: int) -> Seal:
-    """Return the seal of the values of all quantities.
+def seal(known: Mapping[str, Known], digits: int) -> Seal:
+    """Return the seal of what is known of all quantities: values, and bars, which judge as well.
 
-    >>> seal({"force": [1.00004]}, 4) == seal({"force": [1.00001]}, 4)
+    >>> one, other = (Known(values=(value,), bars=(1e-3,)) for value in (1.00004, 1.00001))
+    >>> seal({"force": one}, 4) == seal({"force": other}, 4)
     True
     """
     lines = [
-        f"{name}: {' '.join(f'{value:.{digits - 1}e}' for value in values[name])}"
-        for name in sorted(values)
+        f"{name}: {_digits(part.values, digits)} bars {_digits(part.bars, BAR_DIGITS)}"
+        for name, part in sorted(known.items())
     ]
     return Seal(digits=digits, sha256=hashlib.sha256("\n".join(lines).encode()).hexdigest())
+
+
+def _digits(values: Sequence[float], digits: int) -> str:
+    return " ".join(f"{value:.{digits - 1}e}" for value in values)
 
 
 def distance_from_rounding(values: Sequence[float], digits: int) -> float:

@@ -44,6 +44,10 @@ def allocates(size):
 def objects():
     return {"a": np.array([object()])}
 
+def writes(name):
+    open(name, "w").close()
+    return {"files": os.listdir(), "folder": os.getcwd()}
+
 def leaves(path):
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     with open(path, "w") as file:
@@ -254,3 +258,13 @@ def test_memory_that_earlier_calls_hold_is_not_held_against_a_later_one(called):
 def test_wrong_calls_are_refused_at_once():
     with pytest.raises(ValueError, match=r"module:function.*seconds.*-1"):
         parent.run("no function", seconds=-1)
+
+
+def test_work_starts_in_an_empty_folder_of_its_own(strange, tmp_path, monkeypatch):
+    """What it writes by a bare name does not land among the caller's files, and goes with it."""
+    monkeypatch.chdir(tmp_path)
+    before = set(tmp_path.iterdir())
+    answer = parent.run(strange + "writes", "left.txt", seconds=60).answer
+    assert answer["files"] == ["left.txt"]
+    assert set(tmp_path.iterdir()) == before
+    assert not os.path.exists(answer["folder"])

@@ -15,14 +15,17 @@ from comparisons.questions.problems import board as boards
 from comparisons.questions.problems import reference
 from comparisons.questions.problems.entry import LARGEST_FILE, Entry, read_entry
 from comparisons.questions.problems.sheet import (
+    Known,
     builtin_sheets,
     distance_from_rounding,
     seal,
     sheet_of,
 )
+from reports.cli.problem_files import blank_entry
 
 SHEETS = builtin_sheets()
 HERTZ = SHEETS["RL-001"]
+GRIDS = {"RL-003", "RL-005"}  # the others are closed forms
 
 
 def stated(**changes):
@@ -57,19 +60,18 @@ def test_the_published_force_is_hertz_and_lies_between_its_bounds():
     assert np.all(force <= np.array(known.upper))
 
 
-@pytest.mark.parametrize("name", ["RL-001", "RL-002", "RL-004", "RL-006"])
+@pytest.mark.parametrize("name", sorted({*SHEETS} - GRIDS))
 def test_references_of_closed_forms_come_out_again(name):
     sheet = SHEETS[name]
     known = reference.computed(sheet)
-    values = {quantity: part.values for quantity, part in known.items()}
     if sheet.sealed:
-        assert seal(values, sheet.sealed.digits) == sheet.sealed
+        assert seal(known, sheet.sealed.digits) == sheet.sealed
     for quantity, published in sheet.reference.items():
-        np.testing.assert_allclose(values[quantity], published.values, rtol=1e-9)
+        np.testing.assert_allclose(known[quantity].values, published.values, rtol=1e-9)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["RL-003", "RL-005"])
+@pytest.mark.parametrize("name", sorted(GRIDS))
 def test_references_of_grids_come_out_again_within_their_bars(name):
     """To a hundredth of the bar: the same grids, other processors."""
     known = reference.computed(SHEETS[name])
@@ -78,20 +80,38 @@ def test_references_of_grids_come_out_again_within_their_bars(name):
         assert np.all(error < 0.01 * np.array(published.bars))
 
 
-def test_a_seal_is_broken_by_a_change_of_the_last_digit():
-    assert seal({"a": [1.0, 2.0]}, 6) != seal({"a": [1.0, 2.00001]}, 6)
-    assert seal({"a": [1.0], "b": [2.0]}, 6) == seal({"b": [2.0], "a": [1.0]}, 6)
+def known(*values, bar=1e-3):
+    return Known(values=values, bars=(bar,) * len(values))
+
+
+def test_a_seal_is_broken_by_a_change_of_the_last_digit_or_of_a_bar():
+    """A wider bar would let everything pass as not resolved: it is sealed, too."""
+    assert seal({"a": known(1.0, 2.0)}, 6) != seal({"a": known(1.0, 2.00001)}, 6)
+    assert seal({"a": known(1.0)}, 6) != seal({"a": known(1.0, bar=1.1e-3)}, 6)
+    one, other = known(1.0), known(2.0)
+    assert seal({"a": one, "b": other}, 6) == seal({"b": other, "a": one}, 6)
     assert distance_from_rounding([1.24999, 3.0], 2) == pytest.approx(8e-6, rel=1e-3)
 
 
 def test_a_broken_seal_judges_nothing(monkeypatch):
     sheet = sheet_of("rl-002")
-    wrong = sheet.model_copy(update={"sealed": seal({"a": [1.0]}, 6)})
+    wrong = sheet.model_copy(update={"sealed": seal({"a": known(1.0)}, 6)})
     monkeypatch.setattr(reference, "sheet_of", lambda _: wrong)
     reference._unsealed.cache_clear()
     with pytest.raises(InputError, match="not the sealed one"):
         reference.reference_of(wrong)
     reference._unsealed.cache_clear()
+
+
+def test_a_blank_entry_is_refused_until_it_is_filled_in(tmp_path):
+    """As `roughline problems RL-001 --out DIR` writes it; a number and a name make it an entry."""
+    blank = blank_entry(HERTZ, 4)
+    with pytest.raises(InputError) as caught:
+        read_entry(written(tmp_path, blank))
+    assert "solver: expected the name of a solver" in str(caught.value)
+    assert "values: expected a number for at least one load" in str(caught.value)
+    blank["solver"], blank["values"]["force"][0] = "mine 1.0", 30.8
+    assert read_entry(written(tmp_path, blank)).values["force"] == (30.8, None, None, None)
 
 
 def test_an_exact_entry_is_within_and_a_missing_quantity_is_no_result():

@@ -881,3 +881,17 @@ def test_what_cannot_be_compared_is_told_at_once(roughline, ball):
     assert nothing.code == 2
     assert "no results of roughline here" in nothing.err
     assert not Path("roughline-results").exists()
+
+
+def test_a_claim_is_tested_again_without_a_word_and_spares_the_folder_of_all(roughline, tmp_path):
+    """In the default folder answers of this version are used again, under hashes of everything."""
+    (tmp_path / "roughline-results/claims").mkdir(parents=True)
+    (tmp_path / "roughline-results/claims/claims.json").write_text("all of them")
+    arguments = ("claims", "friction-law-force", "--workers", "1")
+    first = roughline(*arguments)
+    again = roughline(*arguments)
+    assert (first.code, again.code) == (0, 0)
+    record = tmp_path / "roughline-results/claims-friction-law-force/claims.json"
+    assert len(json.loads(record.read_text())["claims"]) == 1
+    assert (tmp_path / "roughline-results/claims/claims.json").read_text() == "all of them"
+    assert roughline(*arguments, "--out", str(record.parent)).code == 2
