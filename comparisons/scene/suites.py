@@ -14,7 +14,7 @@ PHYSICS = (
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
     *("friction-rubber", "friction-steel", "friction-rough"),
     *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
-    *("sliding-ball", "sliding-rough", "rolling-ball"),
+    *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber"),
 )
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),

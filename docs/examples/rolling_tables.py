@@ -3,7 +3,7 @@
 Run from the repository's root (three minutes on one core); the tables between the markers of the
 page are written anew, all or those that are named::
 
-    python docs/examples/rolling_tables.py grids cylinder elements inertia coefficients curve
+    python docs/examples/rolling_tables.py grids cylinder elements inertia coefficients curve rubber
 """
 
 # %%
@@ -21,6 +21,7 @@ from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form.carter import Carter
+from reference.closed_form.rolling_rubber import RubberCylinder
 from reference.fem import Material
 from reference.fem.columns import ELEMENTS
 from reference.fem.shear_body import ShearBody
@@ -32,6 +33,9 @@ from reference.rolling.contact import Creep, roll
 from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
 from reference.rolling.tractions import Rolling
+from reference.sliding.contact import solve as slide
+from reference.sliding.operators import TravellingPlane
+from reference.viscoelastic.materials import GeneralisedMaxwell
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rolling.md"
@@ -73,6 +77,30 @@ def grids() -> list[list[str]]:
     limit = np.polyfit(1 / np.array(counts[2:]), np.array(answers[2:]), 1)[1]
     rows.append(["limit", *(f"{value:.4f}" for value in limit), ""])
     return rows
+
+
+def rubber() -> list[list[str]]:
+    """Return the rolling resistance of a cylinder by Hunter, and errors on cells."""
+    heads = [f"error, {count} cells" for count in (12, 24, 48)]
+    rows = [["l/h", "middle/h", "F/F at rest", "µ R/l", *heads, "µ R/l, Kelvin-Voigt"]]
+    for way in (0.1, 0.3, 1.0, 3.0, 10.0, 100.0):
+        exact = RubberCylinder(1.0, 100.0, way, 0.25, 11.0)
+        kelvin = RubberCylinder(1.0, 100.0, way, 0.25, np.inf)
+        errors = [hunter_error(exact, count) for count in (12, 24, 48)]
+        row = [f"{way:g}", f"{exact.middle:.3f}", f"{exact.force * 400 / np.pi:.3f}"]
+        row += [f"{exact.resistance * 100 / way:.4f}", *(f"{100 * e:+.3f} %" for e in errors)]
+        rows.append([*row, f"{kelvin.resistance * 100 / way:.4f}"])
+    return rows
+
+
+def hunter_error(exact: RubberCylinder, count: int) -> float:
+    """Return the error of the resistance on cells of a standard solid."""
+    x = exact.middle + (np.arange(3 * count)[:, None] + 0.5) / count - 1.5
+    solid = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
+    strips = TravellingPlane(3 * count, 1 / count, solid, exact.way)
+    force = reference_loads.Load("force", exact.force)
+    contact = slide(strips, x**2 / 200, force, slope=x / 100)
+    return contact.friction_coefficient / exact.resistance - 1
 
 
 def coefficients() -> list[list[str]]:
@@ -187,6 +215,7 @@ TABLES = {
     "elements": elements,
     "inertia": inertia,
     "coefficients": coefficients,
+    "rubber": rubber,
     "curve": curve,
 }
 

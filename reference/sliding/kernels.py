@@ -13,6 +13,8 @@ contact: Johnson 1985, 9.5; Carbone & Putignano, J. Mech. Phys. Solids 61 (2013)
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,30 +61,60 @@ def travelling(
     >>> bool(np.isclose(slow[1, 0], np.log(1 + np.sqrt(2)) / np.pi))
     True
     """
-    nx, ny = shape
+    across = np.arange(shape[1])[None, :]
+
+    def elastic(offsets: Array) -> Array:
+        return kernels.love(offsets, across, spacing, 1.0)
+
+    return _remembered(elastic, shape[0], material, speed / spacing[0])
+
+
+def travelling_plane(cells: int, width: float, material: GeneralisedMaxwell, speed: float) -> Array:
+    """Return the same of strips of infinite length, shape (2 cells - 1, 1): plane strain.
+
+    A line force displaces the surface by -2/(pi E*) ln|x| (Johnson 1985, eq. 2.19), up to a
+    constant, chosen so that the surface is pressed in within a hundred grids, and as many ways that
+    the slowest of the modes remembers.
+    """
+    remembered = speed / width * max(material.creep_modes.times, default=0.0)
+    far = np.log(100 * (cells + remembered))
+
+    def elastic(offsets: Array) -> Array:
+        ends = offsets + 0.5, offsets - 0.5
+        logarithms = [
+            np.where(x == 0, 0.0, x * np.log(np.where(x == 0, 1.0, abs(x)))) for x in ends
+        ]
+        return 2 * width / np.pi * (1 + far - (logarithms[0] - logarithms[1]))
+
+    return _remembered(elastic, cells, material, speed / width)
+
+
+def _remembered(
+    elastic: Callable[[Array], Array], nx: int, material: GeneralisedMaxwell, speed: float
+) -> Array:
+    """Return the displacement with all creep modes; `elastic` at offsets along x, E* = 1.
+
+    The speed is in cells per time.
+    """
     modes = material.creep_modes
-    offsets = np.arange(-(nx - 1), nx)[:, None].astype(float)
-    across = np.arange(ny)[None, :]
-    total = modes.instantaneous * kernels.love(offsets, across, spacing, 1.0)
+    total = modes.instantaneous * elastic(np.arange(-(nx - 1), nx)[:, None].astype(float))
     for compliance, time in zip(modes.compliances, modes.times, strict=True):
-        ahead = speed * time / spacing[0]
-        total = total + compliance * _averaged_ahead(nx, ny, spacing, ahead)
+        total = total + compliance * _averaged_ahead(elastic, nx, speed * time)
     return total / 4
 
 
-def _averaged_ahead(nx: int, ny: int, spacing: tuple[float, float], reach: float) -> Array:
-    """Return Love's coefficient averaged over exp(-s/reach)/reach, s in cells, at all offsets.
+def _averaged_ahead(elastic: Callable[[Array], Array], nx: int, reach: float) -> Array:
+    """Return a coefficient averaged over exp(-s/reach)/reach, s in cells, at all offsets.
 
     A(i) = int_0^1 ... + exp(-1/reach) A(i + 1), from far ahead back to the rear.
     """
     offsets = np.arange(-(nx - 1), nx)[:, None].astype(float)
-    across = np.arange(ny)[None, :]
-    cell = np.zeros((2 * nx - 1, ny))
+    cell = np.zeros_like(elastic(offsets))
     for s, weight in zip(*_measure(_within(reach), reach), strict=True):
-        cell += weight * kernels.love(offsets + s, across, spacing, 1.0)
-    beyond = np.zeros((1, ny))
+        cell += weight * elastic(offsets + s)
+    beyond = np.zeros((1, cell.shape[1]))
     for s, weight in zip(*_measure(_ahead(nx, reach), reach), strict=True):
-        beyond += weight * kernels.love(float(nx) + s, across, spacing, 1.0)
+        beyond += weight * elastic(np.array([[float(nx) + s]]))
     decay, following = np.exp(-1 / reach), beyond[0]
     for i in range(2 * nx - 2, -1, -1):
         following = cell[i] + decay * following

@@ -78,13 +78,17 @@ class Travelling:
         if self.periodic:
             return kernels.periodic(self.shape, self.spacing, self.material, self.speed)
         nx, ny = self.shape
-        values = kernels.travelling(self.shape, self.spacing, self.material, self.speed)
+        values = self._coefficients()
         wrapped = np.zeros(self.padded)
         rows = np.arange(-(nx - 1), nx) % self.padded[0]
         wrapped[rows, :ny] = values
         if ny > 1:
             wrapped[rows, -(ny - 1) :] = values[:, :0:-1]
         return fft.rfft2(wrapped)
+
+    def _coefficients(self) -> Array:
+        """Displacements of the free half-space at all offsets, as `kernels.travelling`."""
+        return kernels.travelling(self.shape, self.spacing, self.material, self.speed)
 
     @cached_property
     def datum(self) -> float:
@@ -107,3 +111,25 @@ class Travelling:
         modes = fft.rfft2(check_pressure(pressure, self.shape), self.padded)
         modes *= self.transfer
         return fft.irfft2(modes, self.padded)[: self.shape[0], : self.shape[1]]
+
+
+class TravellingPlane(Travelling):
+    """The half-space below strips of infinite length: plane strain, forces per length.
+
+    Displacements, and a penetration with them, are known up to a constant only.
+
+    Parameters
+    ----------
+    cells, width
+        Number and side of the cells along x.
+    material, speed
+        As for `Travelling`.
+    """
+
+    def __init__(
+        self, cells: int, width: float, material: GeneralisedMaxwell, speed: float
+    ) -> None:
+        super().__init__((cells, 1), (width, 1.0), material, speed)
+
+    def _coefficients(self) -> Array:
+        return kernels.travelling_plane(self.shape[0], self.spacing[0], self.material, self.speed)

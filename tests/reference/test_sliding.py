@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
+from reference.closed_form.rolling_rubber import RubberCylinder
 from reference.errors import ConvergenceError
 from reference.halfspace import fft
 from reference.halfspace import kernels as elastic
@@ -16,7 +17,7 @@ from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.sliding import kernels
 from reference.sliding.contact import solve
-from reference.sliding.operators import Travelling
+from reference.sliding.operators import Travelling, TravellingPlane
 from reference.sliding.studies import GridStudy, paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -264,3 +265,42 @@ def test_three_grids_that_converge_are_extrapolated():
         assert_allclose(study.estimate, 1.0, rtol=1e-12)
     study = GridStudy.of([1 + h**4 for h in (0.4, 0.2, 0.1)])
     assert abs(study.estimate - 1) < study.uncertainty
+
+
+# --- rolling resistance in the plane ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("way", [0.3, 1.0, 10.0, 100.0])
+def test_cylinder_rolls_on_rubber_as_hunters(way):
+    """Closed form of a standard solid; 24 cells, of second order, err by 1e-4 and less."""
+    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, 11.0)
+    x = cylinder.middle + (np.arange(72)[:, None] + 0.5) / 24 - 1.5
+    contact = solve(
+        TravellingPlane(72, 1 / 24, GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11), way),
+        x**2 / 200,
+        Load("force", cylinder.force),
+        slope=x / 100,
+    )
+    assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=3e-4)
+    assert_allclose(contact.contact_area, 2, rtol=1e-12)  # whole cells
+
+
+def test_cylinder_on_kelvin_and_voigts_solid():
+    """Its pressure fades towards the trailing edge, where cells of no weight are in or out."""
+    cylinder = RubberCylinder(1.0, 100.0, 0.3, 0.25, np.inf)
+    x = cylinder.middle + (np.arange(72)[:, None] + 0.5) / 24 - 1.5
+    strips = TravellingPlane(72, 1 / 24, KELVIN, 0.3)
+    contact = solve(strips, x**2 / 200, Load("force", cylinder.force), slope=x / 100)
+    assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=1e-3)
+
+
+@pytest.mark.parametrize("glassy", [2.0, 11.0, np.inf])
+def test_slow_rolling_loses_what_the_viscosity_loses(glassy):
+    """The coefficient is l J1/((J0 + J1) R), of first order in the speed."""
+    cylinder = RubberCylinder(1.0, 100.0, 1e-4, 0.25, glassy)
+    assert_allclose(cylinder.resistance, 1e-6 * (1 - 1 / glassy), rtol=1e-3)
+
+
+def test_a_solid_without_delay_has_no_closed_form_here():
+    with pytest.raises(ValueError, match="glassy must be above 1"):
+        RubberCylinder(1.0, 1.0, 1.0, 1.0, 1.0)

@@ -19,6 +19,7 @@ from reduced.friction.slide import Friction, tangential_modulus
 from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
 from reference.closed_form.carter import Carter
+from reference.closed_form.rolling_rubber import RubberCylinder
 from reference.fem import Material
 from reference.fem.shear_body import ShearBody
 from reference.halfspace import stick_slip
@@ -30,6 +31,10 @@ from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_c
 from reference.rolling.theories import kalker
 from reference.rolling.tractions import Rolling
 from reference.rolling.transient import pressed, roll_on
+from reference.sliding.contact import SlidingContact
+from reference.sliding.contact import solve as slide
+from reference.sliding.operators import TravellingPlane
+from reference.viscoelastic.materials import GeneralisedMaxwell
 
 _FRICTION = 0.3
 _COEFFICIENTS = ("C11", "C22")
@@ -175,6 +180,34 @@ def _steady(
     return Finding(left[-1], 1e-5, details)
 
 
+def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Finding:
+    """Compare the rolling resistance of a cylinder on rubber, on strips, with Hunter's closed form.
+
+    `way`: rolled in the retardation time, over half the width of the contact. `glassy`: the
+    instantaneous modulus of a standard solid over that at rest.
+    """
+    above("way", way, 0)
+    above("glassy", glassy, 1)
+    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, glassy)
+    rubber = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
+    force = reference_loads.Load("force", cylinder.force)
+
+    def on_strips(cells: int) -> SlidingContact:
+        # the contact moves ahead of the axis; where to is not told to the solver
+        x = cylinder.middle + (np.arange(3 * cells)[:, None] + 0.5) / cells - 1.5
+        body = TravellingPlane(3 * cells, 1 / cells, rubber, way)
+        return slide(body, x**2 / 200, force, slope=x / 100)
+
+    coarse, fine = (on_strips(n) for n in ((12, 24) if effort == "quick" else (24, 48)))
+    errors = [contact.friction_coefficient / cylinder.resistance - 1 for contact in (coarse, fine)]
+    details: dict[str, float | str] = {
+        "M/(F R) times R/way": cylinder.resistance * 100 / way,
+        "half-width over Hunter's": fine.contact_area / 2,
+        "middle of the contact over its half-width": cylinder.middle,
+    }
+    return Finding(errors[1], abs(errors[1] - errors[0]), details)
+
+
 def _rough(
     effort: Effort, *, slope: float = 0.5, share: float = 0.3, points: float = 48, runs: float = 8
 ) -> Finding:
@@ -261,6 +294,13 @@ EXPERIMENTS = (
         "way rolled over the contact radius",
         "way",
         _steady,
+    ),
+    experiment(
+        "rolling-resistance",
+        "Rolling resistance of a cylinder on rubber against Hunter's closed form",
+        "way in the retardation time over half the contact",
+        "way",
+        _rubber,
     ),
     experiment(
         "rolling-rough",
