@@ -26,7 +26,17 @@ from reports.pages.judging import judging
 from reports.pages.page import render, write_page
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, errors, load_slider, model, overview, pressure, slip, speed
+from reports.plots import (
+    curves,
+    errors,
+    failure,
+    load_slider,
+    model,
+    overview,
+    pressure,
+    slip,
+    speed,
+)
 from reports.plots.figure import Figure
 from reports.plots.style import look
 from reports.tables import scene as tables
@@ -180,7 +190,9 @@ def _with_picture(view: SceneView, picture: pictures.Picture) -> SceneView:
 def _view(scene: SceneRecord, anchor: str) -> SceneView:
     judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
     decided = next(iter(judged.values()))
-    reduced = model.reduced_picture(scene)
+    failing = failure.failure_view(scene)
+    # The line stands beside its surface where there is one.
+    reduced = None if failing else model.reduced_picture(scene)
     advice = advise(scene)
     return SceneView(
         record=scene,
@@ -197,6 +209,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
         plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],
+            "failure": failing,
             "curves": curves.curves(scene),
             "errors": errors.errors(scene),
             "pressure": pressure.pressures(scene),

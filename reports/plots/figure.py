@@ -153,7 +153,10 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Map:
-    """Values on a grid, first index along x; NaN is a gap, `highest` ends the colour scale."""
+    """Values on a grid, first index along x; NaN is a gap, `highest` ends the colour scale.
+
+    With `contacts`, the highest values are contacts, in one colour, on heights in grey.
+    """
 
     x: np.ndarray
     y: np.ndarray
@@ -161,6 +164,7 @@ class Map:
     symbol: str = ""
     scale: fmt.Scale = NO_SCALE
     highest: float = 0.0
+    contacts: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,18 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from reports.plots.figure import Axis, Band, Figure, Guide, Level, Map, Series, Stretch
+from reports.plots.style import CONTACT
 
 LARGEST_CODE = 2**16 - 1
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 FEW_TICKS = 6  # of them none need be turned
+# Heights in grey, contacts above them in one colour, which no heights of theirs can have.
+CONTACTS = {
+    "colorscale": [[0, "#303030"], [0.86, "#e0e0e0"], [0.9, CONTACT], [1, CONTACT]],
+    "showscale": False,
+    "hoverinfo": "skip",
+    "hovertemplate": None,
+}
 TOKENS = ("@ink", "@peer", "@truth")  # their light versions are the page's own
 
 
@@ -166,7 +174,7 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
         "hovertemplate": f"{inert(drawn.symbol)} = %{{z:.3g}} {unit}<extra></extra>",
         "zmin": 0,
         "zmax": float(f"{drawn.highest * drawn.scale.factor:.3g}"),
-    }
+    } | (CONTACTS if drawn.contacts else {})
 
 
 def coded_map(values: np.ndarray) -> dict[str, Any]:

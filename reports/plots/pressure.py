@@ -60,14 +60,19 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     maps = [item for item in fields if item.on_a_grid]
     if not maps:
         return []
-    name, level = selection.reference(scene)
-    chosen = next(
-        (item for item in maps if item.method == name and item.resolution == level),
-        min(maps, key=_trusted),
-    )
+    chosen = leading_map(scene, maps)
     # A single line would only repeat a column of the map beside it.
     cuts = [_cut(fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
     return [_map(chosen, loads), *cuts]
+
+
+def leading_map(scene: SceneRecord, maps: list[Field]) -> Field:
+    """Return the field of the reference, else of the most trusted method."""
+    name, level = selection.reference(scene)
+    return next(
+        (item for item in maps if item.method == name and item.resolution == level),
+        min(maps, key=_trusted),
+    )
 
 
 def _trusted(item: Field) -> tuple[bool, bool]:
@@ -102,7 +107,7 @@ def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | No
     return Field(method, level, x, y, p, _shape(stored, len(p)), "heights" in stored)
 
 
-def _at_loads(item: Field, loads: SliderSteps) -> list[Field | None]:
+def at_loads(item: Field, loads: SliderSteps) -> list[Field | None]:
     """Return the field at every load of the slider, None for loads not stored."""
     return [item.earlier.get(step) for step in loads.steps[:-1]] + [item]
 
@@ -133,7 +138,7 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
 
 def _radial(fields: list[Field], radius: float, mean: float, loads: SliderSteps) -> Figure:
     curves = [
-        [_scaled(at_load, radius, mean) for at_load in _at_loads(item, loads)] for item in fields
+        [_scaled(at_load, radius, mean) for at_load in at_loads(item, loads)] for item in fields
     ]
     highest = max(float(np.nanmax(p, initial=0.0)) for curve in curves for _, p in curve)
     caption = (
@@ -221,7 +226,7 @@ def _window(touched: np.ndarray) -> slice:
     return slice(max(inside[0] - margin, 0), min(inside[-1] + margin + 1, len(touched)))
 
 
-def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
+def coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
     """Reduce a map to at most 96 pixels per side, each with the maximum of its cells."""
     step = int(np.ceil(max(values.shape) / MOST_PIXELS))
     if step == 1:
@@ -252,11 +257,11 @@ def _map(item: Field, loads: SliderSteps) -> Figure:
         "pressure-map",
         "Contact pressure",
         caption,
-        Axis("x", scale=across, limits=_outer(x)),
-        Axis("y", scale=across, limits=_outer(y)),
+        Axis("x", scale=across, limits=outer(x)),
+        Axis("y", scale=across, limits=outer(y)),
         quantity="pressure",
     )
-    frames = _at_loads(item, loads if item.earlier else NO_STEPS)
+    frames = at_loads(item, loads if item.earlier else NO_STEPS)
     return _moving([replace(figure, map=_filled(empty, frame)) for frame in frames])
 
 
@@ -276,11 +281,11 @@ def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[
         rows, columns = _window(np.any(p > 0, axis=1)), _window(np.any(p > 0, axis=0))
         x, y, p = x[rows], y[columns], p[rows, columns]
     cells = p.shape
-    p, x, y = _coarsened(p, x, y)
+    p, x, y = coarsened(p, x, y)
     return x, y, p, cells
 
 
-def _outer(centres: np.ndarray) -> tuple[float, float]:
+def outer(centres: np.ndarray) -> tuple[float, float]:
     """Return the range between the outer edges of the first and last pixels."""
     half = (centres[-1] - centres[0]) / max(len(centres) - 1, 1) / 2
     return float(centres[0] - half), float(centres[-1] + half)
@@ -301,7 +306,7 @@ def _cut(fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
     extent = np.ptp(chosen.x[chosen.pressure > 0])
     centre = 0.0 if not chosen.rough else float(chosen.x.mean())
     curves = [
-        [_row(at_load, height, extent) for at_load in _at_loads(item, loads)] for item in fields
+        [_row(at_load, height, extent) for at_load in at_loads(item, loads)] for item in fields
     ]
     across = fmt.prefix_for(np.concatenate([curve[-1][0] for curve in curves]), "m")
     highest = max(float(np.max(curve[-1][1])) for curve in curves)

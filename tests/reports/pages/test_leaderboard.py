@@ -77,9 +77,12 @@ def test_an_entry_is_judged_and_the_code_says_how(blank, submit):
     code, said = submit(filled(blank, 1.05))
     assert code == 1
     assert "outside 1 %" in said
-    code, said = submit(blank)
+    partial = filled(blank)
+    partial["values"]["stiffness"] = [None] * 4
+    code, said = submit(partial)
     assert code == 1
     assert "no result" in said
+    assert submit(blank)[0] == 2
 
 
 def test_two_boards_of_the_same_entries_are_the_same_bytes(blank, submit, tmp_path):

@@ -218,7 +218,7 @@ def test_large_maps_keep_their_peaks():
     rng = np.random.default_rng(3)
     values = rng.random((300, 270))
     side = np.arange(300.0), np.arange(270.0)
-    small, x, y = pressure_figures._coarsened(values, *side)
+    small, x, y = pressure_figures.coarsened(values, *side)
     assert max(small.shape) <= pressure_figures.MOST_PIXELS
     assert small.shape == (len(x), len(y))
     assert small.max() == values.max()
