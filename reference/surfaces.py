@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -106,40 +107,55 @@ def self_affine(
     >>> h.shape, round(rms_gradient_spectral(h, (1 / 32, 1 / 32)), 12)
     ((32, 32), 0.1)
     """
-    amplitudes = amplitude_spectrum(points, size, spectrum)
-    shape = amplitudes.shape
+    shape, _ = _grid(points, size)
     key = np.random.SeedSequence(seed, spawn_key=(stream, realisation))
-    phases = np.random.default_rng(key).uniform(0, 2 * np.pi, shape)
-    phases = _odd(phases[:, : shape[1] // 2 + 1], shape)
-    modes = amplitudes[:, : shape[1] // 2 + 1] * np.exp(1j * phases)
-    return fft.irfft2(modes, s=shape, norm="forward", workers=1)
+    random = np.random.default_rng(key)
+    half = shape[1] // 2 + 1
+    modes = np.empty((shape[0], half), dtype=complex)
+    for part in _rows(shape):
+        phases = random.uniform(0, 2 * np.pi, (part.stop - part.start, shape[1]))[:, :half]
+        amplitudes = amplitude_spectrum(points, size, spectrum, part)
+        modes[part] = amplitudes[:, :half] * np.exp(1j * phases)
+    _pair(modes, shape)
+    return fft.irfft2(modes, s=shape, norm="forward", workers=1, overwrite_x=True)
 
 
-def _odd(phases: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Phases of a real FFT with phi(-q) = -phi(q) where both signs of q_x are stored.
+def _pair(modes: NDArray[np.complex128], shape: tuple[int, int]) -> None:
+    """Make modes of a real FFT conjugates where both signs of q_x are stored.
 
     These are the columns q_y = 0 and, on an even grid, q_y at Nyquist.
     """
     half = (shape[0] - 1) // 2
-    phases = phases.copy()
     for column in (0, -1) if shape[1] % 2 == 0 else (0,):
-        phases[shape[0] - half :, column] = -phases[1 : half + 1, column][::-1]
-    return phases
+        modes[shape[0] - half :, column] = modes[1 : half + 1, column][::-1].conj()
+
+
+def _rows(shape: tuple[int, int]) -> list[slice]:
+    """Return rows of a grid in pieces: temporary arrays of a large one would be many times it."""
+    step = max(1, _PIECE // shape[1])
+    return [slice(start, min(start + step, shape[0])) for start in range(0, shape[0], step)]
+
+
+# Modes that are made at once.
+_PIECE = 2**20
 
 
 def amplitude_spectrum(
-    points: int | tuple[int, int], size: float | Pair, spectrum: SelfAffine
+    points: int | tuple[int, int],
+    size: float | Pair,
+    spectrum: SelfAffine,
+    rows: slice = slice(None),
 ) -> NDArray[np.float64]:
     """Amplitudes B(q) = (2 pi/L) sqrt(C2D(q)), (19.23), on the modes of a full 2-D FFT.
 
-    Parameters as for `self_affine`. The power law holds between the roll-off wavelength and the
-    short cutoff, both circular in q (the modes on the cutoff circle are kept); q = 0 and the modes
-    that are their own conjugates at the Nyquist frequency are zero, because their phase cannot be
-    random.
+    Parameters as for `self_affine`, and the rows that are wanted. The power law holds between the
+    roll-off wavelength and the short cutoff, both circular in q (the modes on the cutoff circle are
+    kept); q = 0 and the modes that are their own conjugates at the Nyquist frequency are zero,
+    because their phase cannot be random.
 
     Returns
     -------
-    ndarray, shape (nx, ny)
+    ndarray, shape (nx or those rows, ny)
         Non-negative; sum(B^2) = <h^2> and sum(|q|^2 B^2) = <|grad h|^2>.
 
     Examples
@@ -149,28 +165,53 @@ def amplitude_spectrum(
     (4.0, 4.0)
     """
     shape, lengths = _grid(points, size)
-    spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
-    wavenumber = _wavenumber(shape, spacing)
-    shortest = spectrum.short_cutoff or 2 * max(spacing)
-    # a relative hair on the circle keeps modes that lie on it whatever the units round to
-    inside = (wavenumber > 0) & (wavenumber <= 2 * np.pi / shortest * (1 + 1e-12))
-    inside &= ~_self_conjugate(shape)
-    plateau = 2 * np.pi / spectrum.long_cutoff if spectrum.long_cutoff else 0.0
-    amplitude = np.zeros(shape)
-    # relative to the largest, so that the power law does not see the unit of length
-    relative = np.maximum(wavenumber, plateau) / wavenumber.max()
-    amplitude[inside] = relative[inside] ** (-spectrum.exponent / 2)
-    by_slope = spectrum.rms_slope is not None
-    target, weight = (spectrum.rms_slope, wavenumber) if by_slope else (spectrum.rms_height, 1.0)
-    present = np.sqrt(((weight * amplitude) ** 2).sum())
+    factor = _amplitude_factor(shape, lengths, spectrum)
+    amplitudes, _ = _relative_amplitudes(shape, lengths, spectrum, rows)
+    return amplitudes * factor
+
+
+def _shortest(shape: tuple[int, int], lengths: Pair, spectrum: SelfAffine) -> float:
+    return spectrum.short_cutoff or 2 * max(lengths[0] / shape[0], lengths[1] / shape[1])
+
+
+@lru_cache(maxsize=8)
+def _amplitude_factor(shape: tuple[int, int], lengths: Pair, spectrum: SelfAffine) -> float:
+    """Return what gives relative amplitudes the rms slope or height of the spectrum."""
+    present = 0.0
+    for part in _rows(shape):
+        amplitude, wavenumber = _relative_amplitudes(shape, lengths, spectrum, part)
+        weight = wavenumber if spectrum.rms_slope is not None else 1.0
+        present += float(((weight * amplitude) ** 2).sum())
     if present == 0:
+        shortest = _shortest(shape, lengths, spectrum)
         raise ValueError(
             f"no mode of a {shape[0]} x {shape[1]} grid lies below the short cutoff {shortest!r}"
         )
-    return amplitude * (target / present)
+    target = spectrum.rms_height if spectrum.rms_slope is None else spectrum.rms_slope
+    return float(target / np.sqrt(present))
 
 
-def refine(height: ArrayLike, factor: int) -> NDArray[np.float64]:
+def _relative_amplitudes(
+    shape: tuple[int, int], lengths: Pair, spectrum: SelfAffine, part: slice
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return amplitudes of some rows of modes in an unit of their own, and their wavenumbers."""
+    spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
+    waves = [2 * np.pi * fft.fftfreq(n, step) for n, step in zip(shape, spacing, strict=True)]
+    wavenumber = np.hypot(waves[0][part, None], waves[1][None, :])
+    # a relative hair on the circle keeps modes that lie on it whatever the units round to
+    shortest = _shortest(shape, lengths, spectrum)
+    inside = (wavenumber > 0) & (wavenumber <= 2 * np.pi / shortest * (1 + 1e-12))
+    inside &= ~_self_conjugate(shape, part)
+    plateau = 2 * np.pi / spectrum.long_cutoff if spectrum.long_cutoff else 0.0
+    amplitude = np.zeros(wavenumber.shape)
+    # relative to the largest, so that the power law does not see the unit of length
+    largest = np.hypot(*(np.abs(along).max() for along in waves))
+    relative = np.maximum(wavenumber[inside], plateau) / largest
+    amplitude[inside] = relative ** (-spectrum.exponent / 2)
+    return amplitude, wavenumber
+
+
+def refine(height: ArrayLike, factor: int, axes: tuple[int, ...] = (0, 1)) -> NDArray[np.float64]:
     """Fourier interpolation of a periodic map onto a grid `factor` times finer.
 
     The map is the band-limited function through its points; the values at the original points are
@@ -184,7 +225,7 @@ def refine(height: ArrayLike, factor: int) -> NDArray[np.float64]:
     >>> bool(np.allclose(fine[:, 0], np.cos(2 * np.pi * np.arange(24) / 24)))
     True
     """
-    return _refined(height, factor, 0.0)
+    return _refined(height, factor, 0.0, axes)
 
 
 def subdivide(height: ArrayLike, factor: int) -> NDArray[np.float64]:
@@ -201,17 +242,19 @@ def subdivide(height: ArrayLike, factor: int) -> NDArray[np.float64]:
     >>> bool(np.allclose(fine[:, 0], np.cos(2 * np.pi * (np.arange(16) - 0.5) / 16)))
     True
     """
-    return _refined(height, factor, (1 / factor - 1) / 2 if factor else 0.0)
+    return _refined(height, factor, (1 / factor - 1) / 2 if factor else 0.0, (0, 1))
 
 
-def _refined(height: ArrayLike, factor: int, start: float) -> NDArray[np.float64]:
+def _refined(
+    height: ArrayLike, factor: int, start: float, axes: tuple[int, ...]
+) -> NDArray[np.float64]:
     """Return a map on a finer grid whose first point lies `start` of a cell from the map's."""
     height = np.asarray(height, dtype=float)
     if height.ndim != 2 or not np.isfinite(height).all():
         raise ValueError(f"height must be a finite 2-D map, not of shape {height.shape}")
     if int(factor) != factor or factor < 1:
         raise ValueError(f"factor must be a positive integer, not {factor!r}")
-    for axis in (0, 1):
+    for axis in axes:
         height = _refine_axis(height, int(factor), start, axis)
     return height
 
@@ -246,13 +289,29 @@ def highest(height: ArrayLike) -> float:
     2.0
     """
     height = np.asarray(height, dtype=float)
-    fine = refine(height, 2)
-    nearby = [np.roll(fine, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    peaks = np.flatnonzero((fine >= np.max(nearby, axis=0)).ravel())
-    starts = peaks[np.argsort(fine.ravel()[peaks])[-_STARTS:]]
-    places = np.column_stack(np.unravel_index(starts, fine.shape)) / fine.shape
+    values, places = _peaks(height)
     modes = fft.fft2(height, norm="forward", workers=1)
-    return max(float(fine.max()), *(_climbed(modes, place) for place in places))
+    return max(float(values[-1]), *(_climbed(modes, place) for place in places))
+
+
+def _peaks(height: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the highest local maxima of a grid twice as fine, ascending, and their places."""
+    rows = refine(height, 2, axes=(0,))
+    shape = len(rows), 2 * rows.shape[1]
+    values, indices = [], []
+    for part in _rows(shape):
+        wrapped = np.arange(part.start - 1, part.stop + 1) % len(rows)
+        fine = refine(rows[wrapped], 2, axes=(1,))
+        inside, above = fine[1:-1], np.maximum(fine[:-2], fine[2:])
+        nearby = np.maximum(inside, above)
+        nearby = np.max([np.roll(nearby, j, 1) for j in (-1, 0, 1)], axis=0)
+        peaks = np.flatnonzero((inside >= nearby).ravel())
+        peaks = peaks[np.argsort(inside.ravel()[peaks])[-_STARTS:]]
+        values.append(inside.ravel()[peaks])
+        indices.append(peaks + part.start * shape[1])
+    heights, index = np.concatenate(values), np.concatenate(indices)
+    order = np.argsort(heights)[-_STARTS:]
+    return heights[order], np.column_stack(np.unravel_index(index[order], shape)) / shape
 
 
 # The highest points of the finer grid that the function's highest point is looked for from.
@@ -343,7 +402,7 @@ def _wavenumber(shape: tuple[int, ...], spacing: Pair) -> NDArray[np.float64]:
     return np.hypot(qx[:, None], qy[None, :])
 
 
-def _self_conjugate(shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Modes equal to their own conjugate on the grid: q = 0 and the corners at Nyquist."""
+def _self_conjugate(shape: tuple[int, int], part: slice) -> NDArray[np.bool_]:
+    """Modes in some rows equal to their own conjugate: q = 0 and the corners at Nyquist."""
     symmetric = [(2 * np.arange(n)) % n == 0 for n in shape]
-    return symmetric[0][:, None] & symmetric[1][None, :]
+    return symmetric[0][part, None] & symmetric[1][None, :]

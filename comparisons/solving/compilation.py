@@ -70,7 +70,7 @@ def _cache_folder() -> Path:
     """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
     from reference.halfspace import descent
 
-    cache = descent._turn.stats.cache_path
+    cache = descent._advance.stats.cache_path
     if cache is None:
         raise OSError("the code of the half-space is not kept")
     folder = Path(cache)

@@ -20,7 +20,7 @@ from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.normal.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
+from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
 from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerns, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
@@ -423,8 +423,7 @@ def _check_size(scene: Scene) -> None:
     free = free_memory()
     if isinstance(scene.surface, SelfAffine):
         nx, ny = scene.surface.points
-        arrays = ARRAYS_PERIODIC if scene.surface.periodic else ARRAYS_FREE
-        need = 8.0 * arrays * nx * ny
+        need = float(BYTES_PERIODIC if scene.surface.periodic else BYTES_FREE) * nx * ny
         if need > MEMORY_SHARE * free:
             problems.append(
                 f"surface.points: expected arrays that fit into {MEMORY_SHARE:.0%} of the free "

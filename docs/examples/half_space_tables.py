@@ -162,7 +162,7 @@ def near_full_contact() -> list[list[str]]:
 
 def full_contact_force(operator: PeriodicOperator, gap: np.ndarray) -> float:
     """Smallest force of full contact: the linear pressure's minimum becomes zero."""
-    transfer = operator.transfer.copy()
+    transfer = kernels.periodic(operator.shape, operator.spacing, 1.0, operator.kernel)
     transfer[0, 0] = np.inf
     linear = np.fft.irfft2(np.fft.rfft2(-gap) / transfer, s=gap.shape)
     return float(-linear.min() * gap.size * operator.cell_area)

@@ -18,7 +18,9 @@ changes no digit.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -26,7 +28,7 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 
 from reference.errors import ConvergenceError
-from reference.halfspace import descent, kernels
+from reference.halfspace import descent, kernels, pieces
 from reference.halfspace.convolution import Convolution
 from reference.halfspace.operators import HalfSpace, power_of_two
 from reference.halfspace.solution import Effort
@@ -50,39 +52,36 @@ _RIM = 8
 
 @dataclass
 class Problem:
-    """Gap with the cells allowed in contact, and one load: a depth, or a total of the pressures.
+    """Gap (infinite where contact is impossible), and one load: a depth, or a total of pressures.
 
-    If not `unilateral`, the allowed cells stay in contact for any sign of their pressure.
+    If not `unilateral`, cells of finite gap stay in contact for any sign of their pressure.
     """
 
     operator: HalfSpace
-    gap: Field  # finite everywhere; not used where `allowed` is False
-    allowed: NDArray[np.bool_]
+    gap: Field
     depth: float | None = None
     total: float | None = None
     unilateral: bool = True
 
     @classmethod
     def of(cls, operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
-        """Return the problem of a gap (infinite outside the body) under a depth or a force."""
+        """Return the problem of a gap under a depth or a force."""
         gap = np.ascontiguousarray(gap)
-        allowed = np.isfinite(gap)
-        finite = np.where(allowed, gap, 0.0)
         if kind == "penetration":
-            return cls(operator, finite, allowed, depth=value)
-        return cls(operator, finite, allowed, total=value / operator.cell_area)
+            return cls(operator, gap, depth=value)
+        return cls(operator, gap, total=value / operator.cell_area)
 
 
 @dataclass
 class State:
-    """Pressure, its displacement and clearance, the depth and the largest violation.
+    """Pressure, its displacement, the depth and the largest violation.
 
-    `single` and `double` count the convolutions so far, in either precision.
+    The displacement is dropped while a stage iterates, which needs its memory. `single` and
+    `double` count the convolutions so far, in either precision.
     """
 
     pressure: Field
     displacement: Field
-    clearance: Field
     depth: float
     worst: float = np.inf
     single: int = 0
@@ -115,7 +114,7 @@ _STAGES = (
 
 
 def minimise(problem: Problem, start: Field, effort: Effort) -> State:
-    """Solve the contact problem from a starting pressure.
+    """Solve the contact problem from a starting pressure, which is overwritten.
 
     Raises
     ------
@@ -123,10 +122,8 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
         With the violations of all iterations, if no stage reaches the tolerance.
     """
     tolerance, max_iterations = effort.tolerance, effort.max_iterations
-    pressure: Field = np.where(problem.allowed, start, 0.0).astype(np.float64, copy=False)
-    if problem.unilateral:
-        np.maximum(pressure, 0.0, out=pressure)
-    state = State(pressure, np.empty_like(pressure), np.empty_like(pressure), problem.depth or 0.0)
+    _over(_admit, start, problem.gap, problem.unilateral)
+    state = State(start, _NOTHING, problem.depth or 0.0)
     if _refresh(problem, state, tolerance):
         return state
     for stage in _STAGES:
@@ -148,13 +145,12 @@ def fixed_contact_response(
     operator: HalfSpace, mask: NDArray[np.bool_], tolerance: float, max_iterations: int = 2000
 ) -> Field:
     """Return the pressure (of either sign) on `mask` that displaces its cells by one."""
-    nothing = np.zeros(operator.shape)
-    problem = Problem(operator, nothing, mask, depth=1.0, unilateral=False)
-    return minimise(problem, nothing, Effort(tolerance, max_iterations)).pressure
+    problem = Problem(operator, np.where(mask, 0.0, np.inf), depth=1.0, unilateral=False)
+    return minimise(problem, np.zeros(operator.shape), Effort(tolerance, max_iterations)).pressure
 
 
 def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
-    """Evaluate displacement, depth and clearance in double precision; return True if converged."""
+    """Evaluate displacement and depth in double precision; return True if converged."""
     if problem.total is not None:
         # a step conserves the total up to rounding
         state.pressure *= problem.total / state.pressure.sum()
@@ -162,12 +158,12 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     displacement = operator.convolution(np.float64)(state.pressure)
     state.displacement = np.asarray(displacement, dtype=np.float64)
     state.double += 1
-    state.worst, state.depth = _clearances(
-        (state.pressure, state.displacement, state.clearance),
-        (problem.gap, problem.allowed, problem.unilateral),
-        operator.unit,
-        np.nan if problem.depth is None else problem.depth,
-    )
+    maps = state.displacement, state.pressure, problem.gap
+    loaded = _over(_displace, *maps, operator.unit)
+    if problem.depth is None:
+        total, count = (sum(part[k] for part in loaded) for k in (0, 1))
+        state.depth = total / count if count else np.nan
+    state.worst = max(_over(_violation, *maps, problem.unilateral, state.depth))
     if not np.isfinite([state.worst, state.depth]).all():
         raise ConvergenceError("the contact iteration exceeded the range of numbers", state.history)
     return state.violation <= max(tolerance, _rounding(problem, state))
@@ -191,15 +187,13 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
     operator = problem.operator
     length = power_of_two(state.worst)
     pressure_unit = length / operator.unit
-    target, lower = (np.empty(operator.shape, stage.dtype) for _ in range(2))
-    _prepare(
-        (state.clearance, state.pressure),
-        (problem.allowed, problem.unilateral),
-        (length, pressure_unit),
-        (target, lower),
-    )
+    clearance, lower = (np.empty(operator.shape, stage.dtype) for _ in range(2))
+    maps = clearance, lower, state.displacement, state.pressure, problem.gap
+    _over(_prepare, *maps, (problem.unilateral, state.depth, length, pressure_unit))
+    del maps
+    state.displacement = _NOTHING
     iteration = descent.Descent(
-        *(target, lower, operator.convolution(stage.dtype)),
+        *(clearance, lower, operator.convolution(stage.dtype)),
         None if stage.plain else _preconditioner(operator, stage.dtype),
         problem.total is not None,
         _settling(operator) if operator.periodic and problem.total is None else 0.0,
@@ -215,7 +209,7 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
     else:
         state.double += iteration.convolutions
     state.history += iteration.history
-    _accept(state.pressure, iteration.correction, lower, problem.unilateral, pressure_unit)
+    _over(_accept, state.pressure, iteration.correction, lower, problem.unilateral, pressure_unit)
     return outcome
 
 
@@ -246,8 +240,8 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
         if not operator.periodic:
             rows, columns = (fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
             padded = rows, columns
-        wavenumber = np.hypot(*kernels.wavenumbers(padded, operator.spacing))
-        stiffness = operator.wave_stiffness(wavenumber) * _wave_unit(operator)
+        stiffness = operator.wave_stiffness(kernels.quarter(padded, operator.spacing))
+        stiffness *= _wave_unit(operator)
         return Convolution(operator.shape, padded, stiffness, dtype)
 
     inverse = operator.cached(("preconditioner", np.dtype(dtype).name), make)
@@ -271,58 +265,75 @@ def _settling(operator: HalfSpace) -> float:
     return 4 * _wave_unit(operator) / stiffness
 
 
-@njit(cache=True, error_model="numpy")
-def _clearances(state, problem, unit, wanted_depth):
-    """Scale the displacement, fill the clearance; return (largest violation, depth).
+_NOTHING: Field = np.empty((0, 0))
 
-    `state` contains pressure, displacement and clearance, `problem` gap, allowed and unilateral. If
-    not given (NaN), the depth is the mean of displacement + gap over the loaded cells.
-    """
-    (pressure, displacement, clearance), (gap, allowed, unilateral) = state, problem
-    depth = wanted_depth
+
+def _over(work: Callable[..., Any], *arguments: Any) -> list[Any]:
+    """Return what a compiled loop makes of every piece of the maps among its arguments."""
+    flat = [a.reshape(-1) if isinstance(a, np.ndarray) else a for a in arguments]
+    maps = sum(isinstance(a, np.ndarray) for a in arguments)
+
+    def piece(part: slice) -> Any:
+        return work(*(values[part] for values in flat[:maps]), *flat[maps:])
+
+    return pieces.over(flat[0].size, pieces.SIZE, piece)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _admit(pressure, gap, unilateral):
+    """Take away pressure where contact is impossible, and tension."""
+    for k in range(gap.size):
+        if gap[k] == np.inf or (unilateral and pressure[k] < 0):
+            pressure[k] = 0.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _displace(displacement, pressure, gap, unit):
+    """Scale the displacement; return sum and number of displacement + gap of loaded cells."""
     total, count = 0.0, 0
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            displacement[i, j] *= unit
-            clearance[i, j] = displacement[i, j] + gap[i, j]
-            if pressure[i, j] > 0:
-                total += clearance[i, j]
-                count += 1
-    if np.isnan(wanted_depth):
-        depth = total / count
+    for k in range(gap.size):
+        displacement[k] *= unit
+        if pressure[k] > 0:
+            total += displacement[k] + gap[k]
+            count += 1
+    return total, count
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _violation(displacement, pressure, gap, unilateral, depth):
+    """Return the largest clearance of loaded cells or overlap of others."""
     worst = 0.0
-    for i in range(gap.shape[0]):
-        for j in range(gap.shape[1]):
-            clearance[i, j] -= depth
-            if allowed[i, j]:
-                if not unilateral or pressure[i, j] > 0:
-                    worst = max(worst, abs(clearance[i, j]))
-                else:
-                    worst = max(worst, -clearance[i, j])
-    return worst, depth
+    for k in range(gap.size):
+        if gap[k] < np.inf:
+            clearance = displacement[k] + gap[k] - depth
+            if not unilateral or pressure[k] > 0:
+                worst = max(worst, abs(clearance))
+            else:
+                worst = max(worst, -clearance)
+    return worst
 
 
-@njit(cache=True, error_model="numpy")
-def _prepare(state, cells, units, correction):
-    """Fill target and bound of the correction; ratios out of range count as infinite."""
-    (clearance, pressure), (allowed, unilateral) = state, cells
-    (length, pressure_unit), (target, lower) = units, correction
-    for i in range(clearance.shape[0]):
-        for j in range(clearance.shape[1]):
-            target[i, j] = descent.NEVER
-            lower[i, j] = 0
-            if allowed[i, j]:
-                target[i, j] = max(-clearance[i, j] / length, descent.NEVER)
-                bound = -pressure[i, j] / pressure_unit if unilateral else descent.NEVER
-                lower[i, j] = max(bound, descent.NEVER)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _prepare(clearance, lower, displacement, pressure, gap, state):
+    """Fill clearance and bound of the correction; ratios out of range count as infinite.
+
+    `state` contains whether contact is unilateral, the depth, and units of length and pressure.
+    """
+    unilateral, depth, length, unit = state
+    for k in range(gap.size):
+        clearance[k] = descent.NEVER
+        lower[k] = 0
+        if gap[k] < np.inf:
+            clearance[k] = min((displacement[k] + gap[k] - depth) / length, descent.NEVER)
+            bound = -pressure[k] / unit if unilateral else -descent.NEVER
+            lower[k] = max(bound, -descent.NEVER)
 
 
-@njit(cache=True, error_model="numpy")
-def _accept(pressure, correction, lower, unilateral, pressure_unit):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _accept(pressure, correction, lower, unilateral, unit):
     """Add the correction; cells on their bound have zero pressure."""
-    for i in range(pressure.shape[0]):
-        for j in range(pressure.shape[1]):
-            value = pressure[i, j] + np.float64(correction[i, j]) * pressure_unit
-            if unilateral and (value < 0 or not correction[i, j] > lower[i, j]):
-                value = 0.0
-            pressure[i, j] = value
+    for k in range(pressure.size):
+        value = pressure[k] + np.float64(correction[k]) * unit
+        if unilateral and (value < 0 or not correction[k] > lower[k]):
+            value = 0.0
+        pressure[k] = value

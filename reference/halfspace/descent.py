@@ -6,24 +6,29 @@ x corrects a known pressure p (lower = -p), and t is the remaining displacement.
 small if p is nearly converged, single precision suffices for most iterations: the double-precision
 residual is computed outside (`conjugate_gradients`), as in iterative refinement.
 
-The work between convolutions is compiled, with few passes over the grid. The loops have no
-branches, so that they are vectorised; sums may be reordered for this.
+The clearance K x - t is kept up to date with every change of x, so that neither K x nor t is held.
+The work between convolutions is compiled, with few passes over the grid, in pieces that threads may
+share. The loops have no branches, so that they are vectorised; sums may be reordered for this.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from reference.halfspace import pieces
 from reference.halfspace.convolution import Convolution
 
 Array = NDArray[np.floating]
+Map = NDArray[np.floating] | NDArray[np.uint8]
 
-# Target of cells that must stay unloaded, so that they appear far from contact.
-NEVER = -1e30
+# Clearance of cells that must stay unloaded, so that they appear far from contact.
+NEVER = 1e30
 
 _REORDER = {"reassoc", "contract", "nsz"}
 # LLVM does not vectorise a running maximum of floats; this many are computed in parallel.
@@ -39,8 +44,8 @@ class Descent:
 
     Attributes
     ----------
-    target, lower : ndarray
-        t, and the bound of the correction, in the precision of the iteration.
+    clearance, lower : ndarray
+        K x - t, first -t, and the bound of the correction, in the precision of the iteration.
     kernel, inverse : Convolution
         K, and its approximate inverse as preconditioner; None for the plain method.
     fixed_sum : bool
@@ -55,7 +60,7 @@ class Descent:
         Number of convolutions.
     """
 
-    target: Array
+    clearance: Array
     lower: Array
     kernel: Convolution
     inverse: Convolution | None
@@ -65,13 +70,15 @@ class Descent:
     convolutions: int = 0
 
     def __post_init__(self) -> None:
-        self.correction, self._displacement = self._blank(), self._blank()
-        self._direction, self._free = self._blank(), self._blank()
+        self.correction, self._direction = self._blank(), self._blank()
         self._residual, self._previous = self._blank(), self._blank()
+        # the preconditioned residual, then the displacement by the direction
+        self._response = np.empty_like(self.clearance)
+        self._free = np.zeros(self.clearance.shape, np.uint8)
         self._slope, self._opened = 0.0, 0.0
 
     def _blank(self) -> Array:
-        return np.zeros_like(self.target)
+        return np.zeros_like(self.clearance)
 
     def run(self, goal: float, depth: float, patience: int, limit: int) -> int:
         """Iterate until no clearance exceeds the goal; return how the iteration ended.
@@ -79,7 +86,7 @@ class Descent:
         Parameters
         ----------
         goal, depth : float
-            Target clearance; current depth, which scales the history. In units of the target.
+            Target clearance; current depth, which scales the history. In units of the clearance.
         patience : int
             Iterations without halving of the violation before the stage ends.
         limit : int
@@ -87,11 +94,7 @@ class Descent:
         """
         best, best_at = np.inf, 0
         for iteration in range(limit):
-            worst, count, shift = _residual(
-                (self._displacement, self.target, self.correction, self.lower),
-                (self._residual, self._free),
-                self.fixed_sum,
-            )
+            worst, count, shift = self._turn_to_residual()
             total = depth + shift
             self.history.append(worst / total if total > 0 else np.inf)
             if worst <= goal:
@@ -102,90 +105,127 @@ class Descent:
                 return STALLED
         return EXHAUSTED
 
+    def _turn_to_residual(self) -> tuple[float, float, float]:
+        """Fill residual and free set (loaded or overlapping); return violation, cells, depth."""
+        state = self.clearance, self.correction, self.lower
+        shift = 0.0
+        if self.fixed_sum:
+            total, loaded = _sums(_loaded, *state)
+            shift = total / loaded if loaded > 0 else 0.0
+        parts = _swept(_residual, *state, self._residual, self._free, shift=shift)
+        worst = max(part[2] for part in parts)
+        total, count = (sum(part[k] for part in parts) for k in (0, 1))
+        if self.fixed_sum and count > 0:
+            _swept(_level, self._residual, self._free, shift=total / count)
+        return worst, count, shift
+
     def _step(self, count: float) -> bool:
         """Move along the next direction up to the bound; return False without a direction."""
-        slope, self._slope = _turn(
-            (self._preconditioned(count), self._free, self._residual, self._previous),
-            self._direction,
-            self.fixed_sum,
-            count,
-            self._slope,
-        )
+        slope = self._turn(self._preconditioned(count), count)
         if not slope > 0:
             return False
         response = self._convolve(self.kernel, self._direction)
         curvature = _dot(self._direction, response)
         if not curvature > 0:
             return False
-        clipped = _advance(
-            *(self._displacement, response, self.correction, self.lower, self._direction),
-            slope / curvature,
-        )
+        state = response, self.clearance, self.correction, self.lower
+        clipped, excess, loads = _sums(_advance, *state, self._direction, shift=slope / curvature)
         if clipped:
+            # the response now has what the bound added to the pressure
             if self.fixed_sum:
-                _restore_sum(self.correction, self.lower)
-            self._displacement = self._convolve(self.kernel, self.correction)
+                share = -excess / loads if loads > 0 else 0.0
+                _swept(_rescale, response, self.correction, self.lower, shift=share)
+            more = self._convolve(self.kernel, response)
+            _swept(_add, self.clearance, more)
         self._residual, self._previous = self._previous, self._residual
         return True
+
+    def _turn(self, scaled: Array, count: float) -> float:
+        """Set the next conjugate direction (Polak-Ribiere); return the slope along it.
+
+        Polak-Ribiere directions restart automatically when the contact set changes; with the
+        restarts of Polonsky and Keer, rough contacts took up to four times as many iterations.
+        """
+        maps = scaled, self._direction, self._free, self._residual
+        sum_scaled, sum_direction, sum_previous, now, crossed = _sums(
+            _products, *maps, self._previous
+        )
+        # under force control all directions sum to zero on the free set, like the residual
+        mean = sum_scaled / count if self.fixed_sum else 0.0
+        crossed -= mean * sum_previous
+        beta = max(0.0, (now - crossed) / self._slope) if self._slope > 0 else 0.0
+        offset = mean + beta * sum_direction / count if self.fixed_sum else 0.0
+        slope = self._combine(maps, beta, offset)
+        if not slope > 0:
+            slope = self._combine(maps, 0.0, mean)
+        self._slope = now
+        return slope
+
+    def _combine(self, maps: tuple[Map, ...], beta: float, offset: float) -> float:
+        return float(sum(_swept(_combine, *maps, shift=offset, factor=beta)))
 
     def _preconditioned(self, count: float) -> Array:
         if self.inverse is None:
             return self._residual
-        empty = self.target.size - count
+        empty = self.clearance.size - count
         if self.settle > 0 and empty > 0 and abs(empty - self._opened) > empty / 5:
             self._opened = empty
-            response = self._convolve(self.kernel, self._free)
-            self.inverse.set_mean_factor(self.settle * count / _dot(self._free, response))
+            free = self._free.astype(self.clearance.dtype)
+            response = self._convolve(self.kernel, free)
+            self.inverse.set_mean_factor(self.settle * count / _dot(free, response))
         return self._convolve(self.inverse, self._residual)
 
     def _convolve(self, operator: Convolution, values: Array) -> Array:
         self.convolutions += 1
-        return operator(values)
+        return operator(values, self._response)
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _loaded_mean(displacement, target, correction, lower):
-    """Return the mean of displacement - target over the loaded cells, the change of depth."""
+def _swept(work: Callable[..., Any], *maps: Map, **numbers: float) -> list[Any]:
+    """Return what a compiled loop makes of every piece of the maps, flattened."""
+    flat = [values.reshape(-1) for values in maps]
+    dtype = maps[0].dtype.type
+    scalars = [dtype(value) for value in numbers.values()]
+    return pieces.over(
+        flat[0].size, pieces.SIZE, lambda part: work(*(m[part] for m in flat), *scalars)
+    )
+
+
+def _sums(work: Callable[..., Any], *maps: Map, **numbers: float) -> tuple[float, ...]:
+    """Return the sums of a compiled loop over all pieces."""
+    return tuple(sum(parts) for parts in zip(*_swept(work, *maps, **numbers), strict=True))
+
+
+def _dot(first: Array, second: Array) -> float:
+    return float(sum(_swept(_product, first, second)))
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _loaded(clearance, correction, lower):
+    """Return sum and number of the clearances of loaded cells; their mean moves the depth."""
     total, count = 0.0, 0.0
-    for k in range(target.size):
+    for k in range(clearance.size):
         loaded = 1.0 if correction[k] > lower[k] else 0.0
-        total += loaded * np.float64(displacement[k] - target[k])
+        total += loaded * np.float64(clearance[k])
         count += loaded
-    return total / count if count > 0 else 0.0
+    return total, count
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _residual(maps, maps_out, fixed_sum):
-    """Fill the residual on the free set (loaded or overlapping); return violation, cells, depth.
-
-    `maps` contains displacement, target, correction and its bound; `maps_out` receives the residual
-    and the free set.
-    """
-    displacement, target = maps[0].reshape(-1), maps[1].reshape(-1)
-    correction, lower = maps[2].reshape(-1), maps[3].reshape(-1)
-    residual, free = maps_out[0].reshape(-1), maps_out[1].reshape(-1)
-    shift = _loaded_mean(displacement, target, correction, lower) if fixed_sum else 0.0
-    zero = residual.dtype.type(0)
-    unity = residual.dtype.type(1)
-    moved = residual.dtype.type(shift)
-    total, count = 0.0, 0.0
-    for k in range(target.size):
-        clearance = displacement[k] - target[k] - moved
-        is_free = unity if (correction[k] > lower[k]) | (clearance < zero) else zero
-        clearance = clearance if is_free > zero else zero
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _residual(clearance, correction, lower, residual, free, shift):
+    """Fill residual and free set; return the clearances' sum, the cells, the violation."""
+    zero, total, count = residual.dtype.type(0), 0.0, 0
+    for k in range(clearance.size):
+        moved = clearance[k] - shift
+        is_free = (correction[k] > lower[k]) | (moved < zero)
+        moved = moved if is_free else zero
         free[k] = is_free
-        residual[k] = -clearance
-        total += np.float64(clearance)
-        count += np.float64(is_free)
-    worst = _largest(residual)
-    if fixed_sum and count > 0:
-        mean = residual.dtype.type(total / count)
-        for k in range(target.size):
-            residual[k] += mean * free[k]
-    return worst, count, shift
+        residual[k] = -moved
+        total += np.float64(moved)
+        count += is_free
+    return total, float(count), _largest(residual)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _largest(values):
     """Return the largest absolute value."""
     peaks = np.zeros(_PEAKS, values.dtype)
@@ -199,80 +239,76 @@ def _largest(values):
     return np.float64(peaks.max())
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _turn(maps, direction_map, fixed_sum, count, descent):
-    """Set the next conjugate direction (Polak-Ribiere); return slope along it, residual.scaled.
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _level(residual, free, mean):
+    """Take the mean from the residual on the free set."""
+    for k in range(residual.size):
+        residual[k] += mean * residual.dtype.type(free[k])
 
-    `maps` contains the preconditioned residual, the free set, the residual, and the previous one.
 
-    Polak-Ribiere directions restart automatically when the contact set changes; with the restarts
-    of Polonsky and Keer, rough contacts took up to four times as many iterations.
-    """
-    scaled, free = maps[0].reshape(-1), maps[1].reshape(-1)
-    residual, previous = maps[2].reshape(-1), maps[3].reshape(-1)
-    direction = direction_map.reshape(-1)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _products(scaled, direction, free, residual, previous):
+    """Return the sums on the free set that the next direction needs."""
     sum_scaled, sum_direction, sum_previous, now, crossed = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(scaled.size):
-        value = np.float64(scaled[k] * free[k])
+        inside = np.float64(free[k])
+        value = inside * np.float64(scaled[k])
         sum_scaled += value
         now += value * np.float64(residual[k])
         crossed += value * np.float64(previous[k])
-        sum_direction += np.float64(direction[k] * free[k])
-        sum_previous += np.float64(previous[k] * free[k])
-    # under force control all directions sum to zero on the free set, like the residual
-    mean = sum_scaled / count if fixed_sum else 0.0
-    crossed -= mean * sum_previous
-    beta = max(0.0, (now - crossed) / descent) if descent > 0 else 0.0
-    offset = mean + beta * sum_direction / count if fixed_sum else 0.0
-    slope = _combine(scaled, direction, free, residual, beta, offset)
-    if not slope > 0:
-        slope = _combine(scaled, direction, free, residual, 0.0, mean)
-    return slope, now
+        sum_direction += inside * np.float64(direction[k])
+        sum_previous += inside * np.float64(previous[k])
+    return sum_scaled, sum_direction, sum_previous, now, crossed
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _combine(scaled, direction, free, residual, beta, offset):
-    """Set direction = scaled + beta direction - offset on the free set; return its slope."""
-    slope, factor, less = 0.0, scaled.dtype.type(beta), scaled.dtype.type(offset)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _combine(scaled, direction, free, residual, offset, factor):
+    """Set direction = scaled + factor direction - offset on the free set; return its slope."""
+    slope = 0.0
     for k in range(scaled.size):
-        direction[k] = free[k] * (scaled[k] + factor * direction[k] - less)
+        inside = scaled.dtype.type(free[k])
+        direction[k] = inside * (scaled[k] + factor * direction[k] - offset)
         slope += np.float64(direction[k]) * np.float64(residual[k])
     return slope
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _dot(first_map, second_map):
-    first, second = first_map.reshape(-1), second_map.reshape(-1)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _product(first, second):
     total = 0.0
     for k in range(first.size):
         total += np.float64(first[k]) * np.float64(second[k])
     return total
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _advance(displacement_map, response_map, correction_map, lower_map, direction_map, step):
-    """Step along the direction up to the bound; return True if the bound was reached."""
-    displacement, response = displacement_map.reshape(-1), response_map.reshape(-1)
-    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
-    direction = direction_map.reshape(-1)
-    length = displacement.dtype.type(step)
-    clipped = 0.0
-    for k in range(displacement.size):
-        displacement[k] += length * response[k]
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _advance(response, clearance, correction, lower, direction, length):
+    """Step along the direction up to the bound; the response becomes what the bound added.
+
+    Returns the number of cells on the bound, the sum of the correction and that of the pressures.
+    """
+    clipped, excess, loads = 0.0, 0.0, 0.0
+    for k in range(clearance.size):
+        clearance[k] += length * response[k]
         value = correction[k] + length * direction[k]
+        bounded = value if value > lower[k] else lower[k]
         clipped += 1.0 if value < lower[k] else 0.0
-        correction[k] = value if value > lower[k] else lower[k]
-    return clipped > 0
+        response[k] = bounded - value
+        correction[k] = bounded
+        excess += np.float64(bounded)
+        loads += np.float64(bounded - lower[k])
+    return clipped, excess, loads
 
 
-@njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _restore_sum(correction_map, lower_map):
-    """Scale the pressures, correction - lower, so that the correction's sum is 0."""
-    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
-    excess, loads = 0.0, 0.0
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _rescale(added, correction, lower, share):
+    """Scale the pressures, correction - lower, by 1 + share, so that the correction's sum is 0."""
     for k in range(correction.size):
-        excess += np.float64(correction[k])
-        loads += np.float64(correction[k] - lower[k])
-    share = correction.dtype.type(-excess / loads) if loads > 0 else correction.dtype.type(0)
-    for k in range(correction.size):
-        correction[k] += share * (correction[k] - lower[k])
+        more = share * (correction[k] - lower[k])
+        added[k] += more
+        correction[k] += more
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _add(values, more):
+    for k in range(values.size):
+        values[k] += more[k]

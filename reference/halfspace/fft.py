@@ -119,10 +119,16 @@ def sweep(
 def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
     pressures: list[Field] = []
     for step, value in enumerate(load.values):
-        start = _extrapolate(pressures, load.values[:step], value)
-        contact = _solve(press, load.control, float(value), start, effort)
+        contact = _solve(
+            press,
+            load.control,
+            float(value),
+            _extrapolate(pressures, load.values[:step], value),
+            effort,
+        )
         pressures = [*pressures[-1:], contact.pressure]
         yield contact
+        del contact  # with its displacement
 
 
 def _extrapolate(pressures: list[Field], loads: NDArray[np.float64], load: float) -> Field | None:
@@ -157,19 +163,34 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
     if press.lowest > 0:
         depth = value - press.lowest if kind == "penetration" else value
         return from_first_touch(_solve(press.touching(), kind, depth, start, effort), gap)
-    reach = value if kind == "penetration" else _REACH * overlap_depth(operator, gap, value)
+    reach = _reach(operator, gap, kind, value)
     while True:
         window = _window(operator, gap, reach, start)
         part = _restricted(operator, window)
         inside = np.ascontiguousarray(gap[window])
-        first = starting_pressure(part, inside, kind, value) if start is None else start[window]
         problem = Problem.of(part, inside, kind, value)
-        state = minimise(problem, first, effort)
+        state = minimise(problem, _first(problem, start, window, kind, value), effort)
         # u >= 0 everywhere, so cells outside with a gap of at least the depth do not overlap
         if part is operator or state.depth <= reach:
             return _answer(press, window, state)
         # under force control the depth was only an estimate
         reach, start = 1.2 * state.depth, _embedded(operator, window, state.pressure)
+
+
+def _reach(operator: HalfSpace, gap: Field, kind: str, value: float) -> float:
+    """Return the gap up to which contact is looked for; on a periodic half-space anywhere."""
+    if kind == "penetration" or not _bounded(operator):
+        return value if kind == "penetration" else np.inf
+    return _REACH * overlap_depth(operator, gap, value)
+
+
+def _first(
+    problem: Problem, start: Field | None, window: tuple[slice, slice], kind: str, value: float
+) -> Field:
+    """Return a pressure to start from, of the solver's own."""
+    if start is None:
+        return starting_pressure(problem.operator, problem.gap, kind, value)
+    return start[window].astype(np.float64)
 
 
 def _answer(press: Press, window: tuple[slice, slice], state: State) -> Contact:
@@ -214,13 +235,9 @@ def _refuse_closed_gap(press: Press, depth: float) -> None:
 def _window(
     operator: HalfSpace, gap: Field, reach: float, start: Field | None
 ) -> tuple[slice, slice]:
-    """Return the smallest useful rectangle of cells with gap < reach, or the whole grid.
-
-    On the free half-space u >= 0, so cells with g >= d are never in contact and can be ignored. A
-    periodic half-space has no such bound, nor have finite elements below long cells.
-    """
+    """Return the smallest useful rectangle of cells with gap < reach, or the whole grid."""
     grid = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
-    if not isinstance(operator, FreeOperator) or operator.lifts:
+    if not _bounded(operator):
         return grid
     near = gap < reach
     if start is not None:
@@ -231,6 +248,14 @@ def _window(
     )
     cells = (rows.stop - rows.start) * (columns.stop - columns.start)
     return (rows, columns) if cells < 0.7 * gap.size else grid
+
+
+def _bounded(operator: HalfSpace) -> bool:
+    """Whether cells with g >= d are never in contact, as on the free half-space, where u >= 0.
+
+    A periodic half-space has no such bound, nor have finite elements below long cells.
+    """
+    return isinstance(operator, FreeOperator) and not operator.lifts
 
 
 def _padded_range(indices: NDArray[np.intp], size: int) -> slice:

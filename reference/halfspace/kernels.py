@@ -133,6 +133,17 @@ def wavenumbers(
     return qx[:, None], qy[None, :]
 
 
+def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> NDArray[np.float64]:
+    """Return |q| for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1): what even functions need."""
+    qx, qy = wavenumbers(shape, spacing)
+    return np.hypot(qx[: shape[0] // 2 + 1], qy)
+
+
+def whole(values: NDArray[np.float64], rows: int) -> NDArray[np.float64]:
+    """Return a function even in q_x on the modes of `rfft2`, from those of q_x >= 0."""
+    return values[np.minimum(np.arange(rows), rows - np.arange(rows))]
+
+
 def periodic(
     shape: tuple[int, int],
     spacing: tuple[float, float],
@@ -162,35 +173,40 @@ def periodic(
     >>> float(round(T[1, 0] * 2 * 3.141592653589793 / 8, 12)), float(T[0, 0])
     (1.0, 0.0)
     """
-    qx, qy = wavenumbers(shape, spacing)
+    return whole(periodic_quarter(shape, spacing, effective_modulus, kernel), shape[0])
+
+
+def periodic_quarter(
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    effective_modulus: float,
+    kernel: Kernel = "continuum",
+) -> NDArray[np.float64]:
+    """Return `periodic` for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1)."""
     if kernel == "cells":
-        transfer = _alias_sum(qx, qy, spacing)
+        transfer = _alias_sum(shape, spacing)
     elif kernel == "continuum":
+        transfer = quarter(shape, spacing)
         with np.errstate(divide="ignore"):
-            transfer = 1 / np.hypot(qx, qy)
+            np.divide(1, transfer, out=transfer)
     else:
         raise ValueError(f"kernel must be 'continuum' or 'cells', not {kernel!r}")
     transfer[0, 0] = 0.0
-    return transfer * (2 / effective_modulus)
+    transfer *= 2 / effective_modulus
+    return transfer
 
 
 def _alias_sum(
-    qx: NDArray[np.float64],
-    qy: NDArray[np.float64],
-    spacing: tuple[float, float],
-    *,
-    energy: bool = False,
+    shape: tuple[int, int], spacing: tuple[float, float], *, energy: bool = False
 ) -> NDArray[np.float64]:
-    """Return the sum of sinc sinc/|q + G| over the aliases, with a smooth window.
+    """Return the sum of sinc sinc/|q + G| over the aliases, with a smooth window; q_x, q_y >= 0.
 
     For energies the squares of the sincs are used, which do not alternate, without a window.
     """
-    nx, half = qx.size, qx.size // 2 + 1
-    kx, sinc_x = aliases(qx.ravel()[:half], spacing[0], energy=energy)
+    qx, qy = wavenumbers(shape, spacing)
+    kx, sinc_x = aliases(qx.ravel()[: shape[0] // 2 + 1], spacing[0], energy=energy)
     ky, sinc_y = aliases(qy.ravel(), spacing[1], energy=energy)
-    rows = _sum_modes(kx, sinc_x, ky, sinc_y)
-    # even in q_x: the negative half mirrors the positive one
-    return rows[np.minimum(np.arange(nx), nx - np.arange(nx))]
+    return np.asarray(_sum_modes(kx, sinc_x, ky, sinc_y))
 
 
 def aliases(
@@ -225,7 +241,7 @@ def cell_energies(
         The exact sum is between the first and the sum of both. Zero at q = 0.
     """
     qx, qy = wavenumbers(shape, spacing)
-    transfer = _alias_sum(qx, qy, spacing, energy=True)
+    transfer = whole(_alias_sum(shape, spacing, energy=True), shape[0])
     along, across = (np.sin(q * step / 2) ** 2 for q, step in zip((qx, qy), spacing, strict=True))
     beyond = np.pi**-3 / (_ALIASES - 0.5) / (_ALIASES + 0.5)
     remainder = beyond * (along * spacing[0] + across * spacing[1])

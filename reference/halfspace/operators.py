@@ -14,10 +14,13 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
 from reference.arguments import positive_faults, refuse, spacing_faults
-from reference.halfspace import kernels
+from reference.halfspace import kernels, pieces
 from reference.halfspace.convolution import Convolution
 
 Cached = TypeVar("Cached")
+
+# Arrays that Love's formula needs beside its result.
+_TEMPORARIES = 16
 
 
 class HalfSpace:
@@ -65,6 +68,7 @@ class HalfSpace:
         return self._cache[key]
 
     def _transfer(self) -> NDArray[np.float64]:
+        """Return the transfer function on the modes of `rfft2`; those of q_x < 0 are not read."""
         raise NotImplementedError
 
     def wave_stiffness(self, wavenumber: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -78,8 +82,12 @@ class HalfSpace:
 
     @property
     def transfer(self) -> NDArray[np.float64]:
-        """Transfer function from pressure to displacement on the padded grid, modes of `rfft2`."""
-        return self.cached("transfer", self._transfer)
+        """Transfer function from pressure to displacement on the padded grid.
+
+        On the modes of `rfft2` with q_x >= 0; it is even in both wavenumbers.
+        """
+        rows = self._padded[0] // 2 + 1
+        return self.cached("transfer", lambda: np.ascontiguousarray(self._transfer()[:rows]))
 
     def coarser(self) -> HalfSpace | None:
         """Half-space on every second point of the grid, or None if there is none (cached)."""
@@ -167,7 +175,8 @@ class FreeOperator(HalfSpace):
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
     ) -> None:
         super().__init__(shape, spacing, effective_modulus)
-        self._padded = tuple(fft.next_fast_len(2 * n - 1, real=True) for n in self.shape)
+        # an even number of cells, so that the kernel's transform is one of cosines
+        self._padded = tuple(2 * fft.next_fast_len(n, real=True) for n in self.shape)
 
     def coefficients(self, shape: tuple[int, int]) -> NDArray[np.float64]:
         """Love's coefficients at offsets from zero to less than `shape`; (19.3)."""
@@ -176,21 +185,29 @@ class FreeOperator(HalfSpace):
             n > k for n, k in zip(shape, coefficients.shape, strict=True)
         ):
             # more than needed, as the next window of a sweep may be larger
-            size = (min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
-            i, j = np.ix_(*(np.arange(n) for n in size))
-            coefficients = kernels.love(i, j, self.spacing, self.effective_modulus)
+            size = tuple(min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
+            coefficients = self._love(*size)
             self._cache["coefficients"] = coefficients
         return coefficients[: shape[0], : shape[1]]
 
     def _transfer(self) -> NDArray[np.float64]:
-        """Return the transform of the wrapped kernel, real because the kernel is even."""
-        offsets = [np.minimum(np.arange(m), m - np.arange(m)) for m in self._padded]
-        # unused offsets are arbitrary: zero
-        wrapped = np.zeros(self._padded)
-        used = [np.flatnonzero(o < n) for o, n in zip(offsets, self.shape, strict=True)]
-        quarter = self.coefficients(self.shape)
-        wrapped[np.ix_(*used)] = quarter[offsets[0][used[0]][:, None], offsets[1][used[1]]]
-        return fft.rfft2(wrapped, workers=1).real.copy()
+        """Return the transform of the even kernel, by cosines; unused offsets are zero."""
+        kernel = np.zeros([n // 2 + 1 for n in self._padded])
+        kernel[: self.shape[0], : self.shape[1]] = self.coefficients(self.shape)
+        for axis in (0, 1):
+            kernel = fft.dct(kernel, type=1, axis=axis, overwrite_x=True, workers=1)
+        return kernel
+
+    def _love(self, rows: int, columns: int) -> NDArray[np.float64]:
+        """Return Love's coefficients, some rows at a time."""
+        table = np.empty((rows, columns))
+
+        def fill(part: slice) -> None:
+            i, j = np.ix_(np.arange(part.start, part.stop), np.arange(columns))
+            table[part] = kernels.love(i, j, self.spacing, self.effective_modulus)
+
+        pieces.over(rows, pieces.rows_of(_TEMPORARIES * columns), fill)
+        return table
 
     def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> FreeOperator:
         """Return the operator of the same body on other cells."""
@@ -252,7 +269,8 @@ class PeriodicOperator(HalfSpace):
         _ = self.transfer  # raises for an unknown kernel
 
     def _transfer(self) -> NDArray[np.float64]:
-        return kernels.periodic(self.shape, self.spacing, self.effective_modulus, self.kernel)
+        grid = self.shape, self.spacing
+        return kernels.periodic_quarter(*grid, self.effective_modulus, self.kernel)
 
     def coarser(self) -> PeriodicOperator | None:
         """Operator on every second point (cached), if the period is a multiple of it."""

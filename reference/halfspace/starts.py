@@ -33,9 +33,9 @@ def starting_pressure(operator: HalfSpace, gap: Field, kind: str, value: float) 
         pressure = _full_contact(operator, gap, value)
         if pressure is not None:
             return pressure
-    pressure = _from_coarser_grid(operator, gap, kind, value)
-    if pressure is not None:
-        return pressure
+    coarse = _from_coarser_grid(operator, gap, kind, value)
+    if coarse is not None:
+        return _interpolated(coarse, operator)
     depth = value
     if kind == "force":
         least = float(gap.min())
@@ -47,12 +47,12 @@ def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None
     """Return the linear solution of full contact, K p = <g> - g, if nearly without tension."""
     if not np.isfinite(gap).all():
         return None
-    pressure = operator.cached("inverse", lambda: _inverse(operator))(gap)
+    pressure = _inverse(operator)(gap)
     pressure *= -1 / operator.unit
     pressure += force / (gap.size * operator.cell_area) - pressure.mean()
     if np.count_nonzero(pressure < 0) > _NEARLY_FULL * pressure.size:
         return None
-    return np.maximum(pressure, 0.0)
+    return np.maximum(pressure, 0.0, out=pressure)
 
 
 def _inverse(operator: HalfSpace) -> Convolution:
@@ -60,11 +60,12 @@ def _inverse(operator: HalfSpace) -> Convolution:
     transfer = operator.transfer / operator.unit
     # neither kernel has zeros other than the mean
     transfer[0, 0] = np.inf
-    return Convolution(operator.shape, operator.shape, 1 / transfer, np.float64)
+    np.divide(1, transfer, out=transfer)
+    return Convolution(operator.shape, operator.shape, transfer, np.float64)
 
 
 def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field | None:
-    """Return the interpolated solution on every second point; None if it cannot help."""
+    """Return the pressure on every second point; None if it cannot help."""
     coarse = operator.coarser() if min(operator.shape) >= _SHORTEST_COARSENED else None
     if coarse is None:
         return None
@@ -78,10 +79,9 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
     start = starting_pressure(coarse, points, kind, value)
     problem = Problem.of(coarse, points, kind, value)
     try:
-        state = minimise(problem, start, Effort(_COARSE_TOLERANCE, _COARSE_ITERATIONS))
+        return minimise(problem, start, Effort(_COARSE_TOLERANCE, _COARSE_ITERATIONS)).pressure
     except ConvergenceError:
         return None
-    return _interpolated(state.pressure, operator)
 
 
 def _interpolated(pressure: Field, operator: HalfSpace) -> Field:

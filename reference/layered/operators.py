@@ -171,7 +171,7 @@ class LayeredFree(OfBody, FreeOperator):
 
     def _coefficients(self) -> Array:
         if self._local:
-            whole = fft.irfft2(self.transfer, self._padded, workers=1)
+            whole = fft.irfft2(self._transfer(), self._padded, workers=1)
             return whole[: self.shape[0], : self.shape[1]].copy()
         return cell_coefficients(self.body, self.shape, self.spacing)
 

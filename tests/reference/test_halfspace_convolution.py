@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -12,11 +13,19 @@ from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
 from reference.errors import ConvergenceError
-from reference.halfspace import FreeOperator, PeriodicOperator, conjugate_gradients, fft
+from reference.halfspace import (
+    FreeOperator,
+    PeriodicOperator,
+    conjugate_gradients,
+    convolution,
+    fft,
+    pieces,
+)
 from reference.halfspace.conjugate_gradients import _Stage
 from reference.halfspace.convolution import Convolution
 from reference.halfspace.solution import Press
 from reference.loads import Load
+from reference.surfaces import SelfAffine, self_affine
 
 # Powers and mixtures of small factors, primes (by chirps), single rows and columns.
 LENGTHS = st.sampled_from([1, 2, 3, 4, 5, 7, 8, 9, 11, 15, 16, 17, 24, 30, 31, 32, 40, 49, 64, 97])
@@ -135,3 +144,57 @@ def test_a_field_out_of_the_range_of_numbers_is_an_error():
     gap = np.array([[0.0, 1.0], [1.0, 1e300]]) * 1e8
     with pytest.raises(ConvergenceError, match="range of numbers"):
         fft.solve(Press(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap), Load("force", 1e308))
+
+
+@pytest.mark.parametrize(("padding", "dtype"), [(0, np.float32), (0, np.float64), (26, np.float64)])
+def test_large_fields_are_convolved_in_blocks_with_the_same_result(padding, dtype, monkeypatch):
+    """Blocks of a few rows and columns, shared by threads or not, into the field itself."""
+    rng = np.random.default_rng(7)
+    shape = (60, 46)
+    padded = (shape[0] + padding, shape[1] + padding)
+    transfer, field = even_transfer(padded, rng), rng.standard_normal(shape).astype(dtype)
+    whole = Convolution(shape, padded, transfer, dtype)(field)
+    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr(pieces, "SIZE", 500)
+    blocks = Convolution(shape, padded, transfer, dtype)
+    alone = blocks(field)
+    np.testing.assert_allclose(alone, whole, atol=20 * np.finfo(dtype).eps * abs(whole).max())
+    with pieces.threads(2):
+        shared = blocks(field.copy(), out=field)
+    assert shared is field
+    np.testing.assert_array_equal(shared, alone)
+
+
+def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):
+    """Pieces of 200 cells, so that the sums of a small grid are of many parts."""
+    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr(pieces, "SIZE", 200)
+    operator, gap = problem(PeriodicOperator)
+    alone = fft.solve(Press(operator, gap), Load("force", 20.0))
+    with pieces.threads(2):
+        shared = fft.solve(Press(operator, gap), Load("force", 20.0))
+    np.testing.assert_array_equal(shared.pressure, alone.pressure)
+    assert shared.history == alone.history
+
+
+def peak_bytes(operator, gap):
+    """Largest sum of arrays that a solve holds beside the gap, per cell."""
+    tracemalloc.start()
+    fft.solve(Press(operator, gap), Load("force", 0.003))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return peak / gap.size + gap.itemsize
+
+
+@pytest.mark.parametrize(("operator_class", "most"), [(PeriodicOperator, 64), (FreeOperator, 128)])
+def test_a_solve_holds_no_more_arrays_than_its_plan_says(operator_class, most, monkeypatch):
+    """Bytes per cell from the operator to the answer, the gap included; pieces count little."""
+    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr(pieces, "SIZE", 2**12)
+    n = 256
+    spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=16 / n)
+    height = self_affine(n, 1.0, spectrum, seed=1, realisation=0)
+    gap = height.max() - height
+    once, again = (operator_class((n, n), (1 / n, 1 / n), 1.0) for _ in range(2))
+    peak_bytes(once, gap)  # compiles
+    assert peak_bytes(again, gap) <= most

@@ -25,11 +25,13 @@ from reference.halfspace.solution import Press
 from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 
-# Double arrays of one grid that a solve holds at once, measured: 20 and 32 on grids of 512 to 2048
-# points a side (the free half-space pads each direction to twice its cells); double precision all
-# the way, the fallback, needs 12 and 18 more.
-ARRAYS_PERIODIC = 32
-ARRAYS_FREE = 50
+# Bytes per cell that a solve holds at most, the gap and the answer included: 58 and 93, measured
+# (`roughline bench bem`; the free half-space pads each direction to twice its cells). Double
+# precision all the way, the fallback of contacts that stall, needs 40 and 50 more.
+BYTES_PERIODIC = 64
+BYTES_FREE = 128
+# Beside the solve: the heights of every surface of a block.
+_HEIGHTS = 8
 
 # Cells up to which a single small surface is refined further: a tenth of a second for each load.
 MOST_REFINED = 256**2
@@ -76,11 +78,10 @@ class BemFft(GridSolver[HalfSpace]):
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""
-        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
-        arrays = ARRAYS_PERIODIC if periodic else ARRAYS_FREE
-        # The heights of a block of realisations, and what made them, are kept beside.
-        stored = 4 * len(task.realisations)
-        return 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
+        rough = isinstance(task.geometry, RoughGeometry)
+        solve = BYTES_PERIODIC if rough and task.geometry.periodic else BYTES_FREE
+        heights = _HEIGHTS * len(task.realisations) if rough else 0
+        return float(solve + heights) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
         """Name the domain."""

@@ -56,7 +56,7 @@ class Case:
 
 def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Case:
     """Return a periodic self-affine surface at a load with the given contact fraction."""
-    gap = _surface(points, cutoff)
+    gap = surface(points, cutoff)
     force, reached = _force_at(gap, fraction)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {reached:.1%} contact"
     return Case(name, gap[None], _spacing(points), True, "force", np.array([force]), target)
@@ -64,7 +64,7 @@ def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Ca
 
 def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
     """Return the same surface under increasing forces up to the default contact fraction."""
-    gap = _surface(points, cutoff)
+    gap = surface(points, cutoff)
     force, reached = _force_at(gap, MEDIUM)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
     loads = force * np.linspace(1 / steps, 1, steps)
@@ -89,7 +89,7 @@ def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> C
 
 def ensemble(count: int, points: int, loads: int, target: float | None) -> Case:
     """Return free patches with all resolved waves, and forces up to half of E* A0 h'."""
-    gaps = np.array([_surface(points, 2, k) for k in range(count)])
+    gaps = np.array([surface(points, 2, k) for k in range(count)])
     forces = SLOPE * np.geomspace(1e-3, 0.1, loads)
     name = f"{count} free {points}^2 patches x {loads} loads"
     return Case(name, gaps, _spacing(points), False, "force", forces, target)
@@ -99,7 +99,8 @@ def _spacing(points: int) -> tuple[float, float]:
     return (1 / points, 1 / points)
 
 
-def _surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
+def surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
+    """Return the gap of a periodic self-affine surface, in which `cutoff` cells are a wave."""
     heights = surfaces.self_affine(
         (points, points),
         (1.0, 1.0),
@@ -107,7 +108,7 @@ def _surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
         seed=1,
         realisation=realisation,
     )
-    return np.asarray(heights.max() - heights)
+    return np.subtract(heights.max(), heights, out=heights)
 
 
 def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:

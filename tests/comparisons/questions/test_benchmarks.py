@@ -160,6 +160,16 @@ def test_the_memory_of_a_solve_is_that_of_its_own_process():
     result = bem_cost.largest(32)
     assert result["seconds"] > 0
     assert result["peak"] > 2e7  # Python with NumPy alone has more
+    assert result["iterations"] > 0
+    assert result["violation"] <= bem_cost.TOLERANCE
+
+
+def test_a_convolution_is_compared_with_the_machine_it_runs_on():
+    """No convolution is below the floor of operations and passes, and none a thousandfold above."""
+    row = bem_cost._floor(64)
+    assert 1 < row.ratio < 1000
+    assert "GFlop/s" in row.yardstick
+    assert "GB/s" in row.yardstick
 
 
 @pytest.mark.slow

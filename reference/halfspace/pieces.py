@@ -1,0 +1,66 @@
+"""Work on large fields in pieces, by as many threads as allowed.
+
+Pieces have a fixed size, and sums over them are added in their order: results do not depend on the
+number of threads, by default one. SciPy's transforms and the compiled loops release the
+interpreter's lock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from typing import TypeVar
+
+Answer = TypeVar("Answer")
+
+# Numbers in a piece: small beside a large field, large beside the cost of a call.
+SIZE = 2**18
+
+
+class _Threads:
+    """The threads that share pieces: none but the caller's own unless asked for."""
+
+    pool: ThreadPoolExecutor | None = None
+
+
+@contextmanager
+def threads(number: int) -> Iterator[None]:
+    """Share the pieces of large fields among some threads.
+
+    Raises
+    ------
+    ValueError
+        If the number is not positive.
+
+    Examples
+    --------
+    >>> with threads(2):
+    ...     over(4, 2, lambda part: part)
+    [slice(0, 2, None), slice(2, 4, None)]
+    """
+    if number < 1:
+        raise ValueError(f"threads must be at least 1, not {number!r}")
+    if number == 1:
+        yield
+        return
+    before = _Threads.pool
+    with ThreadPoolExecutor(number) as pool:
+        _Threads.pool = pool
+        try:
+            yield
+        finally:
+            _Threads.pool = before
+
+
+def over(length: int, step: int, work: Callable[[slice], Answer]) -> list[Answer]:
+    """Return what `work` makes of every piece of `step` items, in order."""
+    parts = [slice(start, min(start + step, length)) for start in range(0, length, step)]
+    if _Threads.pool is None or len(parts) == 1:
+        return [work(part) for part in parts]
+    return list(_Threads.pool.map(work, parts))
+
+
+def rows_of(width: int) -> int:
+    """Return how many rows of a field are a piece."""
+    return max(1, SIZE // width)
