@@ -185,6 +185,7 @@ def solve(
     json: Annotated[bool, Parameter(negative=())] = False,
     csv: Path | None = None,
     vtu: Path | None = None,
+    threads: int = 1,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Solve one scene with one method.
@@ -205,6 +206,8 @@ def solve(
         Write the load steps to this CSV file.
     vtu
         Write the fields at the last load to this VTU file, for ParaView.
+    threads
+        Threads that share large grids of the half-space (from 512 x 512); digits do not change.
     """
     from comparisons.questions.single import solve_scene
     from reports.cli import terminal
@@ -224,7 +227,9 @@ def solve(
         setting if "." in setting.partition("=")[0] else f"{method}.{setting}" for setting in option
     )
     overrides = _overrides(method, options)
-    result = solve_scene(scene, method, resolution, overrides, with_fields=vtu is not None)
+    result = solve_scene(
+        scene, method, resolution, overrides, with_fields=vtu is not None, threads=threads
+    )
     if vtu is not None:
         result.write_vtu(vtu)
     if json:

@@ -352,6 +352,17 @@ def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, patch):
         assert min(document[f"{name}_stderr"]) > 0
 
 
+def test_threads_change_no_digit_and_are_no_more_than_the_cores(roughline, ball, monkeypatch):
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    command = ("solve", ball, "--method", "bem_fft", "--resolution", "8", "--json", "--threads")
+    alone, shared = (json.loads(roughline(*command, number).out) for number in ("1", "2"))
+    assert shared["force"] == alone["force"]
+    for number in ("0", "3"):
+        result = roughline(*command, number)
+        assert result.code == 2
+        assert "--threads: expected 1 to 2" in result.err
+
+
 def test_solve_writes_a_table(roughline, tmp_path, ball):
     result = roughline("solve", ball, "--method", "closed_form", "--csv", "sub/t.csv")
     assert (result.code, result.out, result.err) == (0, "", "")
