@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.barber import best_circle
+from reference.bounds.barber import best_circle, contact_radius
 from reference.bounds.discs import Discs
 from reference.bounds.extension import Extension
 from reference.bounds.interval import EPSILON, Interval, above, below
@@ -29,13 +29,15 @@ CELLS = 32
 
 # Exponents of the spacing towards the edge of contact: of the rings of a pressure that ends as
 # s^(1/2) and as s^(-1/2) there, and of the elements of a displacement that leaves the body as
-# s^(3/2) and as s^(1/2).
-_SMOOTH_RINGS, _SHARP_RINGS = 2.0, 4.0
-_SMOOTH_ELEMENTS, _SHARP_ELEMENTS = 1.4, 3.5
-# Radius and depth of the elements, in contact radii: what lies beyond costs 1e-6 of the energy.
-_OUTSKIRTS = 8.0
-# Step of penetration times cells: weighs the force's curvature against the width of the energies.
-_STEP = 0.4
+# s^(3/2) and as s^(1/2). Where a corner lies close inside, they are in between.
+_SMOOTH_RINGS, _CORNER_RINGS, _SHARP_RINGS = 2.0, 3.0, 4.0
+_SMOOTH_ELEMENTS, _CORNER_ELEMENTS, _SHARP_ELEMENTS = 1.4, 2.0, 3.5
+# Radius and depth of the elements, in contact radii, over the root of the cells: what lies beyond
+# costs the fifth power of it, so that the third order of the elements is kept.
+_OUTSKIRTS = 2.0
+# Width of the energies, relative, times the cube of the cells: from 0.03 (paraboloid) to 0.3 (a
+# punch that is hardly rounded). It fixes a step of penetration, not a bound.
+_WIDTH = 0.1
 # How far, relative to them, the last penetration and force stay away from where a gap ends.
 _SHORT = 1e-6
 
@@ -100,12 +102,46 @@ def force(
             (2 * n + 1) / (n * penetration)
         )
     circle = best_circle(profile, penetration)
-    step = min(_STEP / cells * penetration, 0.5 * (profile.deepest - penetration))
+    step = _step(profile, penetration, cells)
     more, less = penetration + step, penetration - step
     upper = _energy_above(profile, more, best_circle(profile, more).radius, cells)
     lower = _energy_below(profile, less, best_circle(profile, less).radius, cells)
     mean = above((above(upper) - below(lower)) / (more - less), 4)
     return effective_modulus * Interval(circle.force, mean)
+
+
+def _step(profile: Profile, penetration: float, cells: int) -> float:
+    """Step h of penetration: F'' h^2/6, the mean's excess, against w U/(2 h), w that of energies.
+
+    Their sum is least where F'' h^3 = 3 w U/2; U is about F d/2.
+    """
+    small = min(0.05 * penetration, 0.5 * (profile.deepest - penetration))
+    less, here, more = (best_circle(profile, penetration + k * small).force for k in (-1, 0, 1))
+    bend = max((more - 2 * here + less) / small**2, 1e-9 * here / penetration**2)
+    best = (0.75 * _WIDTH / cells**3 * here * penetration / bend) ** (1 / 3)
+    return min(float(best), 0.5 * penetration, 0.5 * (profile.deepest - penetration))
+
+
+def stiffness(profile: Profile, penetration: float, effective_modulus: float) -> Interval:
+    """Stiffness dF/dd at a penetration: 2 E* a with the contact radius a between proved bounds.
+
+    The contact of a convex body of revolution is a disc (`contact_radius`), and as the gap at its
+    edge is zero a small step moves all of it by the same: it is a flat punch.
+
+    Raises
+    ------
+    ValueError
+        For a penetration or modulus that is not positive and finite.
+
+    Examples
+    --------
+    >>> from reference.bounds.profiles import paraboloid
+    >>> k = stiffness(paraboloid(1.0), 0.01, 1.0)
+    >>> 2 * 0.1 in k, k.width < 1e-4
+    (True, True)
+    """
+    refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
+    return (2 * effective_modulus) * contact_radius(profile, penetration)
 
 
 def penetration(
@@ -196,17 +232,21 @@ def _rings(cells: int, exponent: float) -> Array:
 
 
 def _energy_below(profile: Profile, penetration: float, radius: float, cells: int) -> float:
-    discs = Discs(radius * _rings(cells, _SMOOTH_RINGS))
-    base = np.pi * penetration * discs.radii**2
-    missing = 2 * np.pi * profile.moment(discs.radii)
-    return discs.energy_below(base - missing, base + missing)
+    best = 0.0
+    for exponent in (_SMOOTH_RINGS, _CORNER_RINGS) if profile.corners else (_SMOOTH_RINGS,):
+        discs = Discs(radius * _rings(cells, exponent))
+        base = np.pi * penetration * discs.radii**2
+        missing = 2 * np.pi * profile.moment(discs.radii)
+        best = max(best, discs.energy_below(base - missing, base + missing))
+    return best
 
 
 def _energy_above(profile: Profile, penetration: float, radius: float, cells: int) -> float:
     """Upper bound of the energy for E* = 1, computed in units of the contact radius."""
     reach = profile.reach(penetration)
     marks = [corner / radius for corner in profile.corners if corner < radius]
-    radii, depths = _mesh(cells, _SMOOTH_ELEMENTS, (*marks, reach / radius))
+    exponent = _CORNER_ELEMENTS if marks else _SMOOTH_ELEMENTS
+    radii, depths = _mesh(cells, exponent, (*marks, reach / radius))
     inside = int(np.searchsorted(radii, reach / radius))
     floor = _floor(profile, penetration, radius * radii[: inside + 1])
     retained = np.arange(len(floor))
@@ -230,7 +270,7 @@ def _floor(profile: Profile, penetration: float, radii: Array) -> Array:
 def _mesh(cells: int, exponent: float, marks: tuple[float, ...]) -> tuple[Array, Array]:
     """Radii and depths of elements, finer towards r = 1 and the surface; marks are vertices."""
     t = np.arange(cells + 1) / cells
-    outwards = graded(cells, exponent, _OUTSKIRTS - 1)
+    outwards = graded(cells, exponent, max(_OUTSKIRTS * math.sqrt(cells), *marks, 2.0) - 1)
     radii = np.concatenate([1 - t[::-1] ** exponent, 1 + outwards[1:]])
     kept = [0.0, 1.0, float(radii[-1])]
     for mark in marks:

@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ellipkm1
 
+from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, circle, dihedral
 from reference.closed_form.elliptic import ellipsoid
@@ -152,9 +152,3 @@ class Pyramid:
         """Return 2 a (1 - <g>)."""
         a = self._radius()
         return 2 * a * (1 - a * self._mean_gap()) * (1 - 32 * EPSILON)
-
-
-def elliptic_stiffness(a: float, b: float) -> float:
-    """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5)."""
-    long, short = max(a, b), min(a, b)
-    return math.pi * long / float(ellipkm1((short / long) ** 2))

@@ -82,6 +82,21 @@ class Waves:
             factors.append((1j * wave) ** order[axis] * np.exp(1j * np.outer(places, wave)))
         return np.asarray((factors[0] @ self._modes @ factors[1].T).real)
 
+    def mean_under(self, middle: Array, axes: Array) -> float:
+        """Mean height under the pressure of a flat elliptic punch, see `mean_gaps.WavyGap`.
+
+        Parameters
+        ----------
+        middle : (2,)
+        axes : (2, 2)
+            The semi-axes as columns.
+        """
+        qx, qy = (2 * np.pi * o / s for o, s in zip(self._orders, self._size, strict=True))
+        along = [axis[0] * qx[:, None] + axis[1] * qy for axis in axes.T]
+        factor = np.sinc(np.hypot(*along) / np.pi)
+        phases = np.exp(1j * middle[0] * qx), np.exp(1j * middle[1] * qy)
+        return float((phases[0] @ (self._modes * factor) @ phases[1]).real)
+
     @property
     def rounding(self) -> float:
         """Bound of the rounding of a value.

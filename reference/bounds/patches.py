@@ -25,11 +25,14 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.blocks import Block
 from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import Interval, above, below
+from reference.bounds.summits import ellipses_below
 
 Array = NDArray[np.float64]
 
 # Rounds in which a penetration too shallow is deepened, and a displacement too deep taken back.
 _ROUNDS = 8
+# Share of the upper bound below which the lower one is tried anew, in closed form.
+_SHARP = 0.5
 # Squares per point of the map on which places that a body does not reach are told.
 _LOOK = 8
 
@@ -79,7 +82,24 @@ class Patch:
         refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
         block = self.block(penetration)
         lower, upper = force_below(block, penetration), force_above(block, penetration)
+        if lower < _SHARP * upper:
+            # cells larger than the contacts prove little, ellipses on the summits then more
+            lower = max(lower, self.by_ellipses(penetration, 1.0))
         return effective_modulus * Interval(lower, upper)
+
+    def by_ellipses(self, penetration: float, effective_modulus: float) -> float:
+        """Lower bound of the force by flat punches on the summits (`summits`): without cells.
+
+        Raises
+        ------
+        ValueError
+            As `force`.
+        """
+        refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
+        far = self._corner + self.size
+        corners = (self._corner, self._corner), (far, far)
+        bound = ellipses_below(self._waves, self.top, corners, penetration)
+        return below(effective_modulus * bound, 4)
 
     def block(self, penetration: float) -> Block:
         """Return the cells of the patch about all places that are less than d below the top."""

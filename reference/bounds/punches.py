@@ -11,11 +11,16 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
 
 from reference.arguments import count_faults, refuse
+from reference.bounds.ellipses import best_ellipse, force_of_ellipses
 from reference.bounds.extension import Extension
 from reference.bounds.interval import Interval, below
 from reference.bounds.lines import graded
+from reference.bounds.mean_gaps import Face
 from reference.bounds.outlines import Outline, polygon, slack
 from reference.bounds.pressures import FanPressures
 from reference.bounds.sections import fan
@@ -100,3 +105,60 @@ def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> 
     return Interval(
         stiffness_below(fine, lower) * (1 - room), stiffness_above(coarse, upper) * (1 + room)
     )
+
+
+def enclosed(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> Interval:
+    """Stiffness of a flat face with any simple outline for E* = 1 between proved bounds.
+
+    Where a place sees the whole outline, as `bounded` about the origin or else that place. Of other
+    faces by the order of sets: not above that of the convex hull, which holds the face, and not
+    below ellipses that press together on it, nor the circle of its area.
+
+    Parameters, errors
+        As `bounded`, of polygons that do not cross themselves.
+
+    Examples
+    --------
+    >>> u_shape = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
+    >>> stiffness = enclosed(u_shape, (5, 6))
+    >>> square = bounded([(1.5, -1.5), (1.5, 1.5), (-1.5, 1.5), (-1.5, -1.5)], (5, 6))
+    >>> stiffness.upper <= 1.0001 * square.upper, stiffness.width < 0.2
+    (True, True)
+    """
+    corners = np.asarray(vertices, dtype=float)
+    place = _seeing_all(corners)
+    if place is not None:
+        return bounded(_pairs(corners - place), cells)
+    hull = corners[ConvexHull(corners).vertices]
+    upper = bounded(_pairs(hull - hull.mean(axis=0)), cells).upper
+    x, y = (corners - corners.mean(axis=0)).T
+    area = 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
+    face = Face(corners)
+    ellipses = [best_ellipse(face, 1.0, [start])[0] for start in face.starts()]
+    together = force_of_ellipses(face, ellipses, 1.0)
+    return Interval(max(equal_area_stiffness(below(area, 4 * len(corners))), together), upper)
+
+
+def _pairs(corners: NDArray[np.float64]) -> list[tuple[float, float]]:
+    return [(float(x), float(y)) for x, y in corners]
+
+
+def _seeing_all(corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Place from which the whole outline is seen: the origin, or the one farthest from all sides.
+
+    As far as possible to the inner side of every line that a side lies on: a linear programme.
+    """
+    side = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*side.T)
+    inwards = np.stack([-side[:, 1], side[:, 0]], axis=1) / length[:, None]
+    offset = (inwards * corners).sum(axis=1)
+    if (offset < 0).all():
+        return np.zeros(2)
+    result = linprog(
+        [0, 0, -1],
+        A_ub=np.column_stack([-inwards, np.ones(len(corners))]),
+        b_ub=-offset,
+        bounds=[(None, None), (None, None), (0, None)],
+    )
+    seen = result.x is not None and result.x[2] > 1e-3 * length.max()
+    return np.array(result.x[:2]) if seen else None

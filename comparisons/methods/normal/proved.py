@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
@@ -19,7 +20,8 @@ from comparisons.methods.solver import Refused
 from comparisons.scene import indenters
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds import axisymmetric, bodies, homogeneous, punches
+from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import Interval, above, below
 from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
 
@@ -28,8 +30,12 @@ At = Callable[[float], Interval]
 # From the origin to the edge, for a tolerance of 1 %: rings and elements of bodies of revolution;
 # elements of the upper bound and cells of the lower one of ellipsoids and of flat faces. All three
 # enclose to about a tenth of that, in less than half a second where no side is over ten
-# times the other; slenderer contacts take longer (an ellipsoid 1 : 1000 most of a minute).
+# times the other. Elements and time grow with the ratio of the sides, and beyond these (about 4 s
+# and 3 s at a tolerance of 1 %) so does the width of the interval.
 _ROUND, _ELLIPTIC, _FACE = 16, (6, 8), (8, 12)
+_SLENDER_CONTACT, _SLENDER_FACE = 60.0, 30.0
+# Operations of an elliptic integral and what is made of it.
+_INTEGRAL = 64
 
 
 @dataclass(frozen=True)
@@ -163,6 +169,7 @@ def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
         return Proof(
             lambda d: axisymmetric.force(profile, d, modulus, cells=cells),
             lambda d: axisymmetric.energy(profile, d, modulus, cells=cells),
+            stiffness=lambda d: axisymmetric.stiffness(profile, d, modulus),
             penetration=lambda load: axisymmetric.penetration(profile, load, modulus, cells=cells),
             deepest=axisymmetric.deepest(profile),
             heaviest=axisymmetric.heaviest(profile, modulus),
@@ -171,6 +178,8 @@ def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)
     if isinstance(indenter, indenters.Ellipsoid):
         body = bodies.Paraboloid(indenter.radius_x, indenter.radius_y)
+        x, y = body.punch(1).extents
+        _check_slender("contact", max(x, y) / min(x, y), _SLENDER_CONTACT)
         return _scaling(2.0, lambda: _elliptic_energy(body, _more(_ELLIPTIC, finer)), modulus)
     _check_outline(indenter)
     return _punch(lambda: _stiffness(indenter, finer), modulus)
@@ -247,20 +256,36 @@ def _punch(unit: Callable[[], Interval], modulus: float) -> Proof:
 def _stiffness(indenter: indenters.Indenter, finer: float) -> Interval:
     if isinstance(indenter, indenters.Cylinder):
         return axisymmetric.disc_stiffness(indenter.radius, 1.0, cells=round(_ROUND * finer))
-    return punches.bounded(_corners(indenter), _more(_FACE, finer))
+    if isinstance(indenter, indenters.EllipticPunch):
+        # its closed form bounds from both sides: the pressure moves the whole face by the same
+        k = elliptic_stiffness(*indenter.semi_axes)
+        return Interval(below(k, _INTEGRAL), above(k, _INTEGRAL))
+    return punches.enclosed(_corners(indenter), _more(_FACE, finer))
 
 
 def _check_outline(indenter: indenters.Indenter) -> None:
     """Raise `Refused` for a punch whose outline the bounds do not take."""
-    if isinstance(indenter, indenters.Cylinder):
+    if isinstance(indenter, indenters.Cylinder | indenters.EllipticPunch):
         return
     if indenter.outline is None:
         shape = str(indenter.model_dump()["shape"]).replace("_", " ")
         raise Refused(f"no bound is computed for the shape {shape}")
-    try:
-        outlines.polygon(_corners(indenter), 1, 1.0)
-    except ValueError as fault:
-        raise Refused(f"polygons are bounded about their centroid: {fault}") from fault
+    corners = np.array(_corners(indenter))
+    hull = corners[ConvexHull(corners).vertices]
+    sides = np.roll(hull, -1, axis=0) - hull
+    along = sides / np.hypot(*sides.T)[:, None]
+    lengths = np.ptp(along @ hull.T, axis=1)
+    widths = np.ptp(along[:, 0, None] * hull[:, 1] - along[:, 1, None] * hull[:, 0], axis=1)
+    _check_slender("face", float(max(lengths.max(), widths.max()) / widths.min()), _SLENDER_FACE)
+
+
+def _check_slender(what: str, ratio: float, most: float) -> None:
+    """Raise `Refused` for what is so slender that the bounds would take minutes."""
+    if ratio > most:
+        raise Refused(
+            f"the {what} is {ratio:.3g} times as long as wide, and the finite elements of the "
+            f"bounds, whose number grows with that, are for ratios up to {most:g}"
+        )
 
 
 def _corners(indenter: indenters.Indenter) -> list[tuple[float, float]]:

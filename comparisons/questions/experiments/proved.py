@@ -125,7 +125,12 @@ def _grid_force(
     penetration = float(depth) * float(heights.std())
     stated = patch.on_grid(penetration)
     error, bar = judged(stated, patch.force(penetration, 1.0))
-    return Finding(error, bar, {"cells per side": float(patch.grid[0])})
+    details: dict[str, float | str] = {
+        "cells per side": float(patch.grid[0]),
+        "ellipses on the summits carry at least, over it": patch.by_ellipses(penetration, 1.0)
+        / stated,
+    }
+    return Finding(error, bar, details)
 
 
 def _grid_penetration(

@@ -1,0 +1,207 @@
+r"""Flat elliptic punches as a lower bound of the force, in closed form, for any shape.
+
+An elliptic punch that sinks in by one, E* = 1, has the stiffness k = pi a/K(1 - b^2/a^2) and the
+pressure k/(2 pi a b sqrt(1 - X^2/a^2 - Y^2/b^2)), the shadow of a uniform sphere; the surface sinks
+by one everywhere on the ellipse and by less outside (Johnson 1985, section 3.5). So it is admitted
+by the linear programme whose value is the force (Barber 1974, Int. J. Eng. Sci. 12, 813),
+
+    F = max { int (d - g) dm : m >= 0, K m <= 1 where m > 0 }  >=  k (d - <g>),
+
+with <g> the mean of the gap over the sphere: a body without another formula has this one. Several
+ellipses carry more. Under the force f_j ellipse j sinks in by f_j/k_j, and a point outside by
+f_j F(phi_j, m_j)/(pi a_j) with sin^2 phi = a^2/(a^2 + s), s the confocal coordinate of the point
+(F Legendre's integral). No point of another convex set with the support function h lies within the
+confocal ellipse s if for any one direction n, c the vector between the middles,
+
+    s <= (n . c - h(n))^2 - h_j(n)^2,    n . c > h(n),        h_j(n)^2 = a^2 n_1^2 + b^2 n_2^2,
+
+which bounds the displacement on a whole ellipse, without a sample. The forces then follow from a
+small linear programme, scaled so that every row of it holds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog, minimize
+from scipy.special import ellipkinc, ellipkm1
+
+from reference.bounds.interval import EPSILON, above, below
+
+Array = NDArray[np.float64]
+
+# Of Legendre's integrals (Cephes and Carlson's algorithm) with a handful of products around them.
+_FORMULA = 64
+# Searches one after the other, each from the end of the last, while they gain.
+_SEARCHES = 5
+# Directions in which two ellipses are tried apart: any one proves, more make it sharper.
+_DIRECTIONS = 64
+
+
+def elliptic_stiffness(a: float, b: float) -> float:
+    """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5)."""
+    long, short = max(a, b), min(a, b)
+    return math.pi * long / float(ellipkm1((short / long) ** 2))
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """Middle, semi-axes, and the angle of the first of them to the x axis."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+    angle: float = 0.0
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness for E* = 1, not rounded up; zero of no size."""
+        if not min(self.a, self.b) > 0:
+            return 0.0
+        return below(elliptic_stiffness(self.a, self.b), _FORMULA)
+
+    @property
+    def axes(self) -> Array:
+        """Vectors of the semi-axes as columns: the ellipse is this matrix times the unit disc."""
+        cosine, sine = math.cos(self.angle), math.sin(self.angle)
+        return np.array([[self.a * cosine, -self.b * sine], [self.a * sine, self.b * cosine]])
+
+    def scaled(self, factor: float) -> Ellipse:
+        """Return the ellipse about the same middle, larger by a factor."""
+        return replace(self, a=factor * self.a, b=factor * self.b)
+
+
+class MeanGap(Protocol):
+    """A gap, by its mean under the pressure of an elliptic punch."""
+
+    def within(self, ellipse: Ellipse) -> Ellipse:
+        """Return the ellipse, scaled to lie where there is material; to nothing if none."""
+        ...
+
+    def above(self, ellipse: Ellipse) -> float:
+        """Upper bound of <g> for an ellipse that `within` returned."""
+        ...
+
+
+def force_of_ellipse(gap: MeanGap, ellipse: Ellipse, penetration: float) -> float:
+    """Lower bound k (d - <g>) of the force for E* = 1, with the ellipse as `within` returns it."""
+    missing = penetration - above(gap.above(ellipse), 4)
+    return below(ellipse.stiffness * missing, 8) if missing > 0 else 0.0
+
+
+def best_ellipse(
+    gap: MeanGap, penetration: float, starts: Sequence[Ellipse]
+) -> tuple[Ellipse, float]:
+    """Return the ellipse that proves most, over axes, place and angle, and the force for E* = 1.
+
+    Parameters
+    ----------
+    gap : MeanGap
+    penetration : float
+    starts : sequence of Ellipse
+        From which to search (Nelder & Mead): wherever that ends, the bound holds.
+    """
+    best, most = starts[0], 0.0
+    for start in starts:
+        ellipse, force = start, 0.0
+        for _ in range(_SEARCHES):
+            again = _better(gap, penetration, ellipse)
+            gained = force_of_ellipse(gap, again, penetration)
+            enough = gained <= force * (1 + 1e-5)
+            if gained > force:
+                ellipse, force = again, gained
+            if enough:
+                break
+        if force > most:
+            best, most = ellipse, force
+    return best, most
+
+
+def _better(gap: MeanGap, penetration: float, start: Ellipse) -> Ellipse:
+    """Return an ellipse that proves more than the start, by one search on a simplex about it."""
+    size = math.sqrt(start.a * start.b)
+    if not size > 0:
+        return start
+
+    def made(p: Array) -> Ellipse:
+        # at most a factor of a million either way
+        a, b = (math.exp(float(np.clip(x, -14, 14))) for x in p[:2])
+        x, y = start.x + size * float(p[2]), start.y + size * float(p[3])
+        return gap.within(Ellipse(x, y, start.a * a, start.b * b, start.angle + float(p[4])))
+
+    def less(p: Array) -> float:
+        ellipse = made(p)
+        # below zero, too, so that the search knows where to go
+        return -ellipse.stiffness * (penetration - gap.above(ellipse))
+
+    simplex = np.concatenate([np.zeros((1, 5)), np.diag([0.3, -0.3, 0.2, 0.2, 0.3])])
+    enough = 1e-7 * start.stiffness * penetration
+    options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": enough, "maxfev": 400}
+    return made(minimize(less, np.zeros(5), method="Nelder-Mead", options=options).x)
+
+
+def force_of_ellipses(gap: MeanGap, ellipses: Sequence[Ellipse], penetration: float) -> float:
+    """Lower bound of the force by ellipses that press together, for E* = 1."""
+    ellipses = [ellipse for ellipse in ellipses if ellipse.stiffness > 0]
+    forces = shares(gap, ellipses, penetration)
+    work = [penetration - above(gap.above(ellipse), 4) for ellipse in ellipses]
+    return max(below(math.fsum(f * w for f, w in zip(forces, work, strict=True)), 16), 0.0)
+
+
+def shares(gap: MeanGap, ellipses: Sequence[Ellipse], penetration: float) -> Array:
+    """Return forces that push the surface nowhere they act deeper than one, for E* = 1."""
+    work = np.array([penetration - gap.above(ellipse) for ellipse in ellipses])
+    depths = deepest(ellipses)
+    loaded = work > 0
+    forces = np.zeros(len(ellipses))
+    # ellipses that carry nothing need not be spared by the others
+    while loaded.any():
+        some = np.flatnonzero(loaded)
+        part = depths[np.ix_(some, some)]
+        # in units of each ellipse's own stiffness and of the best one: all of order one
+        own = np.diag(part)
+        gain = work[some] / own
+        result = linprog(-gain / gain.max(), A_ub=part / own, b_ub=np.ones(len(some)))
+        if result.x is None:
+            break
+        trial = np.zeros(len(ellipses))
+        trial[some] = np.maximum(result.x, 0.0) / own
+        pressed = trial[some] > 1e-9 / own
+        trial[some[~pressed]] = 0.0
+        under = depths[np.ix_(trial > 0, trial > 0)] @ trial[trial > 0]
+        trial /= above(float(under.max(initial=1.0)), len(some) + 8)
+        if trial @ work > forces @ work:
+            forces = trial
+        if pressed.all():
+            break
+        loaded = trial > 0
+    return forces
+
+
+def deepest(ellipses: Sequence[Ellipse]) -> Array:
+    """Upper bounds (k, j) of the displacement on ellipse k under unit force on ellipse j."""
+    depths = np.empty((len(ellipses), len(ellipses)))
+    turns = np.linspace(0, 2 * np.pi, _DIRECTIONS, endpoint=False)
+    for j, source in enumerate(ellipses):
+        own = above(1 / source.stiffness, 2)
+        long, short = max(source.a, source.b), min(source.a, source.b)
+        for k, target in enumerate(ellipses):
+            away = math.atan2(target.y - source.y, target.x - source.x)
+            n = np.stack([np.cos(away + turns), np.sin(away + turns)])
+            wide, narrow = (np.hypot(*(e.axes.T @ n)) for e in (target, source))
+            middle = (target.x - source.x) * n[0] + (target.y - source.y) * n[1]
+            reach = np.maximum(middle - wide * (1 + 16 * EPSILON), 0.0) * (1 - 64 * EPSILON)
+            confocal = float((reach**2 - narrow**2 * (1 + 64 * EPSILON)).max())
+            if k == j or confocal <= 0:
+                depths[k, j] = own
+                continue
+            angle = math.atan2(long, math.sqrt(confocal))
+            integral = float(ellipkinc(angle, 1 - (short / long) ** 2))
+            depths[k, j] = min(own, above(integral / (math.pi * long), _FORMULA))
+    return depths
