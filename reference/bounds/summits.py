@@ -102,12 +102,12 @@ def _climbed(gap: WavyGap, waves: Waves, x: float, y: float, step: float) -> tup
             break
         place = place + np.linalg.solve(bend, slope)
         # a rim is no summit, but what is highest there may carry as one
-        if np.abs(place - [x, y]).max() > step or _outside(gap, place, step):
+        if np.abs(place - [x, y]).max() > step or _off_the_patch(gap, place, step):
             return x, y
     return float(place[0]), float(place[1])
 
 
-def _outside(gap: WavyGap, place: Array, step: float) -> bool:
+def _off_the_patch(gap: WavyGap, place: Array, step: float) -> bool:
     return gap.within(Ellipse(float(place[0]), float(place[1]), step, step)).a == 0
 
 
