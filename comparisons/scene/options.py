@@ -78,7 +78,8 @@ class FemOptions(Options):
     (pyamg), which factorises nothing and takes rigid single contacts.
     mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     condensed like any other mesh (free patches of up to 32 points a side).
-    element: of a repeating mesh: quadratic "splines", or bilinear ("linear") in the plane.
+    element: of a repeating mesh: quadratic "splines", bilinear ("linear") in the plane, or
+    "quadratic" hexahedra of 27 nodes.
     inertia: of a body that rolls, rho V^2/G; the pressure is that at rest.
     """
 
@@ -89,7 +90,7 @@ class FemOptions(Options):
     points: Literal["nodes", "quadrature"] = "nodes"
     coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
     mesh: Literal["repeating", "block"] = "repeating"
-    element: Literal["splines", "linear"] = "splines"
+    element: Literal["splines", "linear", "quadratic"] = "splines"
     inertia: Annotated[Finite, Field(ge=0, le=0.5)] = 0.0
 
 

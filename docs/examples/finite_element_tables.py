@@ -28,7 +28,8 @@ from reference.fem import (
     press,
     recover,
 )
-from reference.fem.columns import ELEMENTS, Layers, compliance
+from reference.fem.column_elements import ELEMENTS
+from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import PeriodicBody
 from reference.halfspace import PeriodicOperator, fft, kernels
 from reference.halfspace.areas import contact_stiffness
@@ -259,6 +260,34 @@ def wave_table() -> list[list[str]]:
     return [*rows, ["cells", "any", *(f"{100 * e:.2g}" for e in cells * q / 2 - 1)]]
 
 
+def dispersion_table() -> list[list[str]]:
+    """Errors of the elements alone, pressures being the waves."""
+    q = 2 * np.pi / WAVES
+    layers = Layers([4 * WAVES[0]], [Material(1.0, 0.3)])
+    rows = [["", *(f"{cells:g} cells" for cells in WAVES)]]
+    for element in ELEMENTS:
+        values = of_smooth_pressure((q, 0 * q), (1.0, 1.0), layers, element=element, growth=1.08)
+        errors = values * q / (2 * (1 - 0.3**2)) - 1
+        rows.append([element, *(f"{100 * error:.2g}" for error in errors)])
+    return rows
+
+
+def floor_table() -> list[list[str]]:
+    """Errors of a long wave by the growth of the elements' depths."""
+    growths = (1.5, 1.3, 1.25, 1.15, 1.08)
+    wave = (np.array([2 * np.pi / 800]), np.zeros(1))
+    layers = Layers([1600.0], [Material(1.0, 0.3)])
+    rows = [["", *(f"growth {growth:g}" for growth in growths)]]
+    for element in ELEMENTS:
+        values = [
+            of_smooth_pressure(wave, (1.0, 1.0), layers, element=element, growth=growth)[0]
+            for growth in growths
+        ]
+        errors = np.array(values) * wave[0] / (2 * (1 - 0.3**2)) - 1
+        rows.append([element, *(f"{error:.1e}" for error in errors)])
+    return rows
+
+
 def rough_table() -> list[list[str]]:
     """Finite elements against boundary elements on three grids of one surface."""
     surface = self_affine(64, 1.0, SPECTRUM, seed=1, realisation=0)
@@ -293,6 +322,8 @@ TABLES = {
     "errors": error_table,
     "penalty": penalty_table,
     "stresses": stress_table,
+    "dispersion": dispersion_table,
+    "floor": floor_table,
     "waves": wave_table,
     "rough": rough_table,
 }

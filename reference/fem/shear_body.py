@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from reference.fem.columns import Element, Layers, tensor
+from reference.fem.column_elements import Element
+from reference.fem.columns import Layers, tensor
 from reference.fem.elasticity import Material
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import kernels
@@ -40,8 +41,8 @@ class ShearBody(NormalAndTangential):
     shape, spacing
         As for `NormalAndTangential`.
     material : Material
-    element : {"linear", "splines"}
-        See `columns`.
+    element : {"linear", "splines", "quadratic"}
+        See `column_elements`.
     inertia : float
         rho V^2/G of a body that flows along x; pressures and normal displacements at rest.
 

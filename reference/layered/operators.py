@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeGuard
 
 import numpy as np
@@ -203,16 +204,26 @@ def cell_modes(body: Body, shape: tuple[int, int], spacing: tuple[float, float])
         return kernels.periodic(shape, spacing, plane_modulus(body.top), "cells")
     qx, qy = (np.abs(q.ravel()) for q in kernels.wavenumbers(shape, spacing))
     zone = np.pi / spacing[0], np.pi / spacing[1]
-    chebyshev = (1 - np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)) / 2
-    others = _other_aliases(body, chebyshev * zone[0], chebyshev * zone[1], spacing)
-    along = BarycentricInterpolator(chebyshev * zone[0], others)(qx)
-    transfer: Array = BarycentricInterpolator(chebyshev * zone[1], along.T)(qy).T
+    points = [_chebyshev(end, max(spacing) / step) for end, step in zip(zone, spacing, strict=True)]
+    others = _other_aliases(body, points[0], points[1], spacing)
+    along = BarycentricInterpolator(points[0], others)(qx)
+    transfer: Array = BarycentricInterpolator(points[1], along.T)(qy).T
     waves = np.hypot(qx[:, None], qy)
     own = [np.sinc(q * step / (2 * np.pi)) for q, step in zip((qx, qy), spacing, strict=True)]
     waves[0, 0] = waves[-1, -1]
     transfer += body.compliance(waves) * own[0][:, None] * own[1]
     transfer[0, 0] = uniform(body)
     return transfer
+
+
+def _chebyshev(end: float, ratio: float) -> Array:
+    """Return Chebyshev points from zero to an end.
+
+    Along the short side of long cells the nearest aliases come close to the waves, by the ratio of
+    the sides: the points needed grow with its root.
+    """
+    number = math.ceil(_NODES * math.sqrt(ratio))
+    return end * (1 - np.cos(np.pi * (np.arange(number) + 0.5) / number)) / 2
 
 
 def _other_aliases(body: Body, qx: Array, qy: Array, spacing: tuple[float, float]) -> Array:

@@ -38,8 +38,13 @@ from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.
 ARRAYS_PERIODIC, ARRAYS_FREE = 36, 62
-# Matrices of the columns that are made at once.
+# Matrices of the columns that are made at once, and compliances that are kept.
 BYTES_OF_COLUMNS = 1.5e8
+_IN_PLANE = {
+    "linear": "bilinear in the plane, quadratic in depth",
+    "splines": "quadratic splines in the plane, quadratic in depth",
+    "quadratic": "27 nodes, pressures of a mixed method",
+}
 
 
 class FemRough(GridSolver[FreeBody | PeriodicBody]):
@@ -93,8 +98,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     def model(self, geometry: Geometry) -> str:
         """Name the mesh and what ends it."""
-        kind = "quadratic splines" if self.options.element == "splines" else "bilinear"
-        mesh = f"hexahedra ({kind} in the plane, quadratic in depth) below every cell"
+        mesh = f"hexahedra ({_IN_PLANE[self.options.element]}) below every cell"
         table = self.scene.half_space
         if _periodic(geometry):
             base = "the rigid base" if table.thickness is not None else "a clamp two periods down"

@@ -11,6 +11,7 @@ from comparisons.questions.experiments import (
     contact_statistics,
     cost,
     dry_oscillator,
+    elements,
     equivalent_body,
     friction_law,
     harmonic,
@@ -44,7 +45,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved, rolling, particles),
+    *(relaxation, proved, rolling, particles, elements),
     *(outline_rules, sheets, asperities, contact_statistics),
 )
 EXPERIMENTS: dict[str, Experiment] = {

@@ -1,0 +1,48 @@
+"""Finite elements as a truth of rough contacts: the waves that they know."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.fem import Material
+from reference.fem.column_elements import ELEMENTS, Element
+from reference.fem.columns import Layers, of_smooth_pressure
+
+# Growth of the elements with depth, whose floor is 1e-7, and depth of the body in waves.
+GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
+
+
+def _waves(
+    effort: str,
+    *,
+    wavelength: float = 8.0,
+    element: Element = "quadratic",
+    poisson_ratio: float = 0.3,
+) -> Finding:
+    """Compare the work of a wave of pressure, `wavelength` in elements, with the half-space's.
+
+    Along the elements and across their diagonal; the larger error counts. The bar is the floor
+    below all waves, from elements that grow with depth.
+    """
+    above("wavelength", wavelength, 1.999)
+    one_of("element", element, *ELEMENTS)
+    angles = np.array([0.0, np.pi / 4])
+    q = 2 * np.pi / wavelength
+    body = Layers([DEPTH * wavelength], [Material(1.0, poisson_ratio)])
+    phases = q * np.cos(angles), q * np.sin(angles)
+    work = of_smooth_pressure(phases, (1.0, 1.0), body, element=element, growth=GROWTH)
+    errors = work * q / (2 * (1 - poisson_ratio**2)) - 1
+    details: dict[str, float | str] = {"along": float(errors[0]), "diagonal": float(errors[1])}
+    return Finding(float(errors[np.argmax(np.abs(errors))]), FLOOR, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "element-waves",
+        "Work of a wave of pressure on a half-space of finite elements, against the exact one",
+        "wavelength in elements",
+        "wavelength",
+        _waves,
+    ),
+)
