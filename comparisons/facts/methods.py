@@ -22,7 +22,8 @@ class Method:
     title : str
         Name in reports.
     dimension : int
-        3 for a candidate reference, 1 for a model under test.
+        3 for a candidate reference, 1 for a model under test, 2 for a theory of the statistics of a
+        surface, which needs no realisation.
     preference : float
         Among candidates of equal or unknown bars, the one with the lowest value is the reference.
     exact : bool

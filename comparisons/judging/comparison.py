@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,9 +11,10 @@ import pandas as pd
 
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
 from comparisons.judging.bands import steps_outside
+from comparisons.judging.distributions import distribution_rows
+from comparisons.judging.fields import field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.pressures import TruePressure, pressure_measures
 from comparisons.judging.proofs import Verification, verified
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
@@ -34,6 +35,7 @@ class Comparison:
     rows: pd.DataFrame
     measures: pd.DataFrame
     verification: Verification | None = None
+    distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
 def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison:
@@ -76,7 +78,8 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     table = pd.DataFrame([constants | row for row in rows])
     last = [name for name in constants if name in table]
     table = table[[*(name for name in table if name not in constants), *last]]
-    return Comparison(truth, table, pd.DataFrame(measures), verification)
+    distributions = pd.DataFrame(distribution_rows(plan, solved))
+    return Comparison(truth, table, pd.DataFrame(measures), verification, distributions)
 
 
 def _solution_rows(
@@ -188,14 +191,13 @@ def _measure_rows(
     del common["compile_seconds"], common["options"]
     common["converged"] = bool(solution.converged.all())
     rows = []
+    if set(plan.compared) & set(FIELDS):
+        rows += [
+            {"quantity": measure["quantity"], "at": "last load"}
+            | _measure(plan, np.array([measure["error"]]), np.array([measure["bar"]]))
+            for measure in field_measures(plan, solved, method, resolution, truth)
+        ]
     for name in plan.compared:
-        if name in FIELDS:
-            rows += [
-                {"quantity": measure["quantity"], "at": "last load"}
-                | _measure(plan, np.array([measure["error"]]), np.array([measure["bar"]]))
-                for measure in pressure_measures(plan, solved, method, resolution, truth)
-            ]
-            continue
         if not truth.knows(name, curves):
             continue
         for at in _compared_at(plan, name):
@@ -238,8 +240,7 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
     widest = {}
     for name in plan.compared:
         if name in FIELDS:
-            true = TruePressure(plan, truth)
-            bar = np.array([true.bar()] if true.is_known else [])
+            bar = np.array(field_bar(plan, truth, name))
         else:
             bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
         if len(bar):

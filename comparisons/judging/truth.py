@@ -138,9 +138,9 @@ class Truth:
 
         A 3-D method solves some of the truth's surfaces, and only the scatter of the differences on
         these is an uncertainty. A model on a line has lines of its own, and springs whose number
-        matters at its finest resolution.
+        matters at its finest resolution; a theory is of all surfaces.
         """
-        line = METHODS[judged.method].dimension == 1
+        line = METHODS[judged.method].dimension != 3
         parts = self.bar_sources(name, at, same_surfaces=not line)
         if line:
             parts[LINES] = judged.scatter(name, resolution)

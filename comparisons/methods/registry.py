@@ -22,6 +22,7 @@ class Maker(Protocol):
 
     name: str
     physics: frozenset[str]
+    named_only: bool
 
     def takes(self, scene: Scene) -> bool:
         """Whether it is the one for such scenes, among those of its method and physics."""
@@ -102,11 +103,12 @@ def concerns(name: str, scene: Scene) -> bool:
     """Tell whether a scene asks for a method, or has physics that the method knows.
 
     Methods of our own that are for one physics only, as theories of rolling, are no part of plans
-    without it.
+    without it; nor are those that run only where they are named.
     """
     if METHODS[name].origin != "own" or name in (scene.compare.methods or ()):
         return True
-    return any(maker.physics <= set(scene.physics) for maker in SOLVERS[name])
+    tables = set(scene.physics)
+    return any(maker.physics <= tables and not maker.named_only for maker in SOLVERS[name])
 
 
 def solver_of(task: Task) -> Solver[Any]:

@@ -69,12 +69,15 @@ class Solver(Generic[G]):
     Class attributes
     ----------------
     name, title, dimension
-        What the method is called, and whether it solves the contact itself (3) or is a model under
-        test (1). Our own methods have the last two in `comparisons.facts.methods`.
+        What the method is called, and whether it solves the contact itself (3), is a model under
+        test (1) or a theory of the statistics of surfaces (2). Our own methods have the last two in
+        `comparisons.facts.methods`, or here.
     physics : frozenset of str
         The tables that it covers all together, such as {"viscoelastic", "sliding"}.
     bodies : bool
         Whether it takes a finite [body] with supports, too.
+    named_only : bool
+        Whether only scenes that name it in `compare.methods` have it in their plans.
     depths : bool
         Whether it takes layers and grading of the [half_space].
     note : str
@@ -97,6 +100,7 @@ class Solver(Generic[G]):
     dimension: ClassVar[int] = 3
     physics: ClassVar[frozenset[str]] = frozenset()
     bodies: ClassVar[bool] = False
+    named_only: ClassVar[bool] = False
     depths: ClassVar[bool] = False
     note: str = ""
     options_read: frozenset[str] = frozenset()

@@ -16,7 +16,8 @@ import pandas as pd
 from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.files import plain, table_text, write_named, write_named_text
-from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
+from comparisons.judging.distributions import last_histogram
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.methods.normal.proved import enclosures_asked_for
@@ -24,6 +25,7 @@ from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.answers import solve_blocks
 from comparisons.solving.planning import Plan, plan_scene, single_resolution, task_of
+from comparisons.tasks.distributions import edges
 from comparisons.tasks.solution import Solution
 from reference.halfspace import pieces
 
@@ -107,6 +109,7 @@ class SingleResult:
         pressure = self.pressure()
         if pressure is not None:
             document["pressure"] = pressure
+        document |= self.distributions()
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def pressure(self) -> dict[str, np.ndarray] | None:
@@ -120,6 +123,25 @@ class SingleResult:
             order = np.argsort(r, kind="stable")
             return {"r": r[order], "p": p[order]}
         return {"x": x, "y": y, "p": p}
+
+    def distributions(self) -> dict[str, dict[str, np.ndarray]]:
+        """Return the distributions at the last load, means over surfaces or lines.
+
+        ``low`` and ``high`` are the ends of the bins that are not empty; ``amount`` is the share of
+        the nominal area between them, or the number of contacts on it.
+        """
+        geometry, several = self.plan.geometry, {}
+        for name in self.solution.distributions:
+            assert isinstance(geometry, RoughGeometry)
+            bins = edges(name, self.plan.scene, geometry)
+            amount = last_histogram(self.solution, name)
+            some = amount > 0
+            several[name] = {
+                "low": bins[:-1][some],
+                "high": bins[1:][some],
+                "amount": amount[some],
+            }
+        return several
 
     def write_csv(self, path: Path) -> None:
         """Write the load steps as a table."""

@@ -15,6 +15,7 @@ from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.results.record import record_scene
 from comparisons.results.store import (
+    DISTRIBUTIONS,
     FIELDS,
     MEASURES,
     RESULTS,
@@ -53,7 +54,7 @@ class Study(Campaign[Plan, StudyRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(STUDY, (RESULTS, MEASURES, PAGE), FIELDS)
+    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, PAGE), FIELDS)
 
     def __init__(
         self,

@@ -17,8 +17,13 @@ VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)
 TEXTS = {
     "rows": ("scene", "method"),
     "measures": ("scene", "method", "quantity", "at", "verdict"),
+    "distributions": ("scene", "method", "quantity"),
 }
-NUMBERS = {"rows": ("resolution", "step"), "measures": ("resolution", "rms", "maximum")}
+NUMBERS = {
+    "rows": ("resolution", "step"),
+    "measures": ("resolution", "rms", "maximum"),
+    "distributions": ("resolution", "low", "high", "amount"),
+}
 LARGEST_RESOLUTION = 2**31
 # Arrays that belong together: of one dimension and one length.
 TOGETHER = (
@@ -41,7 +46,7 @@ def with_columns(table: pd.DataFrame, kind: str) -> pd.DataFrame:
 
 
 def table_problems(table: pd.DataFrame, kind: str) -> list[str]:
-    """Return what is wrong with a table; `kind` is "rows" (results.csv) or "measures"."""
+    """Return what is wrong with a table; `kind` is a key of `TEXTS` ("rows": results.csv)."""
     if table.empty:
         return []
     missing = [name for name in (*TEXTS[kind], *NUMBERS[kind]) if name not in table]

@@ -57,6 +57,7 @@ def record_scene(
         ),
         rows=result.rows,
         measures=result.measures,
+        distributions=result.distributions,
         fields=dict(fields or {}),
     )
     return replace(record, answer=advise(record).sentence)

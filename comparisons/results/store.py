@@ -33,6 +33,7 @@ from comparisons.scene.physics.absolute_loads import PATHS
 
 RESULTS = "results.csv"
 MEASURES = "measures.csv"
+DISTRIBUTIONS = "distributions.csv"
 STUDY = "study.json"
 FIELDS = "fields"
 STUDY_KEYS = (
@@ -113,6 +114,8 @@ class SceneRecord:
         The scene's part of results.csv and measures.csv.
     fields : dict
         (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.
+    distributions : DataFrame
+        The scene's part of distributions.csv.
     """
 
     name: str
@@ -129,6 +132,7 @@ class SceneRecord:
     measures: pd.DataFrame
     fields: dict[tuple[str, int], Path] = field(default_factory=dict)
     axis: str = ""
+    distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @cached_property
     def tables(self) -> dict[str, Any]:
@@ -211,10 +215,13 @@ class StudyRecord:
 
 
 def save_study(record: StudyRecord) -> None:
-    """Write study.json, results.csv and measures.csv of a study (fields are there already)."""
+    """Write study.json and the tables of a study (fields are there already)."""
     root = record.directory
     write_table(root / RESULTS, _stacked([scene.rows for scene in record.scenes]))
     write_table(root / MEASURES, _stacked([scene.measures for scene in record.scenes]))
+    distributions = _stacked([scene.distributions for scene in record.scenes])
+    if len(distributions):
+        write_table(root / DISTRIBUTIONS, distributions)
     document = {name: getattr(record, name) for name in STUDY_KEYS}
     document["scenes"] = [_scene_document(scene, root) for scene in record.scenes]
     write_text(root / STUDY, json.dumps(document, indent=1, allow_nan=False))
@@ -233,11 +240,22 @@ def load_study(directory: str | Path) -> StudyRecord:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
         rows = with_columns(pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN), "rows")
         measures = with_columns(pd.read_csv(root / MEASURES, **_AS_WRITTEN), "measures")
-        problems = [f"{RESULTS}: {problem}" for problem in table_problems(rows, "rows")]
-        problems += [f"{MEASURES}: {problem}" for problem in table_problems(measures, "measures")]
+        distributions = pd.DataFrame(columns=["scene"])
+        if (root / DISTRIBUTIONS).exists():
+            distributions = pd.read_csv(root / DISTRIBUTIONS, **_AS_WRITTEN)
+        tables = {"rows": rows, "measures": measures, "distributions": distributions}
+        problems = [
+            f"{name}: {problem}"
+            for name, kind in (
+                (RESULTS, "rows"),
+                (MEASURES, "measures"),
+                (DISTRIBUTIONS, "distributions"),
+            )
+            for problem in table_problems(tables[kind], kind)
+        ]
         if problems:
             raise ValueError("; ".join(problems))
-        scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
+        scenes = tuple(_scene_record(item, root, tables) for item in document["scenes"])
         return StudyRecord(
             directory=root,
             scenes=scenes,
@@ -266,7 +284,7 @@ def _scene_document(scene: SceneRecord, root: Path) -> dict[str, Any]:
 
 
 def _scene_record(
-    document: dict[str, Any], root: Path, rows: pd.DataFrame, measures: pd.DataFrame
+    document: dict[str, Any], root: Path, tables: dict[str, pd.DataFrame]
 ) -> SceneRecord:
     values = dict(document)
     values["quantities"] = tuple(values["quantities"])
@@ -276,13 +294,13 @@ def _scene_record(
         for method, resolution, name in values["fields"]
     }
     name = values["name"]
-    return SceneRecord(
-        # Copied into a few blocks: a table read from a file has one for each column, and pages
-        # take thousands of selections of it.
-        rows=rows[rows["scene"] == name].reset_index(drop=True).copy(),
-        measures=measures[measures["scene"] == name].reset_index(drop=True),
-        **values,
-    )
+    # Copied into a few blocks: a table read from a file has one for each column, and pages take
+    # thousands of selections of it.
+    own = {
+        kind: table[table["scene"] == name].reset_index(drop=True).copy()
+        for kind, table in tables.items()
+    }
+    return SceneRecord(**own, **values)
 
 
 def _inside(root: Path, name: str) -> Path:

@@ -218,7 +218,7 @@ def task_of(
 
 def realisation_count(scene: Scene, method: str, limit: int) -> int:
     """Return how many realisations a method solves: on a measured map only lines are drawn."""
-    if scene.surface is None:
+    if scene.surface is None or METHODS[method].dimension == 2:
         return 1
     if not scene.random and METHODS[method].dimension == 3:
         return 1

@@ -26,6 +26,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays = dict(solution.fields)
     arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
+    arrays |= {f"{_PREFIX}d.{name}": value for name, value in solution.distributions.items()}
     document = {name: _plain(getattr(solution, name)) for name in _NUMBERS} | {
         "machine": solution.machine,
         "exact": solution.exact,
@@ -63,10 +64,14 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
     start = len(_PREFIX) + 2
     numbers = {name: _number(document[name]) for name in _NUMBERS}
+
+    def named(kind: str) -> dict[str, np.ndarray]:
+        whole = solution_arrays.items()
+        return {k[start:]: v for k, v in whole if k.startswith(f"{_PREFIX}{kind}.")}
+
     return Solution(
-        quantities={
-            k[start:]: v for k, v in solution_arrays.items() if k.startswith(f"{_PREFIX}q.")
-        },
+        quantities=named("q"),
+        distributions=named("d"),
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
         converged=solution_arrays[f"{_PREFIX}converged"],

@@ -47,6 +47,9 @@ class Solution:
         (realisation index, step) -> why it failed.
     iterations, violation : ndarray
         Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
+    distributions : dict
+        Name -> histograms at the last load (realisations, bins), of the first realisations (see
+        `comparisons.tasks.distributions`); NaN where there is no answer.
     fields : dict
         Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
     truncation : float
@@ -79,6 +82,7 @@ class Solution:
     violation: np.ndarray
     unknowns: int
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+    distributions: dict[str, np.ndarray] = field(default_factory=dict)
     fields: dict[str, np.ndarray] = field(default_factory=dict)
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
@@ -152,6 +156,14 @@ class Solution:
             solution.fail((row, step), reason)
         return solution
 
+    def put_distributions(self, row: int, histograms: Mapping[str, np.ndarray]) -> None:
+        """Store the distributions of one realisation at the last load."""
+        for name, counts in histograms.items():
+            if name not in self.distributions:
+                shape = len(self.converged), len(counts)
+                self.distributions[name] = np.full(shape, np.nan)
+            self.distributions[name][row] = counts
+
     def put(self, index: tuple[int, int], values: Mapping[str, float]) -> None:
         """Store the quantities of one converged step."""
         for name, value in values.items():
@@ -187,6 +199,9 @@ class Solution:
         for index in self.reasons:
             for values in self.quantities.values():
                 values[index] = np.nan
+            if index[1] == self.converged.shape[1] - 1:
+                for histograms in self.distributions.values():
+                    histograms[index[0]] = np.nan
 
     @contextmanager
     def setup(self) -> Iterator[None]:
@@ -211,6 +226,7 @@ class Solution:
         return replace(
             base,
             quantities=_joined_quantities(parts, axis),
+            distributions=base.distributions if axis == STEPS else _joined_distributions(parts),
             converged=np.concatenate([p.converged for p in parts], axis=axis),
             iterations=np.concatenate([p.iterations for p in parts], axis=axis),
             violation=np.concatenate([p.violation for p in parts], axis=axis),
@@ -245,6 +261,15 @@ def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.nda
         name: np.concatenate(
             [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts], axis=axis
         )
+        for name in names
+    }
+
+
+def _joined_distributions(parts: Sequence[Solution]) -> dict[str, np.ndarray]:
+    """Return the histograms of all parts that have them; of the lines of later parts are none."""
+    names = dict.fromkeys(name for part in parts for name in part.distributions)
+    return {
+        name: np.concatenate([p.distributions[name] for p in parts if name in p.distributions])
         for name in names
     }
 

@@ -37,6 +37,8 @@ class Step:
         Name -> value, in SI units.
     iterations, violation, unknowns : number
         As of a `Solution`.
+    distributions : callable, optional
+        Makes name -> histogram (`comparisons.tasks.distributions`); called at the last load.
     pressure : callable, optional
         Makes the fields of the pressure, where it is asked for.
     fields : callable, optional
@@ -49,6 +51,7 @@ class Step:
     iterations: int = 0
     violation: float = float("nan")
     unknowns: int = 0
+    distributions: Callable[[], Mapping[str, np.ndarray]] | None = None
     pressure: Callable[[], Fields] | None = None
     fields: Callable[[], Fields] | None = None
     body_fields: Callable[[], Fields] | None = None
@@ -109,6 +112,8 @@ def record(solution: Solution, index: tuple[int, int], step: Step, task: Task) -
     solution.unknowns = max(solution.unknowns, step.unknowns)
     if step.pressure is not None and task.wants_pressure:
         solution.keep(index, step.pressure)
+    if index[1] == task.shape[1] - 1 and step.distributions is not None:
+        solution.put_distributions(index[0], step.distributions())
     if index != (0, task.shape[1] - 1):
         return
     if step.fields is not None:

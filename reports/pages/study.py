@@ -28,6 +28,7 @@ from reports.pages.summary import Summary, compared_methods, summary, times_to_e
 from reports.pictures import pictures
 from reports.plots import (
     curves,
+    distributions,
     errors,
     failure,
     load_slider,
@@ -213,6 +214,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "curves": curves.curves(scene),
             "errors": errors.errors(scene),
             "pressure": pressure.pressures(scene),
+            "distributions": distributions.distributions(scene),
             "slip": slip.slips(scene),
             "speed": speed.speed(scene),
         },

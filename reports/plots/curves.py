@@ -14,7 +14,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
-from comparisons.facts.quantities import NORMAL, quantity
+from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.proofs import in_words
 from comparisons.questions.single import SingleResult
@@ -39,7 +39,7 @@ def curves(scene: SceneRecord) -> list[Figure]:
     if scene.along == "time":
         names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
     along = selection.drawn_along(scene)
-    drawable = [name for name in names if name != along and "pressure" not in name]
+    drawable = [name for name in names if name != along and name not in FIELDS]
     return [figure for name in drawable if (figure := curve(scene, along, name))]
 
 
@@ -53,7 +53,7 @@ def printed_curves(scene: SceneRecord) -> list[Figure]:
         pairs = [("penetration", "force"), ("force", "contact_area")]
     else:
         along = selection.drawn_along(scene)
-        names = [q for q in scene.quantities if q != along and "pressure" not in q]
+        names = [q for q in scene.quantities if q != along and q not in FIELDS]
         pairs = [(along, name) for name in names]
     return [figure for pair in pairs if (figure := curve(scene, *pair))]
 

@@ -81,6 +81,24 @@ LOOKS = {
         Dash("2px,4px", (0, (1.5, 3))),
         9,
     ),
+    # Theories of rough contact, where a scene names them.
+    "persson": Look(
+        "Persson's theory", "#882255", Marker("star", "*"), Dash("5px,2px", (0, (4, 2))), 10
+    ),
+    "greenwood_williamson": Look(
+        "Greenwood & Williamson",
+        "#999933",
+        Marker("triangle-down", "v"),
+        Dash("2px,4px", (0, (1.5, 3))),
+        9,
+    ),
+    "bush_gibson_thomas": Look(
+        "Bush, Gibson & Thomas",
+        "#AA4499",
+        Marker("triangle-left", "<"),
+        Dash("8px,3px", (0, (6, 2.5))),
+        9,
+    ),
 }
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),

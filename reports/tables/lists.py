@@ -22,13 +22,12 @@ def scenes() -> Table:
 
 
 def methods() -> Table:
-    """Return all methods, and whether they solve the 1-D line or the 3-D contact."""
+    """Return all methods, and what they solve."""
+    import comparisons.methods.registry  # noqa: F401 - methods without a row of facts
     from comparisons.facts.methods import METHODS
 
-    rows = (
-        (name, method.title, "a line" if method.dimension == 1 else "the 3-D contact")
-        for name, method in METHODS.items()
-    )
+    solves = {1: "a line", 2: "a surface by its statistics", 3: "the 3-D contact"}
+    rows = ((name, method.title, solves[method.dimension]) for name, method in METHODS.items())
     return table(("name", "title", "solves"), rows, title="Methods")
 
 

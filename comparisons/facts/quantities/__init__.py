@@ -36,6 +36,7 @@ def quantities_with(**facts: object) -> tuple[str, ...]:
 # What a scene may ask for, what it gets where it asks for nothing, and what stands in columns.
 COMPARABLE, DEFAULT = quantities_with(comparable=True), quantities_with(default=True)
 CURVES, FIELDS = quantities_with(comparable=True, field=False), quantities_with(field=True)
+DISTRIBUTIONS = tuple(name for name, row in QUANTITIES.items() if row.bins is not None)
 NORMAL, TANGENTIAL = quantities_with(load="normal"), quantities_with(load="tangential")
 
 

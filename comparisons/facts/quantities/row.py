@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal, Protocol
@@ -44,6 +45,31 @@ class Derived:
 
 
 @dataclass(frozen=True)
+class Bins:
+    """The bins of a distribution: equal steps of the logarithm of a value over its scale.
+
+    They are the same for all methods on a scene, and histograms over many surfaces add up.
+
+    Attributes
+    ----------
+    scale : {"pressure", "height", "area"}
+        E* h', the rms height, the nominal area A0.
+    low, high : float
+        Ends, in units of the scale; what lies beyond counts to the outer bins.
+    """
+
+    scale: Literal["pressure", "height", "area"]
+    low: float
+    high: float
+
+    @property
+    def edges(self) -> np.ndarray:
+        """Edges in units of the scale, 16 steps per decade."""
+        decades = round(math.log10(self.high / self.low))
+        return np.geomspace(self.low, self.high, 16 * decades + 1)
+
+
+@dataclass(frozen=True)
 class Quantity:
     """Facts about a quantity: a column of results.csv, or a measure of measures.csv.
 
@@ -73,6 +99,8 @@ class Quantity:
     signed : bool
         It passes zero, so that relative changes of it mean nothing.
     derived : Derived or None
+    bins : Bins or None
+        It is a distribution over the surface, in these bins; of rough surfaces only.
     """
 
     name: str
@@ -87,6 +115,7 @@ class Quantity:
     field: bool = False
     signed: bool = False
     derived: Derived | None = None
+    bins: Bins | None = None
 
     def title(self, unit: str) -> str:
         """Return "label symbol / unit" for an axis.

@@ -13,6 +13,7 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import Scene
+from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
@@ -233,6 +234,7 @@ def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) 
         contact_quantities(task, operator, contact, grid),
         iterations=contact.iterations,
         violation=contact.violation,
+        distributions=partial(contact_distributions, task, contact, grid),
         pressure=pressure_of(task, contact, grid),
         fields=partial(contact_fields, task, contact, grid),
     )
@@ -265,6 +267,25 @@ def contact_quantities(
     if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values
+
+
+def contact_distributions(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
+    """Return the distributions of one load step that are asked for."""
+    names = wanted(task)
+    if not names:
+        return {}
+    mask, share = contact.mask, 1.0 / contact.pressure.size
+    values: dict[str, Callable[[], Stretches]] = {
+        "pressure_distribution": lambda: Stretches.points(contact.pressure[mask], share),
+        # round-off may close an open cell a little more than entirely: it is the narrowest gap
+        "gap_distribution": lambda: Stretches.points(
+            np.maximum(contact.gap[~mask], np.finfo(float).tiny), share
+        ),
+        "contact_sizes": lambda: Stretches.points(
+            area_measures.patches(mask, grid.spacing, periodic=contact.operator.periodic).areas
+        ),
+    }
+    return of_values(task, {name: values[name]() for name in names})
 
 
 def _patch_quantities(

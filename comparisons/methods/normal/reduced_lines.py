@@ -9,6 +9,7 @@ import numpy as np
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.normal.line_distributions import Springs, put_distributions
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
@@ -127,6 +128,8 @@ class ReducedLines(Solver[RoughGeometry]):
             curves["local_stress_undefined_share"] = shares
         points = lines.rough.heights.shape[1]
         solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        springs = Springs(self.modulus, self.options.edges)
+        put_distributions(solution, task, lines.rough, springs, contact.penetration[:, -1])
         # A mean gap wider than at first touch leaves a line without contact.
         for row, step in np.argwhere(contact.contact_count == 0):
             solution.fail((int(row), int(step)), "nothing touches at this load")
@@ -209,6 +212,12 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
         return spectrum.prescribed(
             recipe.points, recipe.size, _roughness(recipe), rule=options.spectrum
         )
+    return spectrum.line_of(whole_spectrum(geometry), options.spectrum)
+
+
+def whole_spectrum(geometry: RoughGeometry) -> SurfaceSpectrum:
+    """Return the power of all modes of a surface: prescribed, measured, or the sum of both."""
+    random = [face for face in geometry.faces if isinstance(face, SyntheticFace)]
     parts = [
         surface_spectrum.self_affine(face.points, face.size, _roughness(face.recipe))
         for face in random
@@ -217,8 +226,7 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
     if maps:
         heights = together(maps, 0)
         parts.append(surface_spectrum.measured(heights, geometry.size, periodic=geometry.periodic))
-    power = np.sum([part.power for part in parts], axis=0)
-    return spectrum.line_of(SurfaceSpectrum(power, parts[0].size), options.spectrum)
+    return SurfaceSpectrum(np.sum([part.power for part in parts], axis=0), parts[0].size)
 
 
 def _roughness(recipe: SelfAffineTable) -> SelfAffine:

@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, MODEL
-from comparisons.facts.quantities import COMPARABLE, FIELDS
+from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.claims.spans import (
     RESOLUTION,
@@ -295,7 +295,8 @@ def overrides(claim: Claim, number: float | None) -> dict[str, Any]:
     changed = dict(claim.changes)
     if claim.vary is not None and number is not None:
         changed |= {key: claim.vary.value(number) for key in claim.vary.path if key != RESOLUTION}
-    computed = {AREA_FROM_STIFFNESS: "stiffness"} | dict.fromkeys(FIELDS, "pressure")
+    computed = {AREA_FROM_STIFFNESS: "stiffness"}
+    computed |= {name: "pressure" for name in FIELDS if name not in DISTRIBUTIONS}
     changed["compare.quantities"] = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
     changed["compare.tolerance"] = min(claim.tolerance, 0.5)
     return changed

@@ -122,11 +122,12 @@ def representative(points: Sequence[Point]) -> Point:
 def shares(claim: Claim, effort: Effort, seed: int = SEED) -> np.ndarray:
     """Return the sample, one row per draw: scrambled Sobol points (Owen 1998) in the unit cube.
 
-    The last column is the claim's own parameter. Quick effort takes the first half.
+    The last column is the claim's own parameter. Quick effort takes the first eighth, at least two.
     """
     sample = qmc.Sobol(len(claim.nuisance) + 1, scramble=True, seed=seed)
     points: np.ndarray = sample.random_base2(int(np.ceil(np.log2(max(claim.draws, 1)))))
-    return points[: claim.draws if effort == "full" else claim.draws // 2]
+    few = min(claim.draws, max(2, claim.draws // 8))
+    return points[: claim.draws if effort == "full" else few]
 
 
 def _along(

@@ -10,9 +10,9 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.judging.fields import field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.refinement import SHARE, refinements
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
@@ -178,7 +178,7 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     levels = Levels.of(solved, claim.method)
     assert levels.finest is not None
     if name in FIELDS:
-        return _pressure(claim, plan, solved, levels.finest, truth, name)
+        return _field(claim, plan, solved, levels.finest, truth, name)
     at = claim.at or main_axis(truth.axis, name)
     curves = levels.curves(levels.finest)
     if not truth.knows(name, curves):
@@ -188,13 +188,13 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     return interval(claim, name, truth.errors(curves, name, at), parts)
 
 
-def _pressure(
+def _field(
     claim: Claim, plan: Plan, solved: Solved, level: int, truth: Truth, name: str
 ) -> Measured:
-    measures = pressure_measures(plan, solved, claim.method, level, truth)
+    measures = field_measures(plan, solved, claim.method, level, truth)
     for measure in measures:
         if measure["quantity"] == name:
-            bar = {"pressure field": np.array([measure["bar"]])}
+            bar = {"field": np.array([measure["bar"]])}
             return interval(claim, name, np.array([measure["error"]]), bar)
     reason = "no pressure field" if not measures else "the true pressure has no finite peak"
     return np.nan, np.nan, {"no result": reason}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from comparisons.facts.quantities import DEFAULT, NORMAL, TANGENTIAL, quantity
+from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, NORMAL, TANGENTIAL, quantity
 from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.physics.tables import TABLES
 
@@ -55,6 +55,8 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
         needed = quantity(name).physics if isinstance(name, str) else ()
         if needed and not set(needed) & set(tables):
             yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
+        if name in DISTRIBUTIONS and (tables or "surface" not in data):
+            yield f"compare.quantities: {name}: expected an elastic, frictionless rough [surface]"
 
 
 def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:

@@ -160,6 +160,6 @@ SAMPLE = (
 def test_twenty_other_draws_give_the_verdict_of_the_claim(name):
     """A verdict that the sample's seed decided would change with it (some minutes)."""
     (claim,) = load_claims((name,))
-    record = judge_claim(claim.model_copy(update={"draws": 40, "map": None}), "quick", seed=7)
+    record = judge_claim(claim.model_copy(update={"draws": 160, "map": None}), "quick", seed=7)
     assert len(record.draws) == 20
     assert not record.differs, record.sentence

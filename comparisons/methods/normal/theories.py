@@ -1,0 +1,190 @@
+"""Theories of rough contact that know a surface by its spectrum: Persson's, and asperities."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Protocol
+
+import numpy as np
+from scipy.optimize import brentq
+
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.normal.reduced_lines import whole_spectrum
+from comparisons.methods.solver import Refused, Solver
+from comparisons.scene.scene import Scene
+from comparisons.tasks.distributions import edges, wanted
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
+from reference.closed_form.persson import Persson as PerssonTheory
+from reference.closed_form.rough import GreenwoodWilliamson
+
+EXACT = (1,)
+
+
+class RoughTheory(Solver[RoughGeometry]):
+    """A theory of an unbounded surface with the spectrum of the scene's, at a nominal pressure."""
+
+    dimension: ClassVar[int] = 2
+    named_only = True
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        if not scene.rough:
+            raise Refused("a theory of rough surfaces")
+        if scene.loading.penetration is not None:
+            raise Refused("an unbounded surface has no highest point that depths could start from")
+        self.modulus = scene.effective_modulus
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
+        """Return one: there is no grid."""
+        return EXACT
+
+    def pressures(self, task: Task[RoughGeometry]) -> np.ndarray:
+        """Return the nominal pressures F/(E* A0) of prescribed forces."""
+        return np.asarray(task.loads.values / (self.modulus * task.geometry.area))
+
+    def solution(self, task: Task[RoughGeometry], relative: dict[str, np.ndarray]) -> Solution:
+        """Return the solution: pressure, area and stiffness are given per A0 and E*."""
+        area, force = task.geometry.area, self.modulus * task.geometry.area
+        curves = {
+            "force": relative["pressure"] * force,
+            "contact_area": relative["area"] * area,
+            "mean_gap": relative["gap"],
+            "stiffness": relative["stiffness"] * force,
+        }
+        return Solution.of(task, curves, violation=0.0)
+
+
+class Persson(RoughTheory):
+    """Persson's theory: pressure spreads like heat as shorter waves of the surface are added."""
+
+    name = "persson"
+    title: ClassVar[str] = "Persson's theory"
+    note = "Persson 2001, mean gap of Yang & Persson 2008, gaps of Almqvist et al. 2011"
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Evaluate the theory at every load."""
+        theory = PerssonTheory(*ring_powers(task.geometry))
+        pressures = self.pressures(task)
+        if task.loads.control == "mean_gap":
+            pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])
+        solution = self.solution(
+            task,
+            {
+                "pressure": pressures,
+                "area": np.array([theory.area(p) for p in pressures]),
+                "gap": np.array([theory.mean_gap(p) for p in pressures]),
+                "stiffness": np.array([theory.stiffness(p) for p in pressures]),
+            },
+        )
+        solution.put_distributions(0, self._distributions(task, theory, float(pressures[-1])))
+        return solution
+
+    def _distributions(
+        self, task: Task[RoughGeometry], theory: PerssonTheory, pressure: float
+    ) -> dict[str, np.ndarray]:
+        """Return what the theory says of the distributions that are asked for; not of sizes."""
+        below = {
+            "pressure_distribution": lambda p: theory.pressure_below(pressure, p / self.modulus),
+            "gap_distribution": lambda gap: theory.gap_below(pressure, gap),
+        }
+        return {
+            name: np.diff(below[name](_open(edges(name, task.scene, task.geometry))))
+            for name in wanted(task)
+            if name in below
+        }
+
+
+def _open(bins: np.ndarray) -> np.ndarray:
+    """Return the edges with the outer bins open, as what lies beyond counts to them."""
+    return np.concatenate([[0.0], bins[1:-1], [np.inf]])
+
+
+def _pressure_at(theory: PerssonTheory, gap: float) -> float:
+    """Return the nominal pressure at a mean gap."""
+    rms = float(np.sqrt(np.sum(theory.power)))
+    slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
+    ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
+    found = brentq(lambda p: np.log(theory.mean_gap(float(np.exp(p))) / gap), *ends, xtol=1e-12)
+    return float(np.exp(found))
+
+
+class Asperities(Protocol):
+    """Independent asperities: all at a separation of the mean plane from the flat one."""
+
+    def pressure(self, separation: float) -> float:
+        """Return F/(E* A0)."""
+
+    def separation(self, pressure: float) -> float:
+        """Return the separation at F/(E* A0)."""
+
+    def area(self, separation: float) -> float:
+        """Return A/A0."""
+
+    def stiffness(self, separation: float) -> float:
+        """Return the stiffness per A0 and E*."""
+
+
+class AsperityTheory(RoughTheory):
+    """Summits of a Gaussian surface as Hertz's contacts that do not know of each other."""
+
+    def asperities(self, moments: Moments) -> Asperities:
+        """Return the model for the moments of a spectrum."""
+        raise NotImplementedError
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Evaluate the model at every load; without interaction the mean gap is the separation."""
+        model = self.asperities(moments(task.geometry))
+        gaps = task.loads.values
+        if task.loads.control != "mean_gap":
+            gaps = np.array([model.separation(float(p)) for p in self.pressures(task)])
+        values = {
+            name: np.array([float(getattr(model, name)(float(gap))) for gap in gaps])
+            for name in ("pressure", "area", "stiffness")
+        }
+        return self.solution(task, {**values, "gap": gaps})
+
+
+class Greenwood(AsperityTheory):
+    """Round asperities of one radius with normal heights, those of the surface's summits."""
+
+    name = "greenwood_williamson"
+    title: ClassVar[str] = "Greenwood & Williamson"
+    note = "Greenwood & Williamson 1966, with the summits of a Gaussian surface (Nayak 1971)"
+
+    def asperities(self, moments: Moments) -> GreenwoodWilliamson:
+        """Return the model for the moments of a spectrum."""
+        return greenwood_williamson(moments)
+
+
+class Bush(AsperityTheory):
+    """Elliptic asperities with the heights and curvatures of the surface's summits."""
+
+    name = "bush_gibson_thomas"
+    title: ClassVar[str] = "Bush, Gibson & Thomas"
+    note = "Bush, Gibson & Thomas 1975"
+
+    def asperities(self, moments: Moments) -> BushGibsonThomas:
+        """Return the model for the moments of a spectrum."""
+        return BushGibsonThomas(moments)
+
+
+def ring_powers(geometry: RoughGeometry) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wavenumbers of rings of modes, and what they add to the mean square height.
+
+    The wavenumber is that which keeps the mean square gradient of a ring.
+    """
+    spectrum = whole_spectrum(geometry)
+    q, power = np.ravel(spectrum.magnitude), np.ravel(spectrum.power)
+    ring = np.rint(np.ravel(spectrum.place)).astype(int)
+    height, slope = (np.bincount(ring, power * q**order) for order in (0, 2))
+    some = height > 0
+    return np.sqrt(slope[some] / height[some]), height[some]
+
+
+def moments(geometry: RoughGeometry) -> Moments:
+    """Return m0, m2 and m4 of the spectrum, averaged over directions."""
+    spectrum = whole_spectrum(geometry)
+    q, power = spectrum.magnitude, spectrum.power
+    m0, m2, m4 = (float(np.sum(power * q**order)) for order in (0, 2, 4))
+    return Moments(m0, m2 / 2, 3 / 8 * m4)

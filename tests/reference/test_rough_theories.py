@@ -1,0 +1,96 @@
+"""Theories of rough contact against limits, published numbers and each other."""
+
+import math
+
+import numpy as np
+import pytest
+
+from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
+from reference.closed_form.persson import Persson
+from reference.closed_form.rough import persson_area
+
+
+def self_affine(points=400):
+    """Return the rings of Xu, Zhou, Mueser et al. (2024): C ~ q^-3.6, 1e4 to 1e6 /m, 6 um rms."""
+    edges = np.geomspace(1e4, 1e6, points + 1)
+    power = edges[:-1] ** -1.6 - edges[1:] ** -1.6
+    return np.sqrt(edges[1:] * edges[:-1]), power * (6e-6) ** 2 / power.sum()
+
+
+THEORY = Persson(*self_affine())
+MOMENTS = Moments(1.0, 1.0, 10.0)
+
+
+def test_persson_s_area_is_the_closed_form():
+    slope = math.sqrt(float(np.sum(THEORY.wavenumber**2 * THEORY.power)))
+    assert slope == pytest.approx(0.2766, rel=1e-3)  # as published
+    for load in (1e-3, 0.1, 1.0):
+        assert THEORY.area(load * slope) == pytest.approx(float(persson_area(load)), rel=1e-12)
+
+
+def test_persson_s_mean_gap_falls_by_its_stiffness_and_is_near_the_published_gaps():
+    """Molecular dynamics of the same surfaces: the theory with gamma = 0.45 is 3 to 20 % wider."""
+    published = {1e-4: 2.629, 1e-3: 1.883, 5e-3: 1.181, 1e-2: 0.8540, 2.5e-2: 0.4398}
+    for pressure, gap in published.items():
+        ratio = THEORY.mean_gap(pressure) / 6e-6 / gap
+        assert 1.0 < ratio < 1.21
+        step = 1e-5 * pressure
+        slope = (THEORY.mean_gap(pressure + step) - THEORY.mean_gap(pressure - step)) / (2 * step)
+        assert THEORY.stiffness(pressure) * slope == pytest.approx(-1, rel=1e-5)
+
+
+def test_the_gap_of_one_wave_vanishes_in_full_contact():
+    one = Persson(np.array([1.0]), np.array([1.0]))
+    gaps = [one.mean_gap(p) for p in (0.1, 1.0, 3.0)]
+    assert gaps == sorted(gaps, reverse=True)
+    assert gaps[-1] < 1e-4
+
+
+def test_persson_s_distributions_hold_the_area_the_pressure_and_the_gap():
+    """Contact and gap together cover the surface; the mean pressure is the nominal one."""
+    p = 0.005
+    limits = np.concatenate([[0.0], np.geomspace(1e-9, 10, 4000)])
+    pressed = THEORY.pressure_below(p, limits)
+    assert pressed[-1] == pytest.approx(THEORY.area(p), rel=1e-9)
+    middle = (limits[1:] + limits[:-1]) / 2
+    assert np.diff(pressed) @ middle == pytest.approx(p, rel=1e-4)
+    # P(p) ~ p: the share below p goes with its square
+    assert THEORY.pressure_below(p, 2e-5) / THEORY.pressure_below(p, 1e-5) == pytest.approx(4, 1e-3)
+    gaps = np.concatenate([[0.0], np.geomspace(1e-10, 1e-3, 4000)])
+    opened = THEORY.gap_below(p, gaps)
+    assert opened[-1] + THEORY.area(p) == pytest.approx(1, rel=1e-9)
+    # folding Gaussians at zero widens their mean by some per cent
+    mean = np.diff(opened) @ ((gaps[1:] + gaps[:-1]) / 2)
+    assert 1.0 < mean / THEORY.mean_gap(p) < 1.08
+
+
+def test_asperities_have_nayak_s_heights():
+    """Mean height 4 sqrt(m0/(pi alpha)), variance (1 - 0.8968/alpha) m0 (McCool 1986)."""
+    model = greenwood_williamson(MOMENTS)
+    assert model.mean == pytest.approx(4 / math.sqrt(math.pi * MOMENTS.breadth), rel=1e-6)
+    assert model.deviation**2 == pytest.approx(1 - 0.8968 / MOMENTS.breadth, rel=1e-4)
+
+
+def test_bush_gibson_and_thomas_tend_to_their_limit_far_from_the_surface():
+    """A = sqrt(2 pi) F/(E* h'), reached from below, the sooner the narrower the spectrum."""
+    ratios = []
+    for separation in (2.0, 4.0, 6.0):
+        model = BushGibsonThomas(Moments(1.0, 1.0, 1.6))
+        load = model.pressure(separation) / math.sqrt(2 * model.moments.slope)
+        ratios.append(model.area(separation) / (math.sqrt(2 * math.pi) * load))
+    assert ratios == sorted(ratios)
+    assert 0.9 < ratios[-1] < 1.0
+
+
+def test_asperities_carry_more_as_they_come_nearer_and_stiffness_is_the_slope():
+    model = BushGibsonThomas(MOMENTS)
+    assert model.pressure(model.separation(1e-3)) == pytest.approx(1e-3, rel=1e-9)
+    slope = (model.pressure(1.5 + 1e-5) - model.pressure(1.5 - 1e-5)) / 2e-5
+    assert model.stiffness(1.5) == pytest.approx(-slope, rel=1e-7)
+
+
+def test_moments_that_no_surface_has_are_refused():
+    with pytest.raises(ValueError, match=r"1\.5"):
+        Moments(1.0, 1.0, 1.4)
+    with pytest.raises(ValueError, match="ascend"):
+        Persson(np.array([2.0, 1.0]), np.array([1.0, 1.0]))
