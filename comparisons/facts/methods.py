@@ -77,12 +77,20 @@ BUILT_IN: dict[str, Method] = {
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),
     "ngsolve": Method("NGSolve", origin="peer", isolated=True, on_request=True),
 }
+# Theories, which take no options and run where a scene is theirs or names them.
+THEORIES: dict[str, Method] = {
+    "fastsim": Method("FASTSIM", dimension=1),
+    "kalker": Method("Kalker's linear theory", dimension=1),
+    "persson": Method("Persson's theory", dimension=2),
+    "greenwood_williamson": Method("Greenwood & Williamson", dimension=2),
+    "bush_gibson_thomas": Method("Bush, Gibson & Thomas", dimension=2),
+}
 # Entry points under which installed packages offer methods of their own.
 GROUP = "roughline.methods"
 # The list of solvers; heavy, so that it is not imported to list what has a row.
 SOLVERS = "comparisons.methods.registry"
 # All methods of this process: our own, and those from outside.
-METHODS: dict[str, Method] = dict(BUILT_IN)
+METHODS: dict[str, Method] = BUILT_IN | THEORIES
 # The model under test, in whose place nothing else is judged where nobody says what to judge.
 MODEL = next(name for name, row in BUILT_IN.items() if row.dimension == 1)
 CLOSED_FORM = next(name for name, row in BUILT_IN.items() if row.exact)

@@ -123,8 +123,10 @@ class TrueDistribution:
         coarsest = next(s for s in levels.solutions.values() if self.name in s.distributions)
         if len(coarsest.distributions[self.name]) == 1:
             return 0.0
-        halves = [last_histogram(coarsest, self.name, slice(start, None, 2)) for start in (0, 1)]
-        return distance(*halves, self.bins)
+        first, second = (
+            last_histogram(coarsest, self.name, slice(start, None, 2)) for start in (0, 1)
+        )
+        return distance(first, second, self.bins)
 
     def compared(self, levels: Levels, resolution: int) -> tuple[float, float]:
         """Return how far a method's distribution is from it, and the bar of that."""

@@ -71,7 +71,7 @@ class Solver(Generic[G]):
     name, title, dimension
         What the method is called, and whether it solves the contact itself (3), is a model under
         test (1) or a theory of the statistics of surfaces (2). Our own methods have the last two in
-        `comparisons.facts.methods`, or here.
+        `comparisons.facts.methods`.
     physics : frozenset of str
         The tables that it covers all together, such as {"viscoelastic", "sliding"}.
     bodies : bool

@@ -15,8 +15,6 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 
-Histograms = Mapping[str, np.ndarray]
-
 
 def edges(name: str, scene: Scene, geometry: RoughGeometry) -> np.ndarray:
     """Return the edges of the bins of a distribution, in SI units."""

@@ -83,19 +83,23 @@ LOOKS = {
     ),
     # Theories of rough contact, where a scene names them.
     "persson": Look(
-        "Persson's theory", "#882255", Marker("star", "*"), Dash("5px,2px", (0, (4, 2))), 10
+        "Persson's theory",
+        "#882255",
+        Marker("diamond-tall", "d"),
+        Dash("5px,3px", (0, (4, 3))),
+        10,
     ),
     "greenwood_williamson": Look(
         "Greenwood & Williamson",
         "#999933",
-        Marker("triangle-down", "v"),
-        Dash("2px,4px", (0, (1.5, 3))),
+        Marker("star-square", "8"),
+        Dash("2px,3px", (0, (1.5, 2))),
         9,
     ),
     "bush_gibson_thomas": Look(
         "Bush, Gibson & Thomas",
         "#AA4499",
-        Marker("triangle-left", "<"),
+        Marker("star-diamond", "X"),
         Dash("8px,3px", (0, (6, 2.5))),
         9,
     ),

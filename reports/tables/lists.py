@@ -23,7 +23,6 @@ def scenes() -> Table:
 
 def methods() -> Table:
     """Return all methods, and what they solve."""
-    import comparisons.methods.registry  # noqa: F401 - methods without a row of facts
     from comparisons.facts.methods import METHODS
 
     solves = {1: "a line", 2: "a surface by its statistics", 3: "the 3-D contact"}

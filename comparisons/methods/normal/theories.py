@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import brentq
@@ -24,7 +24,6 @@ EXACT = (1,)
 class RoughTheory(Solver[RoughGeometry]):
     """A theory of an unbounded surface with the spectrum of the scene's, at a nominal pressure."""
 
-    dimension: ClassVar[int] = 2
     named_only = True
 
     def __init__(self, scene: Scene) -> None:
@@ -59,7 +58,6 @@ class Persson(RoughTheory):
     """Persson's theory: pressure spreads like heat as shorter waves of the surface are added."""
 
     name = "persson"
-    title: ClassVar[str] = "Persson's theory"
     note = "Persson 2001, mean gap of Yang & Persson 2008, gaps of Almqvist et al. 2011"
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
@@ -105,8 +103,8 @@ def _pressure_at(theory: PerssonTheory, gap: float) -> float:
     rms = float(np.sqrt(np.sum(theory.power)))
     slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))
     ends = np.log(slope) - 40.0 - 3 * gap / rms, np.log(slope) + 3.0
-    found = brentq(lambda p: np.log(theory.mean_gap(float(np.exp(p))) / gap), *ends, xtol=1e-12)
-    return float(np.exp(found))
+    pressure = brentq(lambda p: np.log(theory.mean_gap(float(np.exp(p))) / gap), *ends, xtol=1e-12)
+    return float(np.exp(pressure))
 
 
 class Asperities(Protocol):
@@ -149,7 +147,6 @@ class Greenwood(AsperityTheory):
     """Round asperities of one radius with normal heights, those of the surface's summits."""
 
     name = "greenwood_williamson"
-    title: ClassVar[str] = "Greenwood & Williamson"
     note = "Greenwood & Williamson 1966, with the summits of a Gaussian surface (Nayak 1971)"
 
     def asperities(self, moments: Moments) -> GreenwoodWilliamson:
@@ -161,7 +158,6 @@ class Bush(AsperityTheory):
     """Elliptic asperities with the heights and curvatures of the surface's summits."""
 
     name = "bush_gibson_thomas"
-    title: ClassVar[str] = "Bush, Gibson & Thomas"
     note = "Bush, Gibson & Thomas 1975"
 
     def asperities(self, moments: Moments) -> BushGibsonThomas:

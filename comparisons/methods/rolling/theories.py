@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
@@ -23,7 +21,6 @@ class Theory(Solver[IndenterGeometry]):
     """A theory of elliptic contacts; normal and tangential loads do not act on each other."""
 
     physics = PHYSICS
-    dimension = 1
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -72,7 +69,6 @@ class Fastsim(Theory):
     """FASTSIM (Kalker 1982): strips of independent springs under a parabolic bound."""
 
     name = "fastsim"
-    title: ClassVar[str] = "FASTSIM"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return strips across half of the contact, as many steps along half a strip."""
@@ -94,7 +90,6 @@ class Kalker(Theory):
     """Kalker's linear theory (1967): all of the contact sticks, whatever the friction."""
 
     name = "kalker"
-    title: ClassVar[str] = "Kalker's linear theory"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return one: a formula."""

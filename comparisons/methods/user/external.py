@@ -69,6 +69,7 @@ class UserMethod:
     def __init__(self, origin: Origin) -> None:
         self.origin = origin
         self.name, self.physics = origin.name, frozenset(origin.physics)
+        self.named_only = False
         self._stuck = 0
         self._plans: dict[str, dict[str, Any]] = {}
 

@@ -103,7 +103,11 @@ def test_the_distance_is_the_mean_difference_of_values_of_equal_rank():
 
 def test_distributions_reach_json_tables_and_report(tmp_path):
     """What is asked for is measured, judged, kept and drawn: for surfaces, lines and theories."""
-    compare = {"methods": ["bem_fft", "reduced", "persson"], "tolerance": 0.5, "resolutions": [16, 32]}
+    compare = {
+        "methods": ["bem_fft", "reduced", "persson"],
+        "tolerance": 0.5,
+        "resolutions": [16, 32],
+    }
     scene = SCENE | {"compare": SCENE["compare"] | compare}
     Study(scene, tmp_path / "out").run()
     record = load_study(tmp_path / "out").scenes[0]
