@@ -193,7 +193,7 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
     del maps
     state.displacement = _NOTHING
     iteration = descent.Descent(
-        *(clearance, lower, operator.convolution(stage.dtype)),
+        *(clearance.reshape(-1), lower.reshape(-1), operator.convolution(stage.dtype)),
         None if stage.plain else _preconditioner(operator, stage.dtype),
         problem.total is not None,
         _settling(operator) if operator.periodic and problem.total is None else 0.0,
@@ -272,6 +272,9 @@ def _over(work: Callable[..., Any], *arguments: Any) -> list[Any]:
     """Return what a compiled loop makes of every piece of the maps among its arguments."""
     flat = [a.reshape(-1) if isinstance(a, np.ndarray) else a for a in arguments]
     maps = sum(isinstance(a, np.ndarray) for a in arguments)
+
+    if flat[0].size <= pieces.SIZE:
+        return [work(*flat)]
 
     def piece(part: slice) -> Any:
         return work(*(values[part] for values in flat[:maps]), *flat[maps:])

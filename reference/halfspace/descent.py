@@ -53,7 +53,7 @@ class Descent:
     settle : float
         Factor that matches the mean mode of the preconditioner to the contact, or 0 for none.
     correction : ndarray
-        x.
+        x, flat like the clearance and its bound.
     history : list of float
         Violations of the iterations, relative to the depth.
     convolutions : int
@@ -74,7 +74,7 @@ class Descent:
         self._residual, self._previous = self._blank(), self._blank()
         # the preconditioned residual, then the displacement by the direction
         self._response = np.empty_like(self.clearance)
-        self._free = np.zeros(self.clearance.shape, np.uint8)
+        self._free = np.zeros(self.clearance.size, np.uint8)
         self._slope, self._opened = 0.0, 0.0
 
     def _blank(self) -> Array:
@@ -110,13 +110,13 @@ class Descent:
         state = self.clearance, self.correction, self.lower
         shift = 0.0
         if self.fixed_sum:
-            total, loaded = _sums(_loaded, *state)
+            total, loaded = _summed(_swept(_loaded, state))
             shift = total / loaded if loaded > 0 else 0.0
-        parts = _swept(_residual, *state, self._residual, self._free, shift=shift)
+        parts = _swept(_residual, (*state, self._residual, self._free), shift)
         worst = max(part[2] for part in parts)
-        total, count = (sum(part[k] for part in parts) for k in (0, 1))
+        total, count = _summed(parts)[:2]
         if self.fixed_sum and count > 0:
-            _swept(_level, self._residual, self._free, shift=total / count)
+            _swept(_level, (self._residual, self._free), total / count)
         return worst, count, shift
 
     def _step(self, count: float) -> bool:
@@ -128,15 +128,15 @@ class Descent:
         curvature = _dot(self._direction, response)
         if not curvature > 0:
             return False
-        state = response, self.clearance, self.correction, self.lower
-        clipped, excess, loads = _sums(_advance, *state, self._direction, shift=slope / curvature)
+        state = response, self.clearance, self.correction, self.lower, self._direction
+        clipped, excess, loads = _summed(_swept(_advance, state, slope / curvature))
         if clipped:
             # the response now has what the bound added to the pressure
             if self.fixed_sum:
                 share = -excess / loads if loads > 0 else 0.0
-                _swept(_rescale, response, self.correction, self.lower, shift=share)
+                _swept(_rescale, (response, self.correction, self.lower), share)
             more = self._convolve(self.kernel, response)
-            _swept(_add, self.clearance, more)
+            _swept(_add, (self.clearance, more))
         self._residual, self._previous = self._previous, self._residual
         return True
 
@@ -147,22 +147,18 @@ class Descent:
         restarts of Polonsky and Keer, rough contacts took up to four times as many iterations.
         """
         maps = scaled, self._direction, self._free, self._residual
-        sum_scaled, sum_direction, sum_previous, now, crossed = _sums(
-            _products, *maps, self._previous
-        )
+        sums = _summed(_swept(_products, (*maps, self._previous)))
+        sum_scaled, sum_direction, sum_previous, now, crossed = sums
         # under force control all directions sum to zero on the free set, like the residual
         mean = sum_scaled / count if self.fixed_sum else 0.0
         crossed -= mean * sum_previous
         beta = max(0.0, (now - crossed) / self._slope) if self._slope > 0 else 0.0
         offset = mean + beta * sum_direction / count if self.fixed_sum else 0.0
-        slope = self._combine(maps, beta, offset)
+        slope = float(sum(_swept(_combine, maps, offset, beta)))
         if not slope > 0:
-            slope = self._combine(maps, 0.0, mean)
+            slope = float(sum(_swept(_combine, maps, mean, 0.0)))
         self._slope = now
         return slope
-
-    def _combine(self, maps: tuple[Map, ...], beta: float, offset: float) -> float:
-        return float(sum(_swept(_combine, *maps, shift=offset, factor=beta)))
 
     def _preconditioned(self, count: float) -> Array:
         if self.inverse is None:
@@ -177,26 +173,29 @@ class Descent:
 
     def _convolve(self, operator: Convolution, values: Array) -> Array:
         self.convolutions += 1
-        return operator(values, self._response)
+        shape = operator.shape
+        operator(values.reshape(shape), self._response.reshape(shape))
+        return self._response
 
 
-def _swept(work: Callable[..., Any], *maps: Map, **numbers: float) -> list[Any]:
-    """Return what a compiled loop makes of every piece of the maps, flattened."""
-    flat = [values.reshape(-1) for values in maps]
+def _swept(work: Callable[..., Any], maps: tuple[Map, ...], *numbers: float) -> list[Any]:
+    """Return what a compiled loop makes of every piece of flat maps."""
     dtype = maps[0].dtype.type
-    scalars = [dtype(value) for value in numbers.values()]
+    scalars = [dtype(value) for value in numbers]
+    if maps[0].size <= pieces.SIZE:
+        return [work(*maps, *scalars)]
     return pieces.over(
-        flat[0].size, pieces.SIZE, lambda part: work(*(m[part] for m in flat), *scalars)
+        maps[0].size, pieces.SIZE, lambda part: work(*(m[part] for m in maps), *scalars)
     )
 
 
-def _sums(work: Callable[..., Any], *maps: Map, **numbers: float) -> tuple[float, ...]:
-    """Return the sums of a compiled loop over all pieces."""
-    return tuple(sum(parts) for parts in zip(*_swept(work, *maps, **numbers), strict=True))
+def _summed(parts: list[Any]) -> Any:
+    """Return the sums of what a loop found in every piece."""
+    return parts[0] if len(parts) == 1 else tuple(map(sum, zip(*parts, strict=True)))
 
 
 def _dot(first: Array, second: Array) -> float:
-    return float(sum(_swept(_product, first, second)))
+    return float(sum(_swept(_product, (first, second))))
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
