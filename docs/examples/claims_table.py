@@ -9,6 +9,7 @@ are new or changed, is put into it, and the tables between the markers are writt
 """
 
 # %%
+import json
 import re
 import sys
 import tomllib
@@ -19,6 +20,7 @@ from comparisons.files import write_text
 from comparisons.formatting import duration
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
+from comparisons.questions.claims.nearest import FILE, extract
 from comparisons.questions.claims.record import (
     ClaimRecord,
     ClaimsRecord,
@@ -274,5 +276,6 @@ if __name__ == "__main__":
         sys.exit("a quick run decides less: claims --full")
     stored = put_together(([load_claims_record(STORED)] if STORED.exists() else []) + runs)
     write_text(STORED, stored.model_dump_json() + "\n")
+    write_text(FILE, json.dumps(extract(stored.claims), indent=1) + "\n")
     for path in PAGES:
         path.write_text(written(path.read_text(encoding="utf-8"), stored), encoding="utf-8")

@@ -308,11 +308,14 @@ def advise(
     *,
     tolerance: str | None = None,
     quantities: str | None = None,
+    known: Annotated[bool, Parameter(negative=())] = False,
     full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Find the cheapest method and resolution that meet a tolerance, error bar included.
+
+    First it says what claims have measured nearest to the scene; then it solves the scene.
 
     Parameters
     ----------
@@ -322,20 +325,17 @@ def advise(
         Acceptable relative error, such as 5% or 0.05; default: the scene's tolerance.
     quantities
         Comma-separated quantities that must meet it; default: those that the scene compares.
+    known
+        Only say what was measured nearest to the scene; solve nothing.
     full
         Solve as many surfaces and grids as `run --full`; --quick: as many as `run`.
     json
         Print one JSON object.
     """
-    from comparisons.errors import InputError
-    from comparisons.questions.study import solved_in_memory
-    from comparisons.results.advice import advise as advice_of
-    from comparisons.results.decisions import asked_in_vain
-    from comparisons.results.record import record_scene
     from comparisons.scene.scene import load_scene
     from comparisons.solving.planning import plan_scene
     from comparisons.solving.plans import refuse_unsolvable
-    from reports.cli import terminal
+    from reports.cli import advising
 
     method_files.load()
     overrides: dict[str, Any] = {}
@@ -346,16 +346,7 @@ def advise(
     effort: Effort = "full" if full else "quick"
     plans = plan_scene(load_scene(scene, overrides), effort)
     refuse_unsolvable(plans)
-    records = []
-    with terminal.status() as say:
-        for plan in plans:
-            say(f"solving {plan.scene.name} with every method")
-            records.append(record_scene(*solved_in_memory(plan, effort)))
-    vain = asked_in_vain(records)
-    if vain:
-        raise InputError("\n".join(vain))
-    terminal.print_advice([(record.name, advice_of(record)) for record in records], as_json=json)
-    return FINE
+    return advising.print_known(plans, json) if known else advising.advise_all(plans, effort, json)
 
 
 @app.command

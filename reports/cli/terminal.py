@@ -197,13 +197,13 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
     console.print(summary, markup=False)
 
 
-def print_advice(advices: list[tuple[str, Advice]], *, as_json: bool = False) -> None:
-    """Print the method to use for each plan of a scene, and the settings measured."""
-    import json
+def print_text(text: str) -> None:
+    """Print a sentence, wrapped by words on a terminal."""
+    _console().print(text, markup=False, highlight=False)
 
-    if as_json:
-        print(json.dumps([advice.document(name) for name, advice in advices], indent=1))
-        return
+
+def print_advice(advices: list[tuple[str, Advice]]) -> None:
+    """Print the method to use for each plan of a scene, and the settings measured."""
     from comparisons.machine import machine, machine_text
     from reports.tables.judged import measured_settings
 

@@ -40,6 +40,7 @@ from reports.plots import (
 )
 from reports.plots.figure import Figure
 from reports.plots.style import look
+from reports.plots.validity import validity_map
 from reports.tables import scene as tables
 from reports.tables.plans import plan_rows
 from reports.tables.table import Table
@@ -104,9 +105,10 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     claims = claims_beside(record.directory)
     settings = [(view.anchor, view.record, view.advice) for view in views]
     everything = overview.overview(settings)
+    standing = validity_map(record.scenes)
     return render(
         "report.html.j2",
-        _drawn(views, claims) | ({everything.key: everything} if everything else {}),
+        _drawn(views, claims) | {item.key: item for item in (everything, standing) if item},
         data={
             "judging": judging(
                 (view.anchor, view.record, list(view.verdicts.values()), view.advice)
@@ -119,6 +121,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         families=_families(views),
         finding=finding(record.scenes),
         overview=everything,
+        validity=standing,
         compared=compared_methods(record.scenes),
         quantities=_columns(views),
         choosable=_shown_quantities(views),

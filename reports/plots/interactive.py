@@ -222,6 +222,8 @@ def _axis(axis: Axis) -> dict[str, Any]:
     if axis.ticks:
         layout["tickvals"] = numbers([value for value, _ in axis.ticks], axis.scale.factor)
         layout["ticktext"] = [text for _, text in axis.ticks]
+        if not axis.log:
+            layout |= {"automargin": True, "zeroline": False}  # names in place of numbers
     return layout
 
 

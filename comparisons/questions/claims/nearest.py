@@ -1,0 +1,306 @@
+"""What claims have measured nearest to a scene: an answer before anything is solved.
+
+A claim that was measured along a parameter (ratio of the radii, exponent, load of a rough surface,
+Poisson's ratio, ...) is a row of a validity map; a scene of the same kind is a point on it, or a
+stretch where its loads spread. The measurements of the full runs come with the package
+(``measured.json``, written by docs/examples/claims_table.py).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
+from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.judging.verdicts import WORST_FIRST, judged
+from comparisons.questions.claims.record import ClaimRecord
+from comparisons.scene.indenters import EllipticPunch, RightAngledPunch
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.scene import Scene
+from reference.closed_form.maugis import maugis_parameter
+
+FILE = Path(__file__).with_name("measured.json")
+SAME = 1e-3  # relative distance along a parameter that is none
+Stretch = tuple[float, float]
+Place = Callable[[Scene, Geometry, AbsoluteLoads], Stretch | None]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a full run measured of a claim: |e| and u at each value of its parameter."""
+
+    claim: str
+    parameter: str
+    spacing: str
+    tolerance: float
+    points: tuple[tuple[float, float, float], ...]
+
+    @property
+    def ends(self) -> Stretch:
+        """The range of the parameter that was measured."""
+        values = [value for value, _, _ in self.points]
+        return min(values), max(values)
+
+    def along(self, value: float) -> float:
+        """Return where a value stands along the parameter, in its spacing."""
+        return float(np.log(value)) if self.spacing == "log" else value
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The measurement that decides over a quantity of a scene, before it is solved.
+
+    Attributes
+    ----------
+    quantity : str
+    measured : Measured
+    here : (float, float)
+        Where the scene stands along the parameter: the ends of its loads, or twice a value.
+    there : float
+        Where it was measured.
+    error, uncertainty : float
+    word : str
+        "within", "outside" or "not resolved" at the tolerance of the scene.
+    """
+
+    quantity: str
+    measured: Measured
+    here: Stretch
+    there: float
+    error: float
+    uncertainty: float
+    word: str
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the scene lies outside of what was measured."""
+        low, high = self.measured.ends
+        return self.here[0] < low * (1 - SAME) or self.here[1] > high * (1 + SAME)
+
+    @property
+    def place(self) -> str:
+        """Where it was measured, and where the scene stands, in words."""
+        low, high = (f"{value:.3g}" for value in self.here)
+        here, there = low if low == high else f"{low} to {high}", f"{self.there:.3g}"
+        beside = f", here {here}" if here != there else ""
+        far = ", in part beyond all that was measured" if self.beyond else ""
+        return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """It as plain data for JSON."""
+        return {
+            "quantity": self.quantity,
+            "claim": self.measured.claim,
+            "parameter": self.measured.parameter,
+            "here": list(self.here),
+            "measured_at": self.there,
+            "error": self.error,
+            "uncertainty": self.uncertainty,
+            "word": self.word,
+            "beyond": self.beyond,
+        }
+
+
+def nearest(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[Nearest]:
+    """Return, for each compared quantity that a claim has measured on such scenes, what it found.
+
+    Where several claims have measured a quantity, the one that says worst decides.
+    """
+    answers: dict[str, Nearest] = {}
+    for claim, quantities in _asked(scene).items():
+        record = measured().get(claim)
+        here = PLACES[claim][1](scene, geometry, loads)
+        if record is None or here is None:
+            continue
+        for name in quantities:
+            answer = _decided(name, record, here, scene.compare.tolerance)
+            if name not in answers or answer.error > answers[name].error:
+                answers[name] = answer
+    return [answers[name] for name in scene.compare.quantities if name in answers]
+
+
+def in_words(answers: list[Nearest], tolerance: float) -> str:
+    """Return what is known before a scene is solved, in one sentence; "" where nothing is."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
+        number = fmt.plus_minus(answer.error, answer.uncertainty)
+        label = quantity(answer.quantity).label
+        groups.setdefault((answer.word, number, answer.place), []).append(label)
+    parts = [
+        f"{', '.join(labels)} {number} at {place}, {word} {fmt.tolerance(tolerance)}"
+        for (word, number, place), labels in groups.items()
+    ]
+    return f"Nearest measured, reduced model: {'; '.join(parts)}." if parts else ""
+
+
+@cache
+def measured() -> Mapping[str, Measured]:
+    """Return the measurements that come with the package, by claim."""
+    table = json.loads(FILE.read_text(encoding="utf-8"))
+    return {
+        name: Measured(name, row["parameter"], row["spacing"], row["tolerance"], _pairs(row))
+        for name, row in table.items()
+    }
+
+
+def _pairs(row: Mapping[str, Any]) -> tuple[tuple[float, float, float], ...]:
+    return tuple((point[0], point[1], point[2]) for point in row["points"])
+
+
+def extract(claims: Iterable[ClaimRecord]) -> dict[str, Any]:
+    """Return the content of ``measured.json`` from the records of full runs, to four digits."""
+    return {
+        claim.id: {
+            "parameter": claim.parameter,
+            "spacing": claim.spacing,
+            "tolerance": claim.tolerance,
+            "points": [
+                [point.parameter, _short(abs(point.error)), _short(point.uncertainty)]
+                for point in claim.points
+                if point.parameter is not None
+                and point.error is not None
+                and point.uncertainty is not None
+            ],
+        }
+        for claim in sorted(claims, key=lambda claim: claim.id)
+        if claim.id in PLACES
+    }
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.4g}")
+
+
+def _asked(scene: Scene) -> dict[str, tuple[str, ...]]:
+    """Return claim -> the quantities that it has measured and the scene compares."""
+    chosen = {
+        claim: tuple(name for name in quantities if name in scene.compare.quantities)
+        for claim, (quantities, _) in PLACES.items()
+    }
+    return {claim: names for claim, names in chosen.items() if names}
+
+
+def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Nearest:
+    """Return the worst point among those that the scene covers, or else the nearest one."""
+    low, high = (record.along(end) for end in here)
+    places = np.array([record.along(value) for value, _, _ in record.points])
+    distance = np.maximum(np.maximum(low - places, places - high), 0.0)
+    near = [point for point, d in zip(record.points, distance, strict=True) if d <= distance.min()]
+    there, error, bar = max(near, key=lambda point: point[1] + point[2])
+    word = judged(error, bar, tolerance).word
+    return Nearest(name, record, here, there, error, bar, word)
+
+
+# --- where scenes stand ----------------------------------------------------------------------
+
+
+def _plain(scene: Scene) -> bool:
+    """Whether bodies are pressed and nothing else, by the rule of the transform."""
+    by_rule = scene.methods.reduced.rule == "mdr"
+    return by_rule and not (scene.physics or scene.rough) and scene.half_space.uniform
+
+
+def _ratio(sides: tuple[float, float]) -> Stretch:
+    ratio = max(sides) / min(sides)
+    return ratio, ratio
+
+
+def _radii(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    body = scene.indenter
+    if body is None or body.shape != "ellipsoid" or not _plain(scene):
+        return None
+    return _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
+
+
+def _radii_under_force(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    """Areas were compared at equal force: that says nothing of them at equal penetration."""
+    return _radii(scene, geometry, loads) if loads.control == "force" else None
+
+
+def _semi_axes(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    body = scene.indenter
+    return _ratio(body.semi_axes) if isinstance(body, EllipticPunch) and _plain(scene) else None
+
+
+def _sides(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    body = scene.indenter
+    return _ratio(body.lengths) if isinstance(body, RightAngledPunch) and _plain(scene) else None
+
+
+def _exponent(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    body = scene.indenter
+    if body is None or not _plain(scene):
+        return None
+    fixed = {"cone": 1.0, "paraboloid": 2.0}
+    exponent = fixed.get(body.shape, body.parameters.get("exponent"))
+    return None if exponent is None else (exponent, exponent)
+
+
+def _depth(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    body = scene.indenter
+    if body is None or body.shape != "sphere" or loads.control != "penetration":
+        return None
+    if not _plain(scene):
+        return None
+    depths = loads.values / body.parameters["radius"]
+    return float(np.min(depths)), float(np.max(depths))
+
+
+def _rough_load(*, periodic: bool | None) -> Place:
+    def place(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+        if not isinstance(geometry, RoughGeometry) or scene.physics or loads.control != "force":
+            return None
+        if periodic is not None and geometry.periodic != periodic:
+            return None
+        unit = scene.effective_modulus * geometry.area * geometry.rms_slope
+        return float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
+
+    return place
+
+
+def _poisson(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    friction, body = scene.friction, scene.indenter
+    if friction is None or friction.coupling != "full" or body is None or scene.rough:
+        return None
+    if not body.axisymmetric or set(scene.physics) != {"friction"}:
+        return None
+    return scene.poisson_ratio, scene.poisson_ratio
+
+
+def _maugis(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+    """Lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)."""
+    table, body = scene.adhesion, scene.indenter
+    if table is None or table.short_range or body is None or body.shape != "paraboloid":
+        return None
+    tension = table.work / table.range
+    radius = body.parameters["radius"]
+    place = float(maugis_parameter(radius, scene.effective_modulus, table.work, tension))
+    return place, place
+
+
+# Claim -> the quantities whose error it is, and where scenes stand along its parameter. The force
+# and the stiffness of a flat face err alike.
+PLACES: dict[str, tuple[tuple[str, ...], Place]] = {
+    "ellipsoid-force": (("force",), _radii),
+    "ellipsoid-area": (("contact_area",), _radii_under_force),
+    "punch-ellipse": (("force", "stiffness"), _semi_axes),
+    "punch-rectangle": (("force", "stiffness"), _sides),
+    "transform-power-law": (("force", "contact_area", "stiffness"), _exponent),
+    "transform-sphere": (("force", "contact_area", "stiffness"), _depth),
+    "rough-area": (("contact_area",), _rough_load(periodic=False)),
+    "rough-area-periodic": (("contact_area",), _rough_load(periodic=True)),
+    "rough-penetration": (("penetration",), _rough_load(periodic=None)),
+    "rough-mean-gap": (("mean_gap",), _rough_load(periodic=None)),
+    "rough-stiffness": (("stiffness",), _rough_load(periodic=None)),
+    "partial-slip-rigid": (("tangential_displacement",), _poisson),
+    "adhesion-range": (("pull_off_force",), _maugis),
+}

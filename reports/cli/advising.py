@@ -1,0 +1,75 @@
+"""The steps of ``roughline advise``: what is known nearest to a scene, then what is measured."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from comparisons.errors import InputError
+from comparisons.geometry.prepare import prepare
+from comparisons.questions.claims.nearest import Nearest, in_words, nearest
+from comparisons.questions.study import solved_in_memory
+from comparisons.results.advice import advise
+from comparisons.results.decisions import asked_in_vain
+from comparisons.results.record import record_scene
+from comparisons.solving.planning import Effort, Plan
+from reports.cli import terminal
+
+FINE = 0
+NOTHING = "no claim has measured such a scene"
+
+
+def known_of(plan: Plan) -> list[Nearest]:
+    """Return what claims have measured nearest to the scene of a plan."""
+    return nearest(plan.scene, *prepare(plan.scene))
+
+
+def print_known(plans: list[Plan], as_json: bool) -> int:
+    """Say what is known of each plan without solving anything."""
+    answers = {plan.scene.name: known_of(plan) for plan in plans}
+    if as_json:
+        print(json.dumps([_document(name, known) for name, known in answers.items()], indent=1))
+        return FINE
+    for plan in plans:
+        words = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
+        terminal.print_text(
+            f"{plan.scene.name}: {words}\nTo be sure: roughline advise {plan.scene.name}"
+        )
+    return FINE
+
+
+def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
+    """Say what is known, solve every plan with all methods, and advise.
+
+    Raises
+    ------
+    InputError
+        If a quantity is asked for that no method gives.
+    """
+    answers = {plan.scene.name: known_of(plan) for plan in plans}
+    for plan in plans:
+        words = in_words(answers[plan.scene.name], plan.scene.compare.tolerance)
+        if words and not as_json:
+            terminal.print_text(f"{plan.scene.name}: {words} Measuring to be sure.\n")
+    records = []
+    with terminal.status() as show:
+        for plan in plans:
+            show(f"solving {plan.scene.name} with every method")
+            records.append(record_scene(*solved_in_memory(plan, effort)))
+    vain = asked_in_vain(records)
+    if vain:
+        raise InputError("\n".join(vain))
+    if as_json:
+        documents = [
+            advise(record).document(record.name)
+            | {"nearest": _document(record.name, answers.get(record.name, []))["nearest"]}
+            for record in records
+        ]
+        print(json.dumps(documents, indent=1))
+    else:
+        terminal.print_advice([(record.name, advise(record)) for record in records])
+    return FINE
+
+
+def _document(name: str, known: list[Nearest]) -> dict[str, Any]:
+    return {"scene": name, "nearest": [answer.document for answer in known]}
