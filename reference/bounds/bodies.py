@@ -131,6 +131,11 @@ class Pyramid:
         """Return s x: the part lies between the middle of a face and its edge."""
         return self.slope * x + 0 * y
 
+    def gap_anywhere(self, x: Array, y: Array) -> Array:
+        """Return the height of the highest of the planes of all faces."""
+        turns = 2 * np.pi * np.arange(self.faces) / self.faces
+        return self.slope * np.max([np.cos(t) * x + np.sin(t) * y for t in turns], axis=0)
+
     def _radius(self) -> float:
         """Radius of the best circle: k (1 - <g>) is largest where <g> = 1/2."""
         return 0.5 / self._mean_gap()

@@ -279,11 +279,11 @@ def _check_outline(indenter: indenters.Indenter) -> None:
     _check_slender("face", float(max(lengths.max(), widths.max()) / widths.min()), _SLENDER_FACE)
 
 
-def _check_slender(what: str, ratio: float, most: float) -> None:
+def _check_slender(part: str, ratio: float, most: float) -> None:
     """Raise `Refused` for what is so slender that the bounds would take minutes."""
     if ratio > most:
         raise Refused(
-            f"the {what} is {ratio:.3g} times as long as wide, and the finite elements of the "
+            f"the {part} is {ratio:.3g} times as long as wide, and the finite elements of the "
             f"bounds, whose number grows with that, are for ratios up to {most:g}"
         )
 

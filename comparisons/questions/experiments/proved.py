@@ -12,7 +12,9 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from comparisons.scene.polygons import signed_area
 from reference import surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, punches
+from reference.bounds.ellipses import Ellipse, best_ellipse, force_of_ellipse
 from reference.bounds.interval import Interval
+from reference.bounds.mean_gaps import ConvexGap, Face
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
 
@@ -20,6 +22,9 @@ SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
 
 # Cells from the origin to the edge, for the upper and the lower bound.
 _CELLS = {"quick": (6, 8), "full": (14, 18)}
+
+# Rings and arcs of a mean gap that is stated: it exceeds the mean by 1e-4.
+_RINGS = 256, 192
 
 # Corners relative to points from which the whole outline is visible: the L of three unit squares,
 # and the right triangle with a hypotenuse of 2 about the centre of its inscribed circle.
@@ -98,6 +103,36 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
     return Finding(error, bar, details)
 
 
+@lru_cache(maxsize=64)
+def _ellipse_force(shape: str, sides: int, aspect: float) -> float:
+    """Return the force at a penetration of 1 that the best ellipse proves, for E* = 1."""
+    if shape == "pyramid":
+        gap = bodies.Pyramid(sides, 1.0).gap_anywhere
+        starts = [Ellipse(0.0, 0.0, 0.8, 0.6, turn) for turn in (0.0, 0.8)]
+        ellipse, _ = best_ellipse(ConvexGap(gap), 1.0, starts)
+        return force_of_ellipse(ConvexGap(gap, *_RINGS), ellipse, 1.0)
+    if shape == "disc":
+        return Ellipse(0.0, 0.0, 1.0, 1.0).stiffness
+    face = Face(corners_of(shape, sides, aspect))
+    return best_ellipse(face, 1.0, face.starts())[1]
+
+
+def _best_ellipse(
+    effort: str, *, sides: int = 4, shape: str = "pyramid", aspect: float = 1.0
+) -> Finding:
+    """Measure how far the best flat ellipse falls short, a proved formula for any shape."""
+    one_of("shape", shape, "pyramid", *SHAPES)
+    above("sides", sides, 2)
+    above("aspect", aspect, 0)
+    if shape == "pyramid":
+        true = pyramid_bounds(int(sides), effort)
+    else:
+        true = punch_stiffness(shape, int(sides), float(aspect), effort)
+    stated = _ellipse_force(shape, int(sides), float(aspect))
+    error, bar = judged(stated, true)
+    return Finding(error, bar, {"never too much": "by theorem (Barber 1974)"})
+
+
 def judged(stated: float, true: Interval) -> tuple[float, float]:
     """Return the midpoint and half-width of the errors that the interval permits."""
     most, least = stated / true.lower - 1, stated / true.upper - 1
@@ -170,6 +205,14 @@ EXPERIMENTS = (
         "faces n of a regular pyramid",
         "faces",
         _equal_cone,
+    ),
+    experiment(
+        "best-ellipse",
+        "Force by the best flat ellipse (Barber 1974) on a face or under a pyramid, against proved "
+        "bounds",
+        "sides or faces n",
+        "sides",
+        _best_ellipse,
     ),
     experiment(
         "rough-force-on-grid",
