@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -70,6 +70,28 @@ def in_words(proved: Mapping[str, Any]) -> str:
         "interval in which the truth lies by theorem, at most "
         f"{relative(proved['width'])} wide; {reached}. "
         f"It took {duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
+    )
+
+
+def tally(documents: Iterable[Mapping[str, Any]]) -> str:
+    """Say of the documents of some scenes how many bars are held against theorems, and miss them.
+
+    >>> ball = {"bars": 6, "missed": 0, "seconds": 0.1, "truth_seconds": 0.5}
+    >>> tally([ball, ball | {"missed": 1}]).splitlines()[0]
+    'Proved: 12 bars of references are held against intervals that theorems give; 1 misses.'
+    >>> tally([])
+    ''
+    """
+    known = list(documents)
+    if not known:
+        return ""
+    total = {key: sum(item[key] for item in known) for key in ("bars", "missed")}
+    times = (duration(sum(item[key] for item in known)) for key in ("seconds", "truth_seconds"))
+    own, judged = times
+    missed = {0: "none misses", 1: "1 misses"}.get(total["missed"], f"{total['missed']} miss")
+    return (
+        f"Proved: {total['bars']} bars of references are held against intervals that theorems "
+        f"give; {missed}.\nThe intervals took {own}, the solves that they judge {judged}."
     )
 
 

@@ -12,8 +12,9 @@ edges, and ellipses.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.facts.methods import CLOSED_FORM, METHODS
-from comparisons.files import write_table
+from comparisons.files import write_table, write_text
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.truth import GRID, truths
@@ -29,10 +30,10 @@ from comparisons.judging.uncertainty import RULE, Rule, combined
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused
 from comparisons.questions import rough_calibration
-from comparisons.questions.calibration_cases import Case, summary, table
+from comparisons.questions.calibration_cases import Case, Held, held, summary, table
 from comparisons.questions.campaign import Campaign
 from comparisons.questions.rough_calibration import rough_cases
-from comparisons.results.folder import Layout
+from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.scene.scene import make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
@@ -64,6 +65,8 @@ SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
     "fem": ((2, 3, 4), (3, 4, 6)),
 }
 TABLE = "calibration.csv"
+# The number of bars beside a proved interval, and of those that miss it.
+PROVED = "proved.json"
 QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
@@ -78,11 +81,16 @@ class CalibrationRecord:
     header: Header
     cases: list[Case]
 
+    @property
+    def held(self) -> Held:
+        """How many bars are held against theorems, and how many of them are refuted."""
+        return held(self.cases)
+
 
 class Calibration(Campaign[list[Case], CalibrationRecord]):
     """The calibration of all shapes at all resolutions; replaces calibration.csv."""
 
-    layout = Layout(TABLE)
+    layout = Layout(TABLE, (PAGE, PROVED))
 
     def inquiries(self) -> dict[str, Inquiry[list[Case]]]:
         """Return one inquiry per shape and per kind of rough surface."""
@@ -108,6 +116,7 @@ class Calibration(Campaign[list[Case], CalibrationRecord]):
         """Write the cases as a table."""
         if not record.header.interrupted:
             write_table(self.directory / TABLE, table(record.cases))
+            write_text(self.directory / PROVED, json.dumps(asdict(record.held), indent=2) + "\n")
 
 
 def shape_cases(

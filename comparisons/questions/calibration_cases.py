@@ -41,6 +41,12 @@ class Case:
         return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
 
     @property
+    def in_words(self) -> str:
+        """Which series of resolutions it is."""
+        levels = ", ".join(map(str, self.resolutions))
+        return f"{self.shape}, {self.method} {levels}, {self.quantity} at given {self.control}"
+
+    @property
     def error(self) -> float:
         """True error, rms over the load steps."""
         return rms_and_maximum(self.errors)[0]
@@ -79,6 +85,26 @@ def summary(cases: Iterable[Case]) -> Summary:
         coverage=float(np.mean((errors <= bars) | ~real)),
         width=float(np.median(bars[real] / errors[real])),
     )
+
+
+@dataclass(frozen=True)
+class Held:
+    """Bars that have a proved interval beside them, and those of them that do not reach it."""
+
+    bars: int
+    missed: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.bars} bars stand beside an interval that a theorem gives; "
+            f"{self.missed} do not reach it"
+        )
+
+
+def held(cases: Iterable[Case]) -> Held:
+    """Return how many bars there are to hold against a theorem, and how many it refutes."""
+    verdicts = [case.missed for case in cases if case.missed is not None]
+    return Held(len(verdicts), sum(verdicts))
 
 
 def table(cases: list[Case]) -> pd.DataFrame:

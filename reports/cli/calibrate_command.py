@@ -38,7 +38,8 @@ def calibrate(
     command = shlex.join(["roughline", *sys.argv[1:]])
     with watching() as watch:
         executor = workers.executor(default=2)
-        cases = Calibration(out, command=command, executor=executor, watch=watch).run().cases
+        record = Calibration(out, command=command, executor=executor, watch=watch).run()
+    cases = record.cases
     write_calibration_report(cases, command, out / PAGE)
     fine = True
     for kind, part in kinds([case for case in cases if case.half == "reported"]).items():
@@ -49,13 +50,11 @@ def calibrate(
             f"covers the true error in {reached.coverage:.1%}; its median width is "
             f"{reached.width:.1f} times the error"
         )
-    enclosed = [case for case in cases if case.missed is not None]
-    missed = [case for case in enclosed if case.missed]
-    print(
-        f"{len(enclosed)} bars stand beside an interval that a theorem gives; {len(missed)} do "
-        "not reach it"
-    )
-    fine &= not missed  # a bar that a theorem refutes is a defect
+    print(record.held)
+    for case in cases:
+        if case.missed:
+            print(f"defect: {case.in_words}: its bar of {case.bar:.2g} misses the proved interval")
+    fine &= not record.held.missed  # a bar that a theorem refutes is a defect
     rule = fitted(cases)
     print(f"rule in use: {RULE}; fitted to the first half: {rule if rule else 'none'}")
     print(f"on rough surfaces: {ROUGH_RULE}; fitted to the first half: {fitted_rule(cases)}")

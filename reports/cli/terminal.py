@@ -60,6 +60,7 @@ def print_study(
     """
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import CHECK
+    from comparisons.judging.proofs import tally
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.finding import finding
     from reports.tables.judged import summary_lines
@@ -84,6 +85,9 @@ def print_study(
     if len(lost) > MANY:
         console.print(f"... and {len(lost) - MANY} more lost solves", style="bold")
     console.print(f"\n{finding(record.scenes)}".rstrip(), markup=False, highlight=False)
+    proved = [scene.reference["proved"] for scene in record.scenes if "proved" in scene.reference]
+    if proved:
+        console.print(tally(proved), markup=False, highlight=False)
     console.print(f"{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from comparisons import formatting as fmt
-from comparisons.questions.calibration_cases import Case, summary
+from comparisons.questions.calibration_cases import Case, held, summary
 from reports.pages.page import render, write_page
 from reports.plots.calibration import covered, widths
 from reports.plots.style import look
@@ -34,6 +34,7 @@ def calibration_page(cases: list[Case], command: str) -> str:
             for kind, part in kinds(_of(cases, half=half)).items()
         ],
         parts=parts(reported),
+        held=held(cases),
     )
 
 

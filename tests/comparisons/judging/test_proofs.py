@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +18,12 @@ from comparisons.judging.truth import Truth
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
+from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import closed_form
+from reports.cli.terminal import print_study
 from reports.plots.curves import PROVED, curve
 
 BLOCK = Path(__file__).parents[3] / "docs" / "examples" / "block.toml"
@@ -245,3 +249,29 @@ def test_a_notebook_says_what_is_proved_and_has_the_sides():
     steps = comparison.steps()
     sides = steps.loc[steps["method"] == "closed_form", ["force_lower", "force", "force_upper"]]
     assert (np.diff(sides.to_numpy(dtype=float), axis=1) >= 0).all()
+
+
+@cache
+def quick_suite():
+    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
+    made = os.environ.get("ROUGHLINE_QUICK")
+    return load_study(made).scenes if made else ()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("ROUGHLINE_QUICK" not in os.environ, reason="needs a finished quick suite")
+def test_no_bar_of_the_quick_suite_misses_what_is_proved():
+    """Each of them is a theorem's word against an estimate: a miss is a defect."""
+    documents = {s.name: s.reference["proved"] for s in quick_suite() if "proved" in s.reference}
+    # eleven single contacts, each of some quantities at some load steps
+    assert len(documents) >= 11
+    assert sum(document["bars"] for document in documents.values()) >= 600
+    assert {name: d["missed"] for name, d in documents.items() if d["missed"]} == {}
+
+
+def test_a_run_counts_the_bars_that_are_held_against_theorems(tmp_path, capsys):
+    record = recorded()
+    header = {"created": "", "command": "", "effort": "quick", "machine": {}, "versions": {}}
+    print_study(StudyRecord(tmp_path, seconds=1.0, scenes=(record, record), **header), [])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "12 bars of references are held against intervals that theorems give; none miss" in said

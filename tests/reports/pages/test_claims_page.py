@@ -139,10 +139,40 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
     out = tmp_path / "calibration"
     assert run_command(["calibrate", "--out", str(out)]) == 0
-    assert "covers the true error in 100.0%" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "covers the true error in 100.0%" in shown
+    count = sum(case.missed is not None for case in right)
+    held = f"{count} bars stand beside an interval that a theorem gives; 0 do not reach it"
+    assert count > 0
+    assert held in shown
+    assert held in (out / "report.html").read_text(encoding="utf-8")
+    assert json.loads((out / "proved.json").read_text()) == {"bars": count, "missed": 0}
     assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
     assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
     missed = [replace(case, bars=0.5 * case.errors) for case in small]
     answers["paraboloid"] = missed
     assert run_command(["calibrate", "--out", str(out)]) == 1
     assert run_command(["calibrate", "--workers", "0"]) == 2
+
+
+def test_calibrate_reports_a_bar_that_a_theorem_refutes_as_a_defect(tmp_path, monkeypatch, capsys):
+    """Bars of twice the error, all of which cover; but one interval is somewhere else."""
+    from comparisons.questions import calibration
+    from comparisons.solving.inquiries import answer_of
+
+    series = {"bem_fft": ((4, 6, 8),)}
+    name, table = next(iter(calibration.REPORTED.items()))
+    right = answer_of(calibration.shape_cases("reported", name, table, series))
+    fitting = next(iter(calibration.FITTING.items()))
+    right += answer_of(calibration.shape_cases("fitting", *fitting, series))
+    right = [replace(case, bars=2 * case.errors) for case in right]
+    refuted = next(case for case in right if case.missed is not None)
+    wrong = replace(refuted, beyond=refuted.bars + 0.01)
+    answers = {"paraboloid": [wrong if case is refuted else case for case in right]}
+    monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
+    out = tmp_path / "calibration"
+    assert run_command(["calibrate", "--out", str(out)]) == 1
+    shown = capsys.readouterr().out
+    assert "1 do not reach it" in shown
+    assert f"defect: {wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity}" in shown
+    assert json.loads((out / "proved.json").read_text())["missed"] == 1
