@@ -264,7 +264,9 @@ def _energy_above(profile: Profile, penetration: float, radius: float, cells: in
 def _floor(profile: Profile, penetration: float, radii: Array) -> Array:
     """Coefficients above d - g in units of d: v is above d - g wherever it is above these."""
     gap = minorant(profile, radii) / penetration
-    return 1 - gap + 8 * EPSILON * (1 + np.abs(gap))
+    # the places of the elements are rounded, too: what that changes goes with the slope
+    steepest = float((radii * profile.slope(radii)).max()) / penetration
+    return 1 - gap + 8 * EPSILON * (1 + np.abs(gap) + steepest)
 
 
 def _mesh(cells: int, exponent: float, marks: tuple[float, ...]) -> tuple[Array, Array]:

@@ -38,8 +38,19 @@ _NEAR, _PARTS = 6, 32
 _SHARES = 4
 # Padded cells up to which the kernels of all squares are kept: 0.3 GB.
 _KEPT = 2**19
-# Relative error of a displacement by `love`, and of one difference of logarithms.
-_LOVE, _LOGARITHM = 1e-12, 64 * EPSILON
+# Of a distance times the logarithm of a ratio of sums of roots: ten operations or so.
+_TERM = 16 * EPSILON
+# Relative rounding of a displacement by `love`, in sides of the square cell. Its closed form has
+# four terms, none above 1 (|a| ln[...] is the integral of |a|/(a^2 + y^2)^(1/2) over a side), and
+# the integral of 1/r is not below 1/24 up to 16 sides away along either axis. Beyond, the rest of
+# 4 x 4 Gauss points is at most 2 (4!)^4/(9 (8!)^2) r^-8 = 5e-5/15.5^8 = 2e-14 (the eighth
+# derivatives of 1/r are not above 8!/r^9), and nothing cancels.
+_LOVE = 4 * 24 * _TERM
+# Rounding of a rest near a cell of side 1: three displacements, each of four antiderivatives that
+# are not above 12 at offsets up to 6.5.
+_REST = 3 * 4 * 12 * _TERM
+# Relative, of a difference of logarithms.
+_LOGARITHM = 64 * EPSILON
 
 
 class Expansion(NamedTuple):
@@ -178,7 +189,7 @@ def _block_rests(place: int, squares: int) -> Array:
     size = 2 * _NEAR + 1
     x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
     under, over = _bound_rests(x, y, *step_slopes(x, y, 1.0), 0.5 / squares / size)
-    return size * (np.array([under[0, 0], over[0, 0]]) + 1e-12)
+    return size * (np.array([under[0, 0], over[0, 0]]) + _REST)
 
 
 @njit(cache=True, error_model="numpy")
@@ -216,8 +227,7 @@ def _rests_of_square(x: float, y: float, squares: int) -> tuple[Array, Array]:
     places_x, places_y = np.meshgrid(offsets + x, offsets + y, indexing="ij")
     slope_x, slope_y = step_slopes(places_x, places_y, 1.0)
     under, over = _bound_rests(places_x, places_y, slope_x, slope_y, 0.5 / squares)
-    # rounding moves a rest by 1e-15, far less than its parts leave open
-    return under + 1e-12, over + 1e-12
+    return under + _REST, over + _REST
 
 
 @njit(cache=True, error_model="numpy")

@@ -11,13 +11,14 @@ from scipy.special import ellipe, ellipk
 from reference import closed_form
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
 from reference.bounds.barber import best_circle
-from reference.bounds.cells import areas, fan_cells, mutual_integrals
+from reference.bounds.cells import areas, fan_cells, gauss_points, mutual_integrals
 from reference.bounds.discs import Discs, bound_of_pressure, mutual_energies
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.extension import Extension
 from reference.bounds.interval import Interval
 from reference.bounds.lines import graded
 from reference.bounds.obstacle import least_above
+from reference.bounds.pressures import FanPressures
 from reference.bounds.profiles import (
     PowerLaw,
     RoundedPunch,
@@ -27,6 +28,12 @@ from reference.bounds.profiles import (
     paraboloid,
 )
 from reference.bounds.sections import fan, rings
+
+
+def _pressed_to(radius):
+    """Penetration of a rounded punch of radii 1 and 1: a (s - acos(1/a)), s^2 = a^2 - 1."""
+    return radius * (math.sqrt(radius**2 - 1) - math.acos(1 / radius))
+
 
 # A body, its closed form for E* = 1, and a penetration.
 ROUND = {
@@ -38,6 +45,11 @@ ROUND = {
     "shallow_sphere": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 1e-4),
     "sphere_to_half": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 0.5 * math.atanh(0.5)),
     "rounded_punch": (RoundedPunch(1.0, 10.0), closed_form.rounded_punch(1.0, 10.0, 1.0), 0.1),
+    "hardly_rounded": (
+        RoundedPunch(1.0, 1.0),
+        closed_form.rounded_punch(1.0, 1.0, 1.0),
+        _pressed_to(1.05),
+    ),
 }
 
 
@@ -57,6 +69,32 @@ def test_force_is_enclosed_to_1e_4(name):
     pressed = axisymmetric.force(profile, depth, 1.0)
     assert float(form.force(depth)) in pressed
     assert pressed.width < 1e-4
+
+
+@pytest.mark.parametrize("ratio", [1.001, 1.05, 3.0])
+def test_force_of_a_punch_rounded_as_little_as_one_likes_is_enclosed_to_1e_4(ratio):
+    """A step of penetration that suits the bend of the force, and elements for a sharp corner."""
+    depth = _pressed_to(ratio)
+    pressed = axisymmetric.force(RoundedPunch(1.0, 1.0), depth, 1.0)
+    assert float(closed_form.rounded_punch(1.0, 1.0, 1.0).force(depth)) in pressed
+    assert pressed.width < 1e-4
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_stiffness_is_enclosed_by_the_contact_radius(name):
+    """Sums from the left and the right of 65536 parts: of first order."""
+    profile, form, depth = ROUND[name]
+    stiffness = axisymmetric.stiffness(profile, depth, 2.0)
+    assert 2 * float(form.stiffness(depth)) in stiffness
+    assert stiffness.width < 4e-5
+
+
+def test_what_lies_beyond_the_elements_does_not_stall_the_upper_side():
+    """With elements to eight contact radii at any number of cells 64 reached 1.1e-6, as 128 did."""
+    depth = _pressed_to(1.05)
+    exact = float(closed_form.rounded_punch(1.0, 1.0, 1.0).energy(depth))
+    stored = axisymmetric.energy(RoundedPunch(1.0, 1.0), depth, 1.0, cells=64)
+    assert stored.upper / exact - 1 < 4e-7
 
 
 @pytest.mark.parametrize("depth", [1e-12, 1e-8, 1e-5])
@@ -119,7 +157,9 @@ def test_minorant_stays_below_the_gap_everywhere():
         for k in range(len(radii) - 1):
             places = radii[k] + t * (radii[k + 1] - radii[k])
             below = bends[2 * k : 2 * k + 3] @ weights
-            assert (below <= profile.gap(places) + 1e-15 * depth).all()
+            # places are rounded as well
+            rounding = 1e-15 * (depth + places * profile.slope(places))
+            assert (below <= profile.gap(places) + rounding).all()
 
 
 # --- what proves nothing -------------------------------------------------------------------------
@@ -142,6 +182,21 @@ def test_a_pressure_that_pulls_anywhere_is_no_lower_bound():
     with pytest.raises(ValueError, match="nowhere pulls"):
         bound_of_pressure(discs, pressure, work, magnitude)
     assert discs.energy_below(work, magnitude) < 8 / 15
+
+
+def test_a_pressure_that_pulls_on_a_fan_is_no_lower_bound():
+    # on a square 1.5 times as large as the contact of a ball the unrestricted pressure pulls
+    square = regular(4, 3, 2.0).scaled(1.5)
+    fan_pressures = FanPressures(square, np.linspace(0.0, 1.0, 7))
+    places, weights = gauss_points(fan_pressures.cells)
+    gap = (weights * 0.5 * (places**2).sum(axis=-1)).sum(axis=1)
+    work, magnitude = fan_pressures.areas - gap, fan_pressures.areas + gap
+    pulling = np.linalg.solve(fan_pressures.matrix, work)
+    assert 0.5 * fan_pressures.images * work @ pulling > 8 / 15
+    with pytest.raises(ValueError, match="nowhere pulls"):
+        fan_pressures.energy_below(pulling, work, magnitude)
+    best = fan_pressures.best(work)
+    assert 0.9 * 8 / 15 < fan_pressures.energy_below(best, work, magnitude) < 8 / 15
 
 
 def _ring_potentials(outer, places):

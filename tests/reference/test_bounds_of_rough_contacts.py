@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -10,7 +11,7 @@ from reference.bounds.heights import Waves
 from reference.bounds.patches import Patch, force_below
 from reference.bounds.periodic import PeriodicSurface
 from reference.bounds.polynomials import least_on_cells
-from reference.bounds.potentials import GridPotential
+from reference.bounds.potentials import _LOVE, GridPotential, _antiderivative
 from reference.halfspace.kernels import cell_energies, love, periodic
 
 
@@ -38,6 +39,23 @@ def test_displacement_is_bounded_between_the_middles_of_cells():
             exact = _displacement(pressure, x + dx, y + dy, 0.25)
             assert (exact <= linear + u.over).all()
             assert (exact >= linear - u.under).all()
+
+
+def test_the_rounding_of_loves_formula_is_bounded():
+    """Against 40 digits on both sides of 16 cells, and near the corners of a cell."""
+    worst = 0.0
+    for i, j in ((0.125, 0.125), (0.625, 0.375), (1.125, 7.375), (15.875, 15.875), (16.125, 0.125)):
+        with mpmath.workdps(40):
+            a, b, c, d = (mpmath.mpf(x) for x in (i + 0.5, i - 0.5, j + 0.5, j - 0.5))
+
+            def corner(x, y):
+                return x * mpmath.asinh(y / abs(x)) + y * mpmath.asinh(x / abs(y))
+
+            exact = (corner(a, c) - corner(b, c) - corner(a, d) + corner(b, d)) / mpmath.pi
+            worst = max(worst, abs(float(love(i, j, (1.0, 1.0), 1.0) / exact - 1)))
+    assert worst < _LOVE < 1e-12
+    offsets = np.linspace(-6.5, 6.5, 53)
+    assert max(abs(_antiderivative(x, y)) for x in offsets for y in offsets) < 12
 
 
 def test_waves_pass_through_the_points_and_their_curvature_is_bounded():
