@@ -116,7 +116,7 @@ def nearest(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[Near
     Where several claims have measured a quantity, the one that says worst decides.
     """
     answers: dict[str, Nearest] = {}
-    for claim, quantities in _asked(scene).items():
+    for claim, quantities in _concerned(scene).items():
         record = measured().get(claim)
         here = PLACES[claim][1](scene, geometry, loads)
         if record is None or here is None:
@@ -180,7 +180,7 @@ def _short(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _asked(scene: Scene) -> dict[str, tuple[str, ...]]:
+def _concerned(scene: Scene) -> dict[str, tuple[str, ...]]:
     """Return claim -> the quantities that it has measured and the scene compares."""
     chosen = {
         claim: tuple(name for name in quantities if name in scene.compare.quantities)
