@@ -31,9 +31,9 @@ def print_known(plans: list[Plan], as_json: bool) -> int:
         print(json.dumps([_document(name, known) for name, known in answers.items()], indent=1))
         return FINE
     for plan in plans:
-        words = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
+        text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
         terminal.print_text(
-            f"{plan.scene.name}: {words}\nTo be sure: roughline advise {plan.scene.name}"
+            f"{plan.scene.name}: {text}\nTo be sure: roughline advise {plan.scene.name}"
         )
     return FINE
 
@@ -48,9 +48,9 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     """
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     for plan in plans:
-        words = in_words(answers[plan.scene.name], plan.scene.compare.tolerance)
-        if words and not as_json:
-            terminal.print_text(f"{plan.scene.name}: {words} Measuring to be sure.\n")
+        text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance)
+        if text and not as_json:
+            terminal.print_text(f"{plan.scene.name}: {text} Measuring to be sure.\n")
     records = []
     with terminal.status() as show:
         for plan in plans:

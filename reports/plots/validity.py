@@ -73,8 +73,8 @@ def _stretches(rows: list[Measured]) -> list[Series]:
         y: list[float] = []
         hover: list[str] = []
         for row, measured in enumerate(rows):
-            words = [judged(e, u, measured.tolerance).word for _, e, u in measured.points]
-            for (value, error, bar), own in zip(measured.points, words, strict=True):
+            judgements = [judged(e, u, measured.tolerance).word for _, e, u in measured.points]
+            for (value, error, bar), own in zip(measured.points, judgements, strict=True):
                 x.append(_place(measured, value) if own == word else np.nan)
                 y.append(float(row))
                 hover.append(f"{measured.parameter} = {value:.3g}\n{fmt.plus_minus(error, bar)}")
