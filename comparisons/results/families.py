@@ -18,6 +18,7 @@ _BY_TABLE = {
     "adhesion": "adhesive contacts",
     "sliding": "sliding over rubber",
     "rolling": "rolling contacts",
+    "plasticity": "elastic-plastic contacts",
     "friction": "contacts with friction",
     "viscoelastic": "rubber in time",
     "surface": ROUGH,

@@ -109,6 +109,7 @@ if TYPE_CHECKING:
     from comparisons.scene.physics.tables.adhesion import Adhesion
     from comparisons.scene.physics.tables.dynamics import Dynamics
     from comparisons.scene.physics.tables.friction import Friction
+    from comparisons.scene.physics.tables.plasticity import Plasticity
     from comparisons.scene.physics.tables.rolling import Rolling
     from comparisons.scene.physics.tables.sliding import Sliding
     from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
@@ -121,6 +122,7 @@ if TYPE_CHECKING:
         viscoelastic: Viscoelastic | None = None
         sliding: Sliding | None = None
         adhesion: Adhesion | None = None
+        plasticity: Plasticity | None = None
         dynamics: Dynamics | None = None
 
 else:
@@ -234,6 +236,11 @@ class Scene(_Physics):
     def physics(self) -> tuple[str, ...]:
         """Which physics beyond frictionless elastic contact the scene switches on."""
         return tuple(name for name in TABLES if getattr(self, name) is not None)
+
+    @property
+    def remembers(self) -> bool:
+        """Whether its normal loads are a path, because what they do depends on those before."""
+        return any(TABLES[name].remembers for name in self.physics)
 
     @property
     def poisson_ratio(self) -> float:

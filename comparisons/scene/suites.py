@@ -8,13 +8,13 @@ SINGLE = (
     "triangle-punch",
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
-# Scenes with friction, memory, sliding, rolling, adhesion, inertia or layers: one line for each.
+# Scenes with friction, memory, sliding, rolling, adhesion, yield, inertia or layers: one line for each.
 PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
     *("friction-rubber", "friction-steel", "friction-rough"),
     *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
-    *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber"),
+    *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber", "plastic-ball"),
     *("coated-ball", "layer-on-base", "graded-ball"),
 )
 SUITES: dict[str, tuple[str, ...]] = {

@@ -103,6 +103,17 @@ LOOKS = {
         Dash("8px,3px", (0, (6, 2.5))),
         9,
     ),
+    # Fits for balls that dent, likewise.
+    "kogut_etsion": Look(
+        "Kogut & Etsion", "#882255", Marker("triangle-left", "<"), Dash("5px,2px", (0, (4, 2))), 9
+    ),
+    "jackson_green": Look(
+        "Jackson & Green",
+        "#999933",
+        Marker("triangle-right", ">"),
+        Dash("2px,4px", (0, (1.5, 3))),
+        9,
+    ),
 }
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),

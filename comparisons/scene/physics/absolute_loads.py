@@ -80,7 +80,7 @@ def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
         if scene.dynamics is not None and not loading.force:
             return AbsoluteLoads("time", times, "time", times)
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
-    if scene.adhesion is not None and loading.tangential is None:
+    if scene.remembers and loading.tangential is None:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
     if scene.rolling is None and scene.sliding is None and loading.tangential is None:
         return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)

@@ -16,9 +16,10 @@ def switched_on(data: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def walks_a_path(data: Mapping[str, Any]) -> bool:
-    """Tell whether the normal loads are a path: in time, or because adhesion has a history."""
+    """Tell whether the normal loads are a path: in time, or because a table has a memory."""
     loading = data.get("loading")
-    return "adhesion" in data or (isinstance(loading, dict) and "time" in loading)
+    in_time = isinstance(loading, dict) and "time" in loading
+    return in_time or any(TABLES[name].remembers for name in switched_on(data))
 
 
 def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
@@ -73,8 +74,10 @@ def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     for key in DEPTH_KEYS:
         if isinstance(half_space, dict) and key in half_space:
             yield f"half_space.{key}: expected no {cause} beside it: no method here has both"
-    if "friction" in tables and isinstance(half_space, dict) and "effective_modulus" in half_space:
-        yield "half_space: expected E or G with nu: tangential contact needs two elastic constants"
+    if isinstance(half_space, dict) and "effective_modulus" in half_space:
+        for name in tables:
+            if TABLES[name].two_constants:
+                yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
 
 
 def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:

@@ -23,6 +23,7 @@ class Adhesion(PhysicsTable):
     key = "adhesion"
     place = 4
     adds = ("pull_off_force",)
+    remembers = True
     apart: ClassVar = {"sliding": "detachment at the edge of a sliding contact is not modelled"}
 
     work: Annotated[float, quantity(SURFACE_ENERGY, kind="work of adhesion")]

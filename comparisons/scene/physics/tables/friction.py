@@ -28,6 +28,7 @@ class Friction(PhysicsTable):
         "dynamics": "the mass moves along the normal only",
     }
     one_body = True
+    two_constants = "tangential contact needs two elastic constants"
 
     coefficient: Positive
     coupling: Literal["full", "none"] = "full"

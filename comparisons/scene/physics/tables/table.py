@@ -30,6 +30,10 @@ class PhysicsTable(BaseModel):
         What is compared beside those, where no table of the scene replaces them.
     apart : mapping
         Other tables that contradict this one, or with which nothing here could be meant -> why.
+    two_constants : str
+        Why one elastic constant, E*, does not do; "" where it does.
+    remembers : bool
+        What a normal load does depends on those before it: loads are a path, in the order given.
     one_body : bool
         With it the properties of two elastic bodies do not add up to one E*.
     """
@@ -40,6 +44,8 @@ class PhysicsTable(BaseModel):
     compared: ClassVar[tuple[str, ...]] = ()
     adds: ClassVar[tuple[str, ...]] = ()
     apart: ClassVar[Mapping[str, str]] = {}
+    two_constants: ClassVar[str] = ""
+    remembers: ClassVar[bool] = False
     one_body: ClassVar[bool] = False
 
     def description(self, scene: Scene) -> tuple[str, str]:

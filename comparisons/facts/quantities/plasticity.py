@@ -1,0 +1,24 @@
+"""Quantities of contacts that yield."""
+
+from comparisons.facts.quantities.row import Quantity
+
+_YIELDS = ("plasticity",)
+
+ROWS = (
+    Quantity(
+        "residual_depth",
+        "depth that remains after unloading",
+        "d_res",
+        "m",
+        comparable=True,
+        physics=_YIELDS,
+    ),
+    Quantity(
+        "first_yield",
+        "penetration at first yield",
+        "d_y",
+        "m",
+        comparable=True,
+        physics=_YIELDS,
+    ),
+)

@@ -1,0 +1,1 @@
+"""Indenters on a half-space that yields, under a path of loads."""

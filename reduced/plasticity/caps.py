@@ -1,0 +1,193 @@
+"""Springs whose force is capped where the stress of the local rule reaches a hardness.
+
+Chapter 19 (19.37, and 19.6) computes a stress at each spring from its force f and deflection delta,
+sigma = f sqrt(2)/(pi dx sqrt(delta R1)), R1 = 1/g'' the radius of curvature of the profile there,
+and says to "use sigma_i for the yield criterion". It does not say which deflection counts once a
+spring has yielded:
+
+- "elastic_root": the elastic part f/(E* dx). Then f <= E* dx delta_y with
+  delta_y = pi^2 H^2 R1/(2 E*^2), a constant.
+- "stress": all of it. Then f <= H pi dx sqrt(delta R1/2): under a paraboloid in full yield the
+  uniform pressure (pi/4) H.
+
+A spring that has yielded stays shorter by what it has lost: it unloads with E* dx and lets go
+before the surface returns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from reduced.arguments import positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.loads import LoadPath
+from reduced.profiles.section import Profile
+
+Reading = Literal["stress", "elastic_root", "none"]
+READINGS: tuple[Reading, ...] = ("stress", "elastic_root", "none")
+# H/Y of full yield under a ball (Jackson & Green 2005); 2.8 by Tabor (1951).
+HARDNESS = 2.84
+_BISECTIONS = 200
+
+
+@dataclass(frozen=True)
+class Yielded:
+    """A line of springs along a path of loads; arrays of shape (k,).
+
+    Attributes
+    ----------
+    penetration, force, contact_radius : ndarray
+        The radius is half the length of the springs that carry a force.
+    residual_depth : ndarray
+        Penetration at which the contact would be lost if it were unloaded from here.
+    """
+
+    penetration: np.ndarray
+    force: np.ndarray
+    contact_radius: np.ndarray
+    residual_depth: np.ndarray
+
+
+class YieldingSprings:
+    """Half of a symmetric line of springs under a profile.
+
+    Parameters
+    ----------
+    profile : Profile
+        g(x), curved wherever it touches unless the reading is "none".
+    effective_modulus : float
+        E*.
+    hardness : float
+        H.
+    reading : {"stress", "elastic_root", "none"}
+        Of the yield criterion; "none" leaves the springs elastic.
+    reach : float
+        Largest penetration.
+    springs : int
+        Springs on half of the line at that penetration.
+
+    Raises
+    ------
+    ValueError
+        Lists all invalid arguments, or says where the profile has no curvature.
+    """
+
+    def __init__(
+        self,
+        profile: Profile,
+        effective_modulus: float,
+        hardness: float,
+        reading: Reading,
+        *,
+        reach: float,
+        springs: int,
+    ) -> None:
+        faults = positive_faults(
+            effective_modulus=effective_modulus, hardness=hardness, reach=reach, springs=springs
+        )
+        if reading not in READINGS:
+            faults.append(f"reading must be one of {', '.join(READINGS)}, not {reading!r}")
+        refuse(faults)
+        self.modulus, self.reading = effective_modulus, reading
+        self.spacing = float(profile.contact_radius(reach)) / springs
+        x = (np.arange(springs) + 0.5) * self.spacing
+        self.gap = np.asarray(profile.height(x), dtype=float)
+        self.root = np.zeros(springs)
+        if reading != "none":
+            # sqrt(delta_y), and with it the cap of either reading.
+            self.root = np.pi * hardness / effective_modulus * np.sqrt(_radius(profile, x) / 2)
+
+    def elastic_limit(self, deflection: np.ndarray) -> np.ndarray:
+        """Return the largest elastic deflection of the springs, f/(E* dx), at a total one."""
+        if self.reading == "none":
+            return np.full(deflection.shape, np.inf)
+        if self.reading == "elastic_root":
+            return np.broadcast_to(self.root**2, deflection.shape)
+        return self.root * np.sqrt(np.maximum(deflection, 0.0))
+
+    def elastic(self, penetration: float, lost: np.ndarray) -> np.ndarray:
+        """Return the elastic deflections at a penetration."""
+        total = penetration - self.gap
+        return np.clip(total - lost, 0.0, self.elastic_limit(total))
+
+    def force(self, penetration: float, lost: np.ndarray) -> float:
+        """Return the force of both halves."""
+        return float(2 * self.modulus * self.spacing * self.elastic(penetration, lost).sum())
+
+    def walk(self, path: LoadPath) -> Yielded:
+        """Follow a path of penetrations, or of forces, none of them negative.
+
+        Raises
+        ------
+        ValueError
+            If a force is negative or the control is another one.
+        """
+        control = path.one_of("penetration", "force")
+        if control == "force" and (path.values < 0).any():
+            raise ValueError("force must not be negative: nothing holds the indenter")
+        lost, rows = np.zeros(self.gap.shape), []
+        for load in path.values:
+            depth = float(load) if control == "penetration" else self._depth(float(load), lost)
+            elastic = self.elastic(depth, lost)
+            lost = np.where(elastic > 0, np.maximum(lost, depth - self.gap - elastic), lost)
+            force = float(2 * self.modulus * self.spacing * elastic.sum())
+            left = float((self.gap + lost).min()) if lost.any() else 0.0
+            rows.append((depth, force, self._edge(depth, lost), left))
+        return Yielded(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def _edge(self, depth: float, lost: np.ndarray) -> float:
+        """Return half the length in contact; springs let go from the rim inwards."""
+        over = depth - self.gap - lost
+        touching = int(np.count_nonzero(over > 0))
+        if touching == 0:
+            return 0.0
+        if touching == over.size:
+            # The last spring stands half a spacing inside; further on the gap goes on as before.
+            slope = (over[-2] - over[-1]) / self.spacing if over.size > 1 else np.inf
+            return float(self.spacing * (touching - 0.5) + min(over[-1] / slope, self.spacing / 2))
+        inner, outer = over[touching - 1], over[touching]
+        return float(self.spacing * (touching - 0.5 + inner / (inner - outer)))
+
+    def _depth(self, force: float, lost: np.ndarray) -> float:
+        """Return the penetration at a force, by bisection: the force rises with it."""
+        low, high = float((self.gap + lost).min()), float(self.gap[-1])
+        if force == 0:
+            return low
+        step = max(high - low, float(self.gap[-1]))
+        while self.force(high, lost) < force:
+            high += step
+            step *= 2
+            if not np.isfinite(high):
+                raise ConvergenceError("the springs never carry this force")
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            if middle in (low, high):
+                break
+            low, high = (middle, high) if self.force(middle, lost) < force else (low, middle)
+        return high
+
+
+def first_yield(profile: Profile, effective_modulus: float, pressure: float) -> float:
+    """Return the penetration at which the local rule first reaches a pressure.
+
+    d_y = pi^2 p^2 R1/(2 E*^2), R1 = 1/g''(0): exact for the paraboloid, where the rule is.
+
+    Raises
+    ------
+    ValueError
+        If the profile has no curvature at its tip.
+    """
+    refuse(positive_faults(effective_modulus=effective_modulus, pressure=pressure))
+    tip = float(_radius(profile, np.zeros(1))[0])
+    return (np.pi * pressure / effective_modulus) ** 2 * tip / 2
+
+
+def _radius(profile: Profile, x: np.ndarray) -> np.ndarray:
+    """Return R1 = 1/g''(x)."""
+    curvature = np.zeros(x.shape) if profile.curvature is None else profile.curvature(x)
+    if not (np.isfinite(curvature) & (curvature > 0)).all():
+        raise ValueError("the local stress rule needs a profile that is curved everywhere")
+    return 1 / np.asarray(curvature, dtype=float)

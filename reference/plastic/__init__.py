@@ -1,0 +1,7 @@
+"""Elastic-plastic half-spaces below rigid round indenters: J2 finite elements, axisymmetric."""
+
+from reference.plastic.indentation import Indentation, State
+from reference.plastic.materials import PlasticMaterial, yield_pressure
+from reference.plastic.path import Moment, Walk
+
+__all__ = ["Indentation", "Moment", "PlasticMaterial", "State", "Walk", "yield_pressure"]

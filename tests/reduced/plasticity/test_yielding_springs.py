@@ -1,0 +1,117 @@
+"""Springs that yield: both readings of the stress rule, and Zunker & Kamrin's ball."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from reduced.loads import LoadPath
+from reduced.plasticity.caps import YieldingSprings, first_yield
+from reduced.plasticity.zunker_kamrin import ZunkerKamrin
+from reduced.profiles.equivalents import cone, paraboloid
+
+HARDNESS = 2.84e-3  # Y = 1e-3, E* = R = 1
+YIELD = (np.pi * 1.6e-3 / 2) ** 2  # d_y of p0 = 1.6 Y
+FORCE = 4 / 3 * YIELD**1.5
+
+
+def ball(reading, deepest, springs=2000) -> YieldingSprings:
+    """Return springs under a ball of R = 1."""
+    return YieldingSprings(paraboloid(1.0), 1.0, HARDNESS, reading, reach=deepest, springs=springs)
+
+
+@pytest.mark.parametrize("reading", ["stress", "elastic_root"])
+@pytest.mark.parametrize("share", [2, 5, 10, 60])
+def test_readings_carry_the_integral_of_their_caps(reading, share):
+    cap, a = (np.pi * HARDNESS) ** 2 / 4 / YIELD, np.sqrt(share)  # lengths in d_y, sqrt(R d_y)
+    b = np.sqrt(max(share - cap, 0.0))  # springs within it yield
+    rim = 2 * (share * (a - b) - (a**3 - b**3) / 3)
+    middle = {
+        "stress": np.sqrt(cap) * (b * np.sqrt(a**2 - b**2) + share * np.arcsin(b / a)),
+        "elastic_root": 2 * b * cap,
+    }
+    depth = share * YIELD
+    force = ball(reading, depth).walk(LoadPath("penetration", depth)).force
+    assert_allclose(force / FORCE, (rim + middle[reading]) / (4 / 3), rtol=1e-4)
+
+
+def test_stress_reading_ends_at_a_uniform_pressure():
+    deep = 1e5 * YIELD
+    line = ball("stress", deep).walk(LoadPath("penetration", deep))
+    # all but a rim yields: sigma = H everywhere is the pressure (pi/4) H
+    assert_allclose(line.force, np.pi / 4 * HARDNESS * np.pi * deep, rtol=1e-3)
+
+
+def test_elastic_root_is_hertz_up_to_the_cap_of_its_deepest_spring():
+    cap = (np.pi * HARDNESS) ** 2 / 4  # delta_y = pi^2 H^2 R1/(2 E*^2), R1 = R/2
+    line = ball("elastic_root", 2 * cap).walk(LoadPath("penetration", [cap, 2 * cap]))
+    assert_allclose(line.force[0], 4 / 3 * cap**1.5, rtol=1e-3)
+    assert line.residual_depth[0] == 0.0
+    # one more cap deep, the middle has lost just that
+    assert_allclose(line.residual_depth[1], cap, rtol=1e-3)
+    assert line.force[1] < 0.99 * 4 / 3 * (2 * cap) ** 1.5
+
+
+@pytest.mark.parametrize("reading", ["stress", "elastic_root"])
+def test_unloading_is_elastic_and_reloading_returns(reading):
+    top = 20 * YIELD
+    line = ball(reading, top)
+    up = line.walk(LoadPath("penetration", top))
+    left = float(up.residual_depth[0])
+    path = [top, 0.5 * (top + left), left * (1 + 1e-9), 0.5 * (top + left), top]
+    cycle = line.walk(LoadPath("penetration", path))
+    assert_allclose(cycle.force[3:], cycle.force[1::-1], rtol=1e-12)
+    assert_allclose(cycle.residual_depth, left, rtol=1e-12)
+    assert cycle.force[2] < 1e-6 * cycle.force[0]
+    # one spring is last; of caps that are all the same the middle lets go at once
+    last = 0.1 if reading == "stress" else 0.95
+    assert cycle.contact_radius[2] < last * cycle.contact_radius[0]
+
+
+def test_force_finds_the_penetration_that_carries_it():
+    top = 20 * YIELD
+    line = ball("stress", top)
+    force = line.walk(LoadPath("penetration", [5 * YIELD, top])).force
+    again = line.walk(LoadPath("force", [*force, 0.0]))
+    assert_allclose(again.penetration[:2], [5 * YIELD, top], rtol=1e-9)
+    assert_allclose(again.penetration[2], again.residual_depth[1], rtol=1e-12)
+
+
+def test_first_yield_of_a_ball_is_that_of_its_pressure():
+    assert_allclose(first_yield(paraboloid(1.0), 1.0, 1.6e-3), YIELD, rtol=1e-14)
+    with pytest.raises(ValueError, match="curved"):
+        first_yield(cone(0.1), 1.0, 1.6e-3)
+
+
+def test_zunker_kamrin_is_hertz_first_and_continuous_where_it_yields():
+    model = ZunkerKamrin(1.0, 1.0, 1e-3)
+    before, after = (model.at(d, d) for d in model.yields_at * np.array([1 - 1e-9, 1 + 1e-9]))
+    assert_allclose(before[:2], after[:2], rtol=1e-8)
+    small = model.yields_at / 2
+    assert_allclose(model.at(small, small)[0], 4 / 3 * small**1.5, rtol=1e-14)
+    # errors of the sheet against finite elements: +35 % of 25.5, +18 % of 246.6
+    for share, force in ((10, 34.4), (60, 291.0)):
+        assert_allclose(model.at(share * YIELD, share * YIELD)[0] / FORCE, force, rtol=0.01)
+
+
+def test_zunker_kamrin_unloads_to_what_remains():
+    model = ZunkerKamrin(1.0, 1.0, 1e-3, sphere=True)
+    top = 60 * YIELD
+    line = model.walk(LoadPath("penetration", [top, 0.95 * top, 0.0, top]))
+    assert_allclose(line.force[3], line.force[0], rtol=1e-14)
+    assert line.force[2] == line.contact_radius[2] == 0.0
+    under_force = model.walk(LoadPath("force", [line.force[0], line.force[1], 0.0]))
+    assert_allclose(under_force.penetration[:2], line.penetration[:2], rtol=1e-9)
+    assert_allclose(under_force.penetration[2], line.residual_depth[0], rtol=1e-9)
+
+
+def test_what_no_spring_can_do_is_refused():
+    with pytest.raises(ValueError, match="curved everywhere"):
+        YieldingSprings(cone(0.1), 1.0, 1e-3, "stress", reach=1e-3, springs=10)
+    with pytest.raises(ValueError, match="hardness") as caught:
+        YieldingSprings(paraboloid(1.0), -1.0, 0.0, "hard", reach=np.nan, springs=10)
+    for word in ("effective_modulus", "reach", "reading"):
+        assert word in str(caught.value)
+    with pytest.raises(ValueError, match="nothing holds"):
+        ball("stress", YIELD).walk(LoadPath("force", [1e-9, -1e-9]))

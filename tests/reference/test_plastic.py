@@ -1,0 +1,187 @@
+"""Elastic-plastic half-spaces: radial return, Hertz's limit, forces of the literature, energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from reference.errors import ConvergenceError
+from reference.fem.elasticity import Material
+from reference.loads import LoadPath
+from reference.plastic import PlasticMaterial, Walk, yield_pressure
+from reference.plastic.first_yield import first_yield
+from reference.plastic.fits import Ball, jackson_green, kogut_etsion
+from reference.plastic.indentation import Indentation
+from reference.plastic.materials import Points, mises, respond
+from reference.plastic.section import Section
+
+NU, Y = 0.3, 1 / 500  # E = R = 1
+MODULUS = 1 / (1 - NU**2)
+YIELD = (np.pi * 1.6 * Y / (2 * MODULUS)) ** 2  # d_y of p0 = 1.6 Y, as the sheet of forces has it
+FORCE = 4 / 3 * MODULUS * YIELD**1.5
+STEEL = PlasticMaterial(Material(1.0, NU), Y)
+LAWS = [
+    STEEL,
+    PlasticMaterial(Material(1.0, NU), Y, 0.05),
+    PlasticMaterial(Material(1.0, NU), Y, 0.2, "power"),
+]
+
+
+def dent(share: float, per_radius: int, material: PlasticMaterial = STEEL, **more) -> Walk:
+    """Return a ball on a mesh for a depth of so many d_y."""
+    radius = np.sqrt(share * YIELD * min(1.9, 1 + 0.25 * np.log10(share) ** 1.2))
+    return Walk(material, lambda r: r**2 / 2, radius, per_radius=per_radius, **more)
+
+
+def pressed(walk: Walk, *shares: float):
+    """Return the contacts at depths in d_y."""
+    return list(walk.along(LoadPath("penetration", YIELD * np.array(shares))))
+
+
+@pytest.mark.parametrize("material", LAWS)
+def test_radial_return_ends_on_the_yield_surface(material):
+    strain = np.array([[0.01, -0.02, 0.003, 0.01], [1e-4, -2e-4, 0.0, 1e-4]])
+    answer = respond(material, strain, Points.virgin((2,)), tangent=False)
+    flow = material.flow_stress(answer.points.amount)[0]
+    assert_allclose(mises(answer.stress)[0], flow[0], rtol=1e-12)
+    assert answer.points.amount[1] == 0.0
+    # plastic flow keeps the volume
+    assert abs(answer.points.strain[0, :3].sum()) < 1e-15
+
+
+@pytest.mark.parametrize("material", LAWS)
+def test_tangent_is_the_derivative_of_the_stress(material):
+    strain, before = np.array([[0.01, -0.02, 0.003, 0.01]]), Points.virgin((1,))
+    tangent = respond(material, strain, before, tangent=True).tangent
+    assert tangent is not None
+    step = 1e-7
+    for i, turn in enumerate(np.eye(4) * step):
+        up, down = (
+            respond(material, strain + sign * turn, before, tangent=False).stress
+            for sign in (1, -1)
+        )
+        # central differences: the square of the step over that of the strain
+        assert_allclose(tangent[0, :, i], (up - down)[0] / (2 * step), atol=1e-6)
+
+
+def test_yield_pressure_is_johnsons():
+    # Johnson 1985, 6.1: 1.60 Y at nu = 0.3; Jackson & Green's fit of the same integral
+    assert_allclose(yield_pressure(0.3), 1.60, rtol=0.01)
+    for nu in (0.0, 0.2, 0.45):
+        assert_allclose(yield_pressure(nu), 1.295 * np.exp(0.736 * nu), rtol=0.015)
+
+
+@pytest.mark.parametrize("per_radius", [4, 6])
+def test_elastic_limit_is_hertz(per_radius):
+    elastic = PlasticMaterial(Material(1.0, NU), np.inf)
+    (moment,) = pressed(dent(1.0, per_radius, elastic), 1.0)
+    assert_allclose(moment.force, FORCE, rtol=2e-3)
+    # to the place of the edge between the points of its element
+    assert_allclose(moment.contact_radius**2, YIELD, rtol=0.25 / per_radius)
+    assert moment.dissipated == 0.0
+
+
+def test_far_field_leaves_nothing_to_the_size_of_the_mesh():
+    # the energy of the exterior on its own: that of a point force, which falls with 1/R
+    small, large = (Section(1.0, 1.0 * scale, 2, NU).exterior for scale in (1.0, 4.0))
+    extents = [Section(1.0, scale, 2, NU).extent[0] for scale in (1.0, 4.0)]
+    assert_allclose(small / large, extents[1] / extents[0], rtol=0.3)
+
+
+@pytest.mark.parametrize(("share", "force"), [(2, 2.78), (5, 10.05), (10, 25.5)])
+def test_force_beyond_yield_is_that_of_other_finite_elements(share, force):
+    (moment,) = pressed(dent(share, 4), share)
+    assert_allclose(moment.force / FORCE, force, rtol=0.01)
+
+
+@pytest.mark.slow
+def test_force_in_full_plasticity_is_that_of_other_finite_elements():
+    (moment,) = pressed(dent(60.0, 12), 60.0)
+    assert_allclose(moment.force / FORCE, 246.6, rtol=0.01)
+
+
+def test_a_thousand_times_the_depth_of_first_yield_is_reached():
+    (moment,) = pressed(dent(1000.0, 3), 1000.0)
+    mean = moment.force / (np.pi * moment.contact_radius**2)
+    assert moment.residual < 1e-8
+    # full plasticity; three elements know the radius to a tenth
+    assert 2.4 < mean / Y < 3.6
+
+
+def test_nothing_locks_in_full_plasticity():
+    # coarse elements that lock carry tens of percent more
+    coarse, fine = (pressed(dent(60.0, n), 60.0)[0].force for n in (3, 5))
+    assert 0.95 < coarse / fine < 1.03
+
+
+def test_unloading_leaves_a_dent_and_reloading_is_elastic():
+    walk = dent(20.0, 3)
+    down, half, again = pressed(walk, 20.0, 18.0, 20.0)
+    left = walk.residual_depth(down)
+    assert 0.4 < left / down.penetration < 0.6
+    assert half.force < 0.8 * down.force
+    assert_allclose(again.force, down.force, rtol=2e-3)
+    (under,) = dent(20.0, 3).along(LoadPath("force", down.force))
+    assert_allclose(under.penetration, down.penetration, rtol=0.01)
+    lifted = list(dent(20.0, 3).along(LoadPath("force", [down.force, 0.0])))[-1]
+    assert lifted.force == lifted.contact_radius == 0.0
+
+
+def test_work_is_elastic_energy_and_dissipation():
+    # to the square of the steps, of which `slow` takes ten times as many
+    moments = pressed(dent(20.0, 3), *(20 * np.linspace(0, 1, 21)[1:] ** 2))
+    last = moments[-1]
+    assert_allclose(last.elastic + last.dissipated, last.work, rtol=3e-3)
+    assert 0.4 < last.dissipated / last.work < 0.5
+
+
+@pytest.mark.slow
+def test_energy_balance_closes_with_the_steps():
+    moments = pressed(dent(20.0, 4), *(20 * np.linspace(0, 1, 201)[1:] ** 2))
+    last = moments[-1]
+    assert_allclose(last.elastic + last.dissipated, last.work, rtol=1e-4)
+
+
+def test_hardening_carries_more():
+    soft, linear, power = (pressed(dent(10.0, 3, law), 10.0)[0].force for law in LAWS)
+    assert soft < linear
+    assert soft < power
+
+
+def test_first_yield_by_elements_is_that_of_hertz():
+    found = first_yield(STEEL, lambda r: r**2 / 2, np.sqrt, 3 * YIELD, per_radius=6)
+    exact = YIELD * (yield_pressure(NU) / 1.6) ** 2
+    # the largest stress lies between Gauss points
+    assert_allclose(found, exact, rtol=0.01)
+    with pytest.raises(ConvergenceError, match="sharp tip"):
+        first_yield(STEEL, lambda r: 0.1 * r, lambda d: 2 * d / (0.1 * np.pi), 1e-3, per_radius=3)
+
+
+def test_fits_have_the_values_of_their_papers():
+    ball = Ball(1.0, MODULUS, NU, Y)
+    fit = kogut_etsion(ball)
+    shares = np.array([2.0, 5.0, 10.0, 60.0])
+    assert_allclose(fit.force(shares), [2.77, 10.21, 25.65, 246.6], rtol=2e-3)
+    for curve in (fit.force, fit.area):  # pieces of different power laws meet within 3 %
+        assert_allclose(curve(np.array(6 - 1e-9)), curve(np.array(6.0)), rtol=0.03)
+    green = jackson_green(ball)
+    truth = np.array([2.78, 10.05, 25.5, 246.6])
+    assert_allclose(green.force(shares) / truth - 1, [0.019, 0.010, 0.018, 0.031], atol=0.01)
+
+
+def test_a_contact_that_outgrows_its_mesh_says_so():
+    walk = Walk(STEEL, lambda r: r**2 / 2, 0.5 * np.sqrt(YIELD), per_radius=3)
+    with pytest.raises(ConvergenceError, match="larger than its mesh"):
+        pressed(walk, 5.0)
+
+
+def test_what_is_no_material_and_no_path_is_refused():
+    with pytest.raises(ValueError, match="yield_stress") as caught:
+        PlasticMaterial(Material(1.0, 0.5), -1.0, -1.0, "cubic")
+    for word in ("law", "hardening", "0.4999"):
+        assert word in str(caught.value)
+    with pytest.raises(ValueError, match="E = 1"):
+        Indentation(PlasticMaterial(Material(2.0, NU), Y), lambda r: r**2, smallest=2.0)
+    with pytest.raises(ValueError, match="nothing holds"):
+        list(dent(1.0, 3).along(LoadPath("force", [-1.0])))
