@@ -8,7 +8,7 @@ SINGLE = (
     "triangle-punch",
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
-# Scenes with friction, memory, sliding, rolling, adhesion, yield, inertia or layers: one line for each.
+# Scenes with friction, memory, sliding, rolling, adhesion, yield, inertia, layers: a line for each.
 PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
