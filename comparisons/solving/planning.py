@@ -21,6 +21,8 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
+from comparisons.methods.normal.blocks import SIDE
+from comparisons.methods.normal.grid import cells
 from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerns, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
@@ -29,6 +31,7 @@ from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.surface import SelfAffine
 from comparisons.solving.map_patches import patch_of
+from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
@@ -277,6 +280,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         else []
     )
     notes += scene_notes(scene, geometry)
+    notes += _coarser_pictures(draft, methods)
     if scene.physics and realisations < total:
         notes.append(f"quick: {realisations} of {total} realisations (--full runs all of them)")
     if scene.counter_body is not None:
@@ -294,6 +298,18 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         notes=tuple(notes),
         switched_on=tuple(switched_on(scene, loads)),
     )
+
+
+def _coarser_pictures(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
+    """Say that fields of large grids are stored coarser than they are solved."""
+    finest = max(
+        (max(m.resolutions) for m in methods if m.method == GRID and m.resolutions), default=0
+    )
+    if isinstance(draft.geometry, RoughGeometry) and cells(draft.geometry, finest) > MOST_POINTS:
+        yield (
+            f"fields of {GRID} above {MOST_POINTS} cells are stored as means over blocks, "
+            f"at most {SIDE} a side; quantities are of all cells"
+        )
 
 
 def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:

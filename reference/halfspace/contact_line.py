@@ -30,12 +30,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from reference.halfspace.solution import Contact
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Cells = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 # (1 - s)^(3/2) / (s + BEYOND) = RATIO rho cos^(-ANGLE); area per closed outline in cells
 RATIO, BEYOND, ANGLE = 0.734, 0.151, 0.82
@@ -79,9 +79,8 @@ def located_area(contact: Contact) -> float:
     cells = float(np.count_nonzero(mask))
     if not mask.any() or mask.all():
         return cells * contact.operator.cell_area
-    normals = _normals(mask, contact.operator.spacing, periodic)
     shift, located, crossings = np.sum(
-        [_shift(contact, mask, normals, axis, side) for axis in (0, 1) for side in (1, -1)], axis=0
+        [_shift(contact, mask, axis, side) for axis in (0, 1) for side in (1, -1)], axis=0
     )
     # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
@@ -120,20 +119,26 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
     return counts[0] - counts[1] - counts[2] + counts[3]
 
 
-def _normals(mask: Mask, spacing: tuple[float, float], periodic: bool) -> list[Field]:
-    """Return the gradient of the mask (Sobel filter), along the normal of the rim."""
-    mode = "wrap" if periodic else "nearest"
-    inside = mask.astype(float)
-    across = [ndimage.correlate1d(inside, [1.0, 2.0, 1.0], 1 - axis, mode=mode) for axis in (0, 1)]
-    return [
-        ndimage.correlate1d(across[axis], [-1.0, 0.0, 1.0], axis, mode=mode) / spacing[axis]
-        for axis in (0, 1)
-    ]
+def _moved(cells: Cells, axis: int, steps: int, mask: Mask, *, wraps: bool) -> Cells:
+    """Return the cells some steps along an axis: across the seam, or up to the rim."""
+    rows, columns = cells
+    size = mask.shape[axis]
+    places = (rows, columns)[axis] + steps
+    places = places % size if wraps else np.clip(places, 0, size - 1)
+    return (places, columns) if axis == 0 else (rows, places)
 
 
-def _shift(
-    contact: Contact, mask: Mask, normals: list[Field], axis: int, side: int
-) -> tuple[float, int, int]:
+def _normal(mask: Mask, cells: Cells, axis: int, spacing: float, *, wraps: bool) -> Field:
+    """Return the gradient of the mask in some cells (Sobel filter), along the normal of the rim."""
+    total = np.zeros(len(cells[0]))
+    for step, weight in ((-1, 1.0), (0, 2.0), (1, 1.0)):
+        beside = _moved(cells, 1 - axis, step, mask, wraps=wraps)
+        for side in (1, -1):
+            total += side * weight * mask[_moved(beside, axis, side, mask, wraps=wraps)]
+    return total / spacing
+
+
+def _shift(contact: Contact, mask: Mask, axis: int, side: int) -> tuple[float, int, int]:
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
     Also the number of crossings included, and of all crossings of the rim.
@@ -145,24 +150,35 @@ def _shift(
         end = -1 if side > 0 else 0
         at_rim = int(np.count_nonzero(mask.take(end, axis)))
         last[(end, slice(None)) if axis == 0 else (slice(None), end)] = False
-    pressure = contact.pressure[last]
-    gap = np.maximum(np.roll(contact.gap, -side, axis)[last], 0.0)
-    steep = [part[last] + np.roll(part, -side, axis)[last] for part in normals]
+    rows, columns = np.nonzero(last)
+    cells = rows, columns
+    beside = _moved(cells, axis, side, mask, wraps=True)
+    pressure = contact.pressure[cells]
+    gap = contact.initial_gap[beside] - contact.penetration + contact.displacement[beside]
+    gap = np.maximum(gap, 0.0)
+    steep = [
+        sum(
+            _normal(mask, at, k, operator.spacing[k], wraps=operator.periodic)
+            for at in (cells, beside)
+        )
+        for k in (0, 1)
+    ]
     square = steep[axis] ** 2 / np.maximum(steep[0] ** 2 + steep[1] ** 2, np.finfo(float).tiny)
     scale = operator.effective_modulus / operator.spacing[axis]
-    smooth = np.isfinite(gap) & ~_rising(contact.pressure, side, axis)[last]
+    inner, innermost = (
+        contact.pressure[_moved(cells, axis, -steps * side, mask, wraps=True)] for steps in (1, 2)
+    )
+    smooth = np.isfinite(gap) & ~_rising(pressure, inner, innermost)
     ratio, cosine = scale * gap / pressure, np.maximum(np.sqrt(square), _LEAST_COSINE)
     shift = square * np.where(smooth, place(ratio, cosine) - 0.5, 0.0)
     return float(shift.sum()), int(np.count_nonzero(smooth)), at_rim + len(gap)
 
 
-def _rising(pressure: Field, side: int, axis: int) -> Mask:
+def _rising(pressure: Field, inner: Field, innermost: Field) -> Mask:
     """Return where the pressure increases over three cells towards one side, as at a sharp edge.
 
     Under an edge sharper than the grid it does not vanish at the contact line, and does not
     determine its position. Symmetric cells have the same pressure but for rounding, which is no
     increase.
     """
-    inner = np.roll(pressure, side, axis)
-    innermost = np.roll(inner, side, axis)
     return np.asarray((pressure > _MORE * inner) & (inner > _MORE * innermost) & (innermost > 0))

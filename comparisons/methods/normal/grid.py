@@ -10,6 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.normal.blocks import block_means, blocks_of
 from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import Scene
@@ -35,6 +36,10 @@ LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 # of second order, by Galerkin: the looser one leaves 1e-5, a thousandth of what random surfaces
 # scatter by.
 _STIFFNESS, _RANDOM_STIFFNESS = 1e-10, 1e-3
+
+
+# Share of the cells of a block from which it is shown as touching.
+_HALF = 0.5
 
 
 @dataclass(frozen=True)
@@ -298,6 +303,15 @@ def _patch_quantities(
     return {"contact_count": float(patches.count), "contact_length": length}
 
 
+def block_areas(grid: Grid, blocks: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
+    """Return the area of every cell, or of every block of cells."""
+    area = grid.spacing[0] * grid.spacing[1]
+    if blocks is None:
+        return np.full(grid.gap.shape, area)
+    sides = [np.diff([*starts, n]) for starts, n in zip(blocks, grid.gap.shape, strict=True)]
+    return np.asarray(area * np.outer(*sides), dtype=float)
+
+
 def pressure_of(
     task: Task, contact: Contact, grid: Grid
 ) -> Callable[[], dict[str, np.ndarray]] | None:
@@ -321,20 +335,24 @@ def _pressure_map(grid: Grid, pressure: np.ndarray) -> dict[str, np.ndarray]:
 def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     """Return the arrays that plots and pictures use."""
     fields: dict[str, np.ndarray] = {"penetration": np.array(contact.penetration)}
-    x, y = grid.centres
+    rough = isinstance(task.geometry, RoughGeometry)
+    blocks = blocks_of(grid.gap.shape) if rough else None
+    coarse = partial(block_means, blocks=blocks)
     if task.wants_pressure:
+        x, y = (coarse(axis) for axis in grid.centres)
         fields |= {
             "pressure_x": x.ravel(),
             "pressure_y": y.ravel(),
-            "pressure": contact.pressure.ravel(),
-            "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
+            "pressure": coarse(contact.pressure).ravel(),
+            "pressure_weight": block_areas(grid, blocks).ravel(),
             "pressure_shape": np.array(x.shape),
-            "displacement": contact.displacement.ravel(),
+            "displacement": coarse(contact.displacement).ravel(),
             # Infinite where the shape has no material.
-            "gap": (grid.gap - contact.penetration + contact.displacement).ravel(),
+            "gap": (coarse(grid.gap) - contact.penetration + coarse(contact.displacement)).ravel(),
         }
     if isinstance(task.geometry, RoughGeometry):
-        fields["heights"] = task.geometry.heights(task.realisations[0], task.resolution)
+        heights = task.geometry.heights(task.realisations[0], task.resolution)
+        fields["heights"] = coarse(heights)
         fields["size"] = np.array(task.geometry.size)
-        fields["contact"] = contact.pressure > 0
+        fields["contact"] = coarse(contact.pressure > 0) >= _HALF
     return fields
