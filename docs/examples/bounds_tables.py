@@ -3,7 +3,7 @@
 Run from the repository's root (half an hour on one core, most of it the rough contacts); the tables
 between the markers of the page are written anew, and docs/problem-sheet.csv::
 
-    python docs/examples/bounds_tables.py               # or only some: round order punches
+    python docs/examples/bounds_tables.py               # or only some: round order two-radii
 """
 
 # %%
@@ -13,12 +13,13 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from unittest import mock
 
 import numpy as np
 
-from comparisons.questions.experiments import proved
+from comparisons.questions.experiments import EXPERIMENTS, proved
+from comparisons.scene.indenters import PolygonPunch
 from reference import closed_form, surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
 from reference.bounds.extension import Extension
@@ -35,33 +36,58 @@ PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
 # The problem sheet as data: one row per problem and quantity, its interval rounded outwards.
 SHEET_FILE = PAGE.with_name("problem-sheet.csv")
 COLUMNS = ("problem", "definition", "quantity", "not below", "not above", "seconds")
+Row = dict[str, str]
 
 
-class Cost(NamedTuple):
-    """What a bound took: processor time, and unknowns of the largest mesh of finite elements."""
-
-    seconds: float
-    unknowns: int
+def table(rows: list[Row]) -> list[list[str]]:
+    """Return rows that have the same keys with these as their head."""
+    return [list(rows[0]), *(list(row.values()) for row in rows)]
 
 
-def timed(work: Callable[[], Interval]) -> tuple[Interval, Cost]:
-    """Return an interval and what it took."""
-    meshes = [0]
+def seconds_of(work: Callable[[], Any]) -> tuple[Any, float]:
+    """Return a result and the processor time that it took."""
+    started = time.process_time()
+    result = work()
+    return result, time.process_time() - started
+
+
+def costed(work: Callable[[], Interval]) -> tuple[Interval, int, float]:
+    """Return an interval, the unknowns of its largest mesh, and the processor time."""
+    unknowns = [0]
     make = Extension.__init__
 
-    def counted(self: Extension, *of: Any) -> None:
-        make(self, *of)
-        meshes.append(self.unknowns)
+    def noted(body: Extension, *of: Any) -> None:
+        make(body, *of)
+        unknowns.append(body.unknowns)
 
-    with mock.patch.object(Extension, "__init__", counted):
-        started = time.process_time()
-        bounds = work()
-        return bounds, Cost(time.process_time() - started, max(meshes))
+    with mock.patch.object(Extension, "__init__", noted):
+        bounds, seconds = seconds_of(work)
+    return bounds, max(unknowns), seconds
 
 
-def below(value: float) -> str:
-    """Write a relative distance."""
-    return f"{value:.1e}"
+def solve_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: float) -> float:
+    """Return the time of the half-space solver on 128 x 128 cells, 2.56 to a side."""
+    x = (np.arange(128) - 63.5) / 50
+    # where there is no body, one that nothing reaches
+    heights = np.minimum(gap(x[:, None], x[None, :]), 1e3 * depth)
+    press = Press(FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), heights)
+    fft.solve(press, Load("penetration", depth))
+    return seconds_of(lambda: fft.solve(press, Load("penetration", depth)))[1]
+
+
+def cost(unknowns: int, seconds: float, solve: float) -> Row:
+    """Return the cells of what a bound took, and of the solve that it judges."""
+    return {
+        "unknowns": str(unknowns),
+        "s": f"{seconds:.1f}",
+        "solve, s": f"{solve:.3f}",
+        "ratio": f"{seconds / solve:.0f}",
+    }
+
+
+def sides(bounds: Interval, exact: float) -> list[str]:
+    """Return how far both sides are from a number, relative."""
+    return [f"{side / exact - 1:.1e}" for side in (bounds.lower, bounds.upper)]
 
 
 def outwards(bounds: Interval, digits: int) -> tuple[str, str]:
@@ -88,86 +114,67 @@ def keep(problem: str, definition: str, quantity: str, bounds: Interval, seconds
         writer.writerows(rows.values())
 
 
-def grid_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: float) -> float:
-    """Seconds of the half-space solver on 128 x 128 cells about a contact of radius one."""
-    x = (np.arange(128) - 63.5) / 50
-    press = Press(FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), gap(x[:, None], x[None, :]))
-    fft.solve(press, Load("penetration", depth))
-    started = time.process_time()
-    fft.solve(press, Load("penetration", depth))
-    return time.process_time() - started
-
-
 # %% [markdown]
 # Bodies of revolution: the closed form lies inside.
 
-ROUND = {
+
+def pressed_to(radius: float) -> float:
+    """Return the penetration of a rounded punch of radii 1 and 1 to a contact radius."""
+    return radius * (math.sqrt(radius**2 - 1) - math.acos(1 / radius))
+
+
+ROUNDED = (RoundedPunch(1.0, 1.0), closed_form.rounded_punch(1.0, 1.0, 1.0))
+BALL = (Sphere(1.0), closed_form.sphere(1.0, 1.0))
+ROUND: dict[str, tuple[Any, Any, float]] = {
     "paraboloid": (paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
     "cone": (cone(1.0), closed_form.cone(1.0, 1.0), 1.0),
     **{
         f"r^{n:g}": (PowerLaw(n, 1.0), closed_form.power_law(n, 1.0, 1.0), 1.0)
         for n in (1.5, 3.0, 4.0, 6.0)
     },
-    "sphere, a/R = 0.1": (
-        Sphere(1.0),
-        closed_form.sphere(1.0, 1.0),
-        0.1 * math.atanh(0.1),
-    ),
-    "sphere, a/R = 0.5": (
-        Sphere(1.0),
-        closed_form.sphere(1.0, 1.0),
-        0.5 * math.atanh(0.5),
-    ),
-    "rounded punch, a/b = 1.2": (
-        RoundedPunch(1.0, 1.0),
-        closed_form.rounded_punch(1.0, 1.0, 1.0),
-        0.1,
-    ),
+    **{f"sphere, a/R = {s:g}": (*BALL, s * math.atanh(s)) for s in (0.1, 0.5)},
+    **{f"rounded punch, a/b = {q:g}": (*ROUNDED, pressed_to(q)) for q in (1.01, 1.05, 1.2, 3.0)},
 }
 
 
 def round_bodies() -> list[list[str]]:
     """Energy and force of bodies of revolution."""
-    rows = [
-        [
-            "body",
-            "energy, below",
-            "energy, above",
-            "force, below",
-            "force, above",
-            "width of the force",
-            "unknowns",
-            "s",
-        ]
-    ]
-    widths, costs = [], []
+    rows, widths, costs = [], [], []
     for name, (profile, form, depth) in ROUND.items():
         stored = axisymmetric.energy(profile, depth, 1.0, cells=40)
-        pressed, cost = timed(lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40))
+        pressed, unknowns, seconds = costed(
+            lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40)
+        )
         energy, force = float(form.energy(depth)), float(form.force(depth))
         assert energy in stored
         assert force in pressed
+        size = profile.reach(depth)
+        solve = solve_seconds(lambda x, y, p=profile, r=size: p.gap(r * np.hypot(x, y) / 2), depth)
+        rows.append(_round_row(name, sides(stored, energy), sides(pressed, force), pressed))
+        rows[-1] |= cost(unknowns, seconds, solve)
         widths.append(pressed.width)
-        sides = [*_sides(stored, energy), *_sides(pressed, force)]
-        rows.append([name, *sides, below(pressed.width), *_cost(cost)])
-        costs.append(cost)
-    disc, cost = timed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
+        costs.append((unknowns, seconds, solve))
+    disc, unknowns, seconds = costed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
     assert 2.0 in disc
-    rows.append(
-        ["cylinder", *_sides(disc, 2.0), *_sides(disc, 2.0), below(disc.width), *_cost(cost)]
-    )
-    medians = np.median([*costs, cost], axis=0)
-    width = below(float(np.median([*widths, disc.width])))
-    rows.append(["median", *[""] * 4, width, *_cost(Cost(medians[0], int(medians[1])))])
-    return rows
+    solve = solve_seconds(lambda x, y: np.where(np.hypot(x, y) < 1, 0.0, np.inf), 0.1)
+    rows.append(_round_row("cylinder", sides(disc, 2.0), sides(disc, 2.0), disc))
+    rows[-1] |= cost(unknowns, seconds, solve)
+    unknowns, seconds, solve = np.median([*costs, (unknowns, seconds, solve)], axis=0)
+    middle = Interval(1.0, 1.0 + float(np.median([*widths, disc.width])))
+    rows.append(_round_row("median", ["", ""], ["", ""], middle))
+    rows[-1] |= cost(int(unknowns), seconds, solve)
+    return table(rows)
 
 
-def _cost(cost: Cost) -> list[str]:
-    return [str(cost.unknowns), f"{cost.seconds:.1f}"]
-
-
-def _sides(bounds: Interval, exact: float) -> list[str]:
-    return [below(bounds.lower / exact - 1), below(bounds.upper / exact - 1)]
+def _round_row(name: str, energy: list[str], force: list[str], pressed: Interval) -> Row:
+    return {
+        "body": name,
+        "energy, below": energy[0],
+        "energy, above": energy[1],
+        "force, below": force[0],
+        "force, above": force[1],
+        "width of the force": f"{pressed.width:.1e}",
+    }
 
 
 # %% [markdown]
@@ -176,28 +183,32 @@ def _sides(bounds: Interval, exact: float) -> list[str]:
 
 def order() -> list[list[str]]:
     """Errors of both sides of the energy against cells, and their orders."""
-    rows = [["body", "cells", "below", "above", "order, below", "order, above"]]
-    exact = float(closed_form.paraboloid(1.0, 1.0).energy(1.0))
-    kinds: dict[str, Callable[[int], tuple[float, float]]] = {
-        "paraboloid": lambda n: _errors(
-            axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=n), exact
+    rows: list[Row] = []
+    profile, form = ROUNDED
+    kinds: dict[str, tuple[Callable[[int], Interval], float]] = {
+        "paraboloid": (
+            lambda n: axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=n),
+            float(closed_form.paraboloid(1.0, 1.0).energy(1.0)),
         ),
-        "cylinder": lambda n: _errors(axisymmetric.disc_stiffness(1.0, 1.0, cells=n), 2.0),
+        "rounded punch, a/b = 1.05": (
+            lambda n: axisymmetric.energy(profile, pressed_to(1.05), 1.0, cells=n),
+            float(form.energy(pressed_to(1.05))),
+        ),
+        "cylinder": (lambda n: axisymmetric.disc_stiffness(1.0, 1.0, cells=n), 2.0),
     }
-    for name, errors in kinds.items():
+    for name, (bounded, exact) in kinds.items():
         before: tuple[float, float] | None = None
-        for cells in (8, 16, 32):
-            now = errors(cells)
+        for cells in (8, 16, 32, 64):
+            bounds = bounded(cells)
+            now = 1 - bounds.lower / exact, bounds.upper / exact - 1
             orders = ["", ""]
             if before is not None:
                 orders = [f"{math.log2(b / a):.1f}" for a, b in zip(now, before, strict=True)]
-            rows.append([name, str(cells), below(-now[0]), below(now[1]), *orders])
+            below, above = sides(bounds, exact)
+            row = {"body": name, "cells": str(cells), "below": below, "above": above}
+            rows.append(row | {"order, below": orders[0], "order, above": orders[1]})
             before = now
-    return rows
-
-
-def _errors(bounds: Interval, exact: float) -> tuple[float, float]:
-    return 1 - bounds.lower / exact, bounds.upper / exact - 1
+    return table(rows)
 
 
 # %% [markdown]
@@ -206,28 +217,22 @@ def _errors(bounds: Interval, exact: float) -> tuple[float, float]:
 
 def two_radii() -> list[list[str]]:
     """Force of paraboloids with two radii."""
-    head = ["R_y : R_x", "a : b", "below", "above", "width", "unknowns", "s"]
-    rows = [[*head, "boundary elements, s"]]
+    rows = []
     for ratio in (1.0, 2.0, 5.0, 10.0, 70.0):
-        form = closed_form.ellipsoid(1.0, ratio, 1.0)
-        body = bodies.Paraboloid(1.0, ratio)
-        pressed, cost = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12)))
+        form, body = closed_form.ellipsoid(1.0, ratio, 1.0), bodies.Paraboloid(1.0, ratio)
+        pressed, unknowns, seconds = costed(
+            lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12))
+        )
         exact = float(form.force(1.0))
         assert exact in pressed
         x, y = (float(axis) for axis in form.semi_axes(1.0))
         # lengths of order one for the grid
-        grid = grid_seconds(lambda u, v, x=x, y=y: 0.5 * ((u * x) ** 2 + (v * y) ** 2), 0.3)
-        rows.append(
-            [
-                f"{ratio:g}",
-                f"{y / x:.2f}",
-                *_sides(pressed, exact),
-                below(pressed.width),
-                *_cost(cost),
-                f"{grid:.3f}",
-            ]
-        )
-    return rows
+        solve = solve_seconds(lambda u, v, x=x, y=y: 0.5 * ((u * x) ** 2 + (v * y) ** 2), 0.3)
+        below, above = sides(pressed, exact)
+        row = {"R_y : R_x": f"{ratio:g}", "a : b": f"{y / x:.2f}", "below": below, "above": above}
+        row["width"] = f"{pressed.width:.1e}"
+        rows.append(row | cost(unknowns, seconds, solve))
+    return table(rows)
 
 
 INDENTERS = {
@@ -238,37 +243,28 @@ INDENTERS = {
 
 def pyramids() -> list[list[str]]:
     """Force of the pyramids of hardness tests."""
-    rows = [
-        [
-            "indenter",
-            "F/(E* d^2) not below",
-            "not above",
-            "width",
-            "cone of equal area",
-            "circle",
-            "unknowns",
-            "s",
-        ]
-    ]
+    rows = []
     for name, (faces, slope) in INDENTERS.items():
         body = bodies.Pyramid(faces, slope)
-        homogeneous.force.__globals__["_coarse_outline"].cache_clear()
-        pressed, cost = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18)))
+        pressed, unknowns, seconds = costed(
+            lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18))
+        )
         angle = math.degrees(math.atan(1 / slope))
         shape = f"regular pyramid, rigid, no friction: {faces} faces at {angle:.2f} deg to the axis"
-        keep(name, shape, "F/(E* d^2)", pressed, cost.seconds)
+        keep(name, shape, "F/(E* d^2)", pressed, seconds)
         cone_force = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi) / slope
-        rows.append(
-            [
-                name,
-                *outwards(pressed, 4),
-                below(pressed.width),
-                f"{100 * (cone_force / pressed.middle - 1):+.2f} %",
-                f"{100 * (body.punch_force() / pressed.middle - 1):+.2f} %",
-                *_cost(cost),
-            ]
-        )
-    return rows
+        ellipse = EXPERIMENTS["best-ellipse"].measure(faces, "full").error
+        lower, upper = outwards(pressed, 4)
+        row = {
+            "indenter": name,
+            "F/(E* d^2) not below": lower,
+            "not above": upper,
+            "width": f"{pressed.width:.1e}",
+            "cone of equal area": f"{100 * (cone_force / pressed.middle - 1):+.2f} %",
+            "best ellipse": f"{100 * ellipse:+.2f} %",
+        }
+        rows.append(row | cost(unknowns, seconds, solve_seconds(body.gap_anywhere, 0.3)))
+    return table(rows)
 
 
 # %% [markdown]
@@ -279,59 +275,74 @@ SHEET = {
     "square": ("polygon", 4, 1.0),
     "equilateral triangle": ("polygon", 3, 1.0),
     "hexagon": ("polygon", 6, 1.0),
-    "rectangle 2 : 1": ("rectangle", 0, 2.0),
-    "rectangle 4 : 1": ("rectangle", 0, 4.0),
+    "rectangle 2 : 1": ("rectangle", 4, 2.0),
+    "rectangle 4 : 1": ("rectangle", 4, 4.0),
     "L of three squares": ("l_shape", 0, 1.0),
     "right isosceles triangle": ("right_isosceles", 0, 1.0),
 }
+# Elements of the upper bound and cells of the lower one from the middle to the edge.
+SHEET_CELLS = 14, 18
 STIFFNESS, FLAT = "k/(2 E* (A/pi)^(1/2))", "rigid flat punch without friction, area A"
 
 
 def sheet() -> list[list[str]]:
     """Stiffness of flat punches over that of the circle of equal area."""
-    rows = [["face", "k/(2 E* (A/π)^½) not below", "not above", "width", "unknowns", "s"]]
-    for name, (shape, sides, aspect) in SHEET.items():
-        bounds, cost = timed(
-            lambda s=shape, n=sides, a=aspect: proved.punch_stiffness.__wrapped__(s, n, a, "full")
-        )
-        circle = punches.equal_area_stiffness(proved._area(shape, sides, aspect))
-        factor = bounds * (1 / circle)
-        keep(name, FLAT, STIFFNESS, factor, cost.seconds)
-        rows.append(
-            [
-                name,
-                *outwards(factor, 5),
-                below(bounds.width),
-                *_cost(cost),
-            ]
-        )
-    return rows
+    rows = []
+    for name, (shape, count, aspect) in SHEET.items():
+        if shape == "disc":
+            area, ellipse = math.pi, 0.0
+            gap = lambda x, y: np.where(np.hypot(x, y) < 1, 0.0, np.inf)  # noqa: E731
+            work = lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=28)  # noqa: E731
+        else:
+            corners = proved.corners_of(shape, count, aspect)
+            face = PolygonPunch(shape="polygon_punch", vertices=corners)
+            area, gap = face.face_area, face.gap
+            work = lambda c=corners: punches.bounded(c, SHEET_CELLS)  # noqa: E731
+            measured = EXPERIMENTS["best-ellipse"].measure(
+                count or None, "quick", shape=shape, aspect=aspect
+            )
+            ellipse = measured.error
+        bounds, unknowns, seconds = costed(work)
+        factor = bounds * (1 / punches.equal_area_stiffness(area))
+        keep(name, FLAT, STIFFNESS, factor, seconds)
+        lower, upper = outwards(factor, 5)
+        row = {
+            "face": name,
+            "k/(2 E* (A/π)^½) not below": lower,
+            "not above": upper,
+            "width": f"{bounds.width:.1e}",
+            "best ellipse": f"{100 * ellipse:+.1f} %",
+        }
+        rows.append(row | cost(unknowns, seconds, solve_seconds(gap, 0.1)))
+    return table(rows)
 
 
 def finest() -> list[list[str]]:
     """Square and triangle as sharply as patience allows."""
-    rows = [["face", "side", "cells", "k/(2 E* (A/π)^½)", "s"]]
-    for name, sides in (("square", 4), ("equilateral triangle", 3)):
-        corners = proved.corners_of("polygon", sides, 1.0)
-        circle = punches.equal_area_stiffness(sides * math.tan(math.pi / sides))
-        lower = upper = last = 0.0
-        for cells in (16, 24, 32):
-            fine = outlines.polygon(corners, cells, punches.PRESSURE_EXPONENT)
-            started = time.process_time()
-            lower = punches.stiffness_below(fine, cells)
-            seconds = time.process_time() - started
-            last = seconds
-            shown, _ = outwards(Interval(lower / circle, lower / circle), 6)
-            rows.append([name, "below", str(cells), shown, f"{seconds:.0f}"])
-        for cells in (12, 16, 24):
-            coarse = outlines.polygon(corners, cells // 2, punches.DISPLACEMENT_AROUND)
-            started = time.process_time()
-            upper = punches.stiffness_above(coarse, cells)
-            seconds = time.process_time() - started
-            _, shown = outwards(Interval(upper / circle, upper / circle), 6)
-            rows.append([name, "above", str(cells), shown, f"{seconds:.0f}"])
-        keep(name, FLAT, STIFFNESS, Interval(lower / circle, upper / circle), last + seconds)
-    return rows
+    rows: list[Row] = []
+    for name, count in (("square", 4), ("equilateral triangle", 3)):
+        corners = proved.corners_of("polygon", count, 1.0)
+        circle = punches.equal_area_stiffness(count * math.tan(math.pi / count))
+
+        def lower(cells: int, c: Any = corners) -> float:
+            fine = outlines.polygon(c, cells, punches.PRESSURE_EXPONENT)
+            return punches.stiffness_below(fine, cells)
+
+        def upper(cells: int, c: Any = corners) -> float:
+            coarse = outlines.polygon(c, cells // 2, punches.DISPLACEMENT_AROUND)
+            return punches.stiffness_above(coarse, cells)
+
+        last: dict[str, tuple[float, float]] = {}
+        for side, bound, steps in (("below", lower, (16, 24, 32)), ("above", upper, (12, 16, 24))):
+            for cells in steps:
+                value, seconds = seconds_of(lambda b=bound, n=cells, k=circle: b(n) / k)
+                shown = outwards(Interval(value, value), 6)[side == "above"]
+                row = {"face": name, "side": side, "cells": str(cells), "k/(2 E* (A/π)^½)": shown}
+                rows.append(row | {"s": f"{seconds:.0f}"})
+                last[side] = value, seconds
+        (low, before), (high, after) = last["below"], last["above"]
+        keep(name, FLAT, STIFFNESS, Interval(low, high), before + after)
+    return table(rows)
 
 
 # %% [markdown]
@@ -344,58 +355,65 @@ def heights() -> np.ndarray:
     return surfaces.self_affine(64, 1.0, spectrum, seed=1, realisation=0)
 
 
+def ellipses() -> list[list[str]]:
+    """Ellipses on the summits of a free patch, against the grid's force and cells' bounds."""
+    rows = []
+    for share, finer in ((0.1, 32), (0.3, 16), (1.0, 4), (2.0, 4)):
+        depth = share * float(heights().std())
+        patch = Patch(heights(), 1.0, finer)
+        grid, solve = seconds_of(lambda p=patch, d=depth: p.on_grid(d))
+        bound, seconds = seconds_of(lambda p=patch, d=depth: p.by_ellipses(d, 1.0))
+        row = {"penetration": f"{share:g} h_rms", "ellipses": f"{100 * (bound / grid - 1):+.1f} %"}
+        rows.append(row | {"s": f"{seconds:.1f}", "solve, s": f"{solve:.2f}"})
+    return table(rows)
+
+
 def patches() -> list[list[str]]:
     """Force of a free patch against the grid's, by penetration and cells."""
-    head = ["penetration", "cells", "of them taken", "below", "above", "width"]
-    rows = [[*head, "bounds, s", "grid, s"]]
+    rows = []
     for share, all_finer in ((0.3, (8, 16, 32)), (1.0, (2, 4, 8)), (2.0, (2, 4, 8))):
         depth = share * float(heights().std())
         for finer in all_finer:
             patch = Patch(heights(), 1.0, finer)
-            pressed, (seconds, _) = timed(lambda p=patch, d=depth: p.force(d, 1.0))
-            started = time.process_time()
-            grid = patch.on_grid(depth)
-            alone = time.process_time() - started
-            sides = [f"{100 * (x / grid - 1):+.1f} %" for x in (pressed.lower, pressed.upper)]
-            taken = patch.block(depth).shape
-            rows.append(
-                [
-                    f"{share:g} h_rms",
-                    f"{patch.grid[0]}²",
-                    f"{taken[0]} x {taken[1]}",
-                    *sides,
-                    f"{100 * pressed.width:.1f} %",
-                    f"{seconds:.0f}",
-                    f"{alone:.2f}",
-                ]
+            pressed, seconds = seconds_of(lambda p=patch, d=depth: p.force(d, 1.0))
+            grid, solve = seconds_of(lambda p=patch, d=depth: p.on_grid(d))
+            below, above = (
+                f"{100 * (x / grid - 1):+.1f} %" for x in (pressed.lower, pressed.upper)
             )
-    return rows
+            taken = patch.block(depth).shape
+            row = {
+                "penetration": f"{share:g} h_rms",
+                "cells": f"{patch.grid[0]}²",
+                "of them taken": f"{taken[0]} x {taken[1]}",
+                "below": below,
+                "above": above,
+                "width": f"{100 * pressed.width:.1f} %",
+            }
+            rows.append(row | _long(seconds, solve))
+    return table(rows)
 
 
 def periods() -> list[list[str]]:
     """Energy and penetration of a periodic contact, by cells and load."""
-    rows = [
-        ["F/(E* A0 h')", "cells", "energy, width", "penetration, width", "bounds, s", "grid, s"]
-    ]
+    rows = []
     for finer in (4, 8, 16):
         surface = PeriodicSurface(heights(), (1.0, 1.0), finer)
         for mean in (0.001, 0.003, 0.01):
             stored = surface.energy(mean, 1.0)
-            depth, (seconds, _) = timed(lambda s=surface, p=mean: s.penetration(p, 1.0))
-            started = time.process_time()
-            surface.on_grid(mean)
-            alone = time.process_time() - started
-            rows.append(
-                [
-                    f"{10 * mean:g}",
-                    f"{surface.grid[0]}²",
-                    below(stored.width),
-                    f"{100 * depth.width:.1f} %",
-                    f"{seconds:.0f}",
-                    f"{alone:.1f}",
-                ]
-            )
-    return rows
+            depth, seconds = seconds_of(lambda s=surface, p=mean: s.penetration(p, 1.0))
+            _, solve = seconds_of(lambda s=surface, p=mean: s.on_grid(p))
+            row = {
+                "F/(E* A0 h')": f"{10 * mean:g}",
+                "cells": f"{surface.grid[0]}²",
+                "energy, width": f"{stored.width:.1e}",
+                "penetration, width": f"{100 * depth.width:.1f} %",
+            }
+            rows.append(row | _long(seconds, solve))
+    return table(rows)
+
+
+def _long(seconds: float, solve: float) -> Row:
+    return {"s": f"{seconds:.0f}", "solve, s": f"{solve:.2f}", "ratio": f"{seconds / solve:.0f}"}
 
 
 if __name__ == "__main__":
@@ -408,6 +426,7 @@ if __name__ == "__main__":
             "pyramids": pyramids,
             "sheet": sheet,
             "finest": finest,
+            "ellipses": ellipses,
             "patches": patches,
             "periods": periods,
         },
