@@ -9,8 +9,14 @@ import numpy as np
 from comparisons.facts.methods import GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
-from comparisons.judging.uncertainty import combined, grid_uncertainty, rough_uncertainty
-from comparisons.tasks.solution import Rough, Solution, Solved
+from comparisons.judging.uncertainty import (
+    SINGLE,
+    Calibrated,
+    combined,
+    grid_uncertainty,
+    share_uncertainty,
+)
+from comparisons.tasks.solution import Contact, Solution, Solved
 
 Curves = dict[str, np.ndarray]
 
@@ -128,17 +134,30 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
-        if self.rough and METHODS[self.method].dimension == 3:
-            # measured on cells; of elements the wider share holds, also of periodic surfaces
-            kind = self.rough if METHODS[self.method].grid else "free"
-            return rough_uncertainty(np.array(list(curves)), series, (name, kind))
+        measured = self._calibrated(name)
+        if measured is not None:
+            return share_uncertainty(np.array(list(curves)), series, measured)
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
 
+    def _calibrated(self, name: str) -> Calibrated | None:
+        """Return as what the share of a quantity's error was measured, None if it was not."""
+        row, contact = METHODS[self.method], self._contact
+        if contact == "single" and name in SINGLE and (row.grid or row.mesh):
+            return name, "cells" if row.grid else "elements"
+        if contact == "free" or (contact == "periodic" and row.grid):
+            return (name, contact) if row.dimension == 3 else None
+        # of elements under periodic surfaces the wider share holds
+        return (name, "free") if contact == "periodic" and row.dimension == 3 else None
+
     @property
-    def rough(self) -> Rough:
-        """Whether the surface is rough, and then a free patch or periodic."""
-        return next(reversed(self.solutions.values())).rough
+    def rough(self) -> bool:
+        """Whether it is a rough surface without physics."""
+        return self._contact in ("free", "periodic")
+
+    @property
+    def _contact(self) -> Contact:
+        return next(reversed(self.solutions.values())).contact
 
     @property
     def ensemble(self) -> str:

@@ -6,6 +6,7 @@ All uncertainties are half-widths at 95 %, relative to the value.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +28,8 @@ class Rule:
     floor : float
         A load step's own difference counts no less than this share of the median over the steps.
 
-    `highest` and `unsafe` are fixed by `comparisons.questions.calibration` on its fitting half.
+    For quantities and physics whose share was not measured (`ShareRule`). On single contacts, where
+    both can be told, it covers every case at some nine times the true error.
     """
 
     safe: float = 1.25
@@ -38,32 +40,47 @@ class Rule:
     floor: float = 0.5
 
 
-# A quantity of a rough surface that is "free" or "periodic".
-RoughQuantity = tuple[str, str]
+# A quantity, and of what: a "free" or "periodic" rough surface, a single contact on "cells"
+# of a grid or by finite "elements".
+Kind = Literal["free", "periodic", "cells", "elements"]
+Calibrated = tuple[str, Kind]
+# Quantities of single contacts whose share was measured (of radii: that of the area).
+SINGLE = (
+    "force",
+    "penetration",
+    "contact_area",
+    "stiffness",
+    "contact_radius",
+    "equivalent_radius",
+)
 
 
 @dataclass(frozen=True)
-class RoughRule:
-    """Bars of rough surfaces on grids: a share of the last change from one grid to the next.
+class ShareRule:
+    """Bars as a share of the last change from one grid to the next.
 
-    There an observed order is noise: spots appear and join from grid to grid. But the error left is
-    a share of the last change that was measured, against grids eight times finer, for each quantity
-    of free and of periodic surfaces (at a ratio of two between grids; others to first order).
+    An observed order is noise: contact edges move in jumps of a cell, spots of rough surfaces
+    appear and join. But the error left is a share of the last change that was measured (at a ratio
+    of two between grids; others to first order): of single contacts against closed forms, of rough
+    surfaces against grids eight times finer. Elsewhere `Rule` holds.
 
     Attributes
     ----------
     factors : tuple
         (quantity, "free" or "periodic") and factor; others have the largest.
+    single : tuple
+        "cells" or "elements" and the factor of all quantities: a factor for each quantity covers
+        the fitting half more narrowly, and the other half less often.
     two : float
         What it is multiplied by where there are two grids only: their change may be small by
         chance, and no other tells.
     floor : float
         As in `Rule`.
 
-    Fixed by `comparisons.questions.rough_calibration` on its fitting half.
+    Fixed by `comparisons.questions.shares` on the fitting halves.
     """
 
-    factors: tuple[tuple[RoughQuantity, float], ...] = (
+    factors: tuple[tuple[Calibrated, float], ...] = (
         (("contact_area", "free"), 0.77),
         (("contact_area", "periodic"), 0.77),
         (("penetration", "free"), 0.99),
@@ -73,18 +90,20 @@ class RoughRule:
         (("stiffness", "free"), 1.21),
         (("stiffness", "periodic"), 0.66),
     )
+    single: tuple[tuple[Kind, float], ...] = (("cells", 0.66), ("elements", 0.21))
     two: float = 1.4
     floor: float = 0.5
 
-    def factor(self, quantity: RoughQuantity, grids: int = 3) -> float:
+    def factor(self, quantity: Calibrated, grids: int = 3) -> float:
         """Return the factor of a quantity that so many grids know."""
-        own = dict(self.factors).get(quantity, max(factor for _, factor in self.factors))
+        known = {**dict(self.factors), **{(quantity[0], kind): f for kind, f in self.single}}
+        own = known.get(quantity, max(factor for _, factor in self.factors))
         return own if grids > 2 else self.two * own
 
 
 # Orders between which an observed one is looked for.
 LEAST, MOST = 1e-3, 10.0
-RULE, ROUGH_RULE = Rule(), RoughRule()
+RULE, SHARE_RULE = Rule(), ShareRule()
 # The safety factor of two values whose convergence is known otherwise.
 SAFE = RULE.safe
 
@@ -151,21 +170,21 @@ def grid_uncertainty(
     return np.where(np.isfinite(curves[-1]), factor * difference / (ratio**order - 1), np.nan)
 
 
-def rough_uncertainty(
+def share_uncertainty(
     resolutions: np.ndarray,
     curves: np.ndarray,
-    quantity: RoughQuantity,
-    rule: RoughRule = ROUGH_RULE,
+    quantity: Calibrated,
+    rule: ShareRule = SHARE_RULE,
 ) -> np.ndarray:
-    """Return the relative uncertainty of the finest of several grids of a rough surface, (k,).
+    """Return the relative uncertainty of the finest of several grids by its share, (k,).
 
-    Parameters as of `grid_uncertainty`, and the quantity with what kind of surface it is of.
+    Parameters as of `grid_uncertainty`, and the quantity with what it is of.
 
     Examples
     --------
     >>> area = np.array([[1.2], [1.1], [1.05]])
     >>> free = ("contact_area", "free")
-    >>> round(float(rough_uncertainty(np.array([64, 128, 256]), area, free)[0]), 3)
+    >>> round(float(share_uncertainty(np.array([64, 128, 256]), area, free)[0]), 3)
     0.037
     """
     curves = np.asarray(curves, dtype=float)

@@ -15,7 +15,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -26,11 +25,11 @@ from comparisons.files import write_table, write_text
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.truth import GRID, truths
-from comparisons.judging.uncertainty import RULE, Rule, combined
+from comparisons.judging.uncertainty import combined
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused
 from comparisons.questions import rough_calibration
-from comparisons.questions.calibration_cases import Case, Held, held, summary, table
+from comparisons.questions.calibration_cases import Case, Held, held, table
 from comparisons.questions.campaign import Campaign
 from comparisons.questions.rough_calibration import rough_cases
 from comparisons.results.folder import PAGE, Layout
@@ -70,8 +69,6 @@ PROVED = "proved.json"
 QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
-# Required coverage of the fitting half, over all cases and for every shape.
-LEAST_COVERAGE, LEAST_COVERAGE_OF_A_SHAPE = 0.975, 0.9
 
 
 @dataclass(frozen=True)
@@ -199,9 +196,9 @@ def _series(
             method=truth.method,
             control=control,
             quantity=name,
+            kind="cells" if METHODS[truth.method].grid else "elements",
             resolutions=levels,
             errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
-            bars=combined(*parts.values()),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
             bars_beside_grid=combined(*(part for key, part in parts.items() if key != GRID)),
         )
@@ -209,31 +206,3 @@ def _series(
 
 def _complete(solution: Solution) -> bool:
     return bool(solution.converged.all())
-
-
-def candidates() -> list[Rule]:
-    """Return the candidate rules of the fit."""
-    return [
-        replace(RULE, highest=highest, unsafe=unsafe)
-        for highest, unsafe in product(
-            (1.0, 1.25, 1.5, 1.75, 2.0), (1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
-        )
-    ]
-
-
-def fitted(cases: list[Case]) -> Rule | None:
-    """Return the narrowest rule that covers enough of the fitting half, or None.
-
-    Required are LEAST_COVERAGE of all cases and LEAST_COVERAGE_OF_A_SHAPE for every shape.
-    """
-    fitting = [case for case in cases if case.half == "fitting" and not case.rough]
-    tried = {rule: [case.with_rule(rule) for case in fitting] for rule in candidates()}
-    good = {rule: summary(half).width for rule, half in tried.items() if enough(half)}
-    return min(good, key=lambda rule: good[rule], default=None)
-
-
-def enough(fitting: list[Case]) -> bool:
-    """Return whether bars have the required coverage of the fitting half, overall and by shape."""
-    shapes = {case.shape for case in fitting}
-    worst = min(summary(c for c in fitting if c.shape == name).coverage for name in shapes)
-    return summary(fitting).coverage >= LEAST_COVERAGE and worst >= LEAST_COVERAGE_OF_A_SHAPE

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.uncertainty import Rule, combined, grid_uncertainty
+from comparisons.judging.uncertainty import SHARE_RULE, Kind, ShareRule, combined, share_uncertainty
 
 
 @dataclass(frozen=True)
@@ -18,8 +19,8 @@ class Case:
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
-    (steps) is the relative distance from the proved interval, 0 inside. `rough`: "free" or
-    "periodic" of a rough surface, whose bars follow another rule (`uncertainty.RoughRule`).
+    (steps) is the relative distance from the proved interval, 0 inside. `kind`: what its share of
+    the last change was measured for (`uncertainty.ShareRule`).
     """
 
     half: str
@@ -27,13 +28,25 @@ class Case:
     method: str
     control: str
     quantity: str
+    kind: Kind
     resolutions: tuple[int, ...]
     errors: np.ndarray
-    bars: np.ndarray
     curves: np.ndarray
     bars_beside_grid: np.ndarray
     beyond: np.ndarray | None = None
-    rough: str = ""
+    rule: ShareRule = SHARE_RULE
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is of a rough surface."""
+        return self.kind in ("free", "periodic")
+
+    @cached_property
+    def bars(self) -> np.ndarray:
+        """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
+        levels, quantity = np.array(self.resolutions), (self.quantity, self.kind)
+        grid = share_uncertainty(levels, self.curves, quantity, self.rule)
+        return combined(grid, self.bars_beside_grid)
 
     @property
     def missed(self) -> bool | None:
@@ -55,11 +68,6 @@ class Case:
     def bar(self) -> float:
         """Estimated 95 % half-width, rms over the load steps."""
         return rms_and_maximum(self.bars)[0]
-
-    def with_rule(self, rule: Rule) -> Case:
-        """Return the case with the bar of another rule."""
-        grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
-        return replace(self, bars=combined(grid, self.bars_beside_grid))
 
 
 @dataclass(frozen=True)

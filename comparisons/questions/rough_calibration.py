@@ -5,7 +5,7 @@ the finer two, is held against the answer on 512: eight times finer. Hurst expon
 roll-offs vary, free and periodic, at loads over two decades; and parts of the height map that comes
 with the suite. Cases are single surfaces, and the means over them, as ensembles use.
 
-The factors (`uncertainty.RoughRule`) are fixed on FITTING, which has the Hurst exponents of either
+The factors (`uncertainty.ShareRule`) are fixed on FITTING, which has the Hurst exponents of either
 end; REPORTED has those between, and other parts of the map.
 """
 
@@ -21,8 +21,8 @@ import numpy as np
 
 from comparisons.facts.methods import GRID
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.uncertainty import ROUGH_RULE, RoughRule, rough_uncertainty
-from comparisons.questions.calibration_cases import Case, summary
+from comparisons.judging.uncertainty import Kind
+from comparisons.questions.calibration_cases import Case
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.planning import Plan, plan_scene
@@ -36,9 +36,6 @@ LOADS = [0.002, 0.01, 0.05, 0.2]
 # Cells to the shortest wave, and longest waves to a side.
 CUTOFFS, ROLL_OFFS = (2, 4), (1, 2)
 MAP = "measured-map"
-# Required coverage of each quantity on the fitting half, of some 30 cases all but one; the factors
-# that are tried; and by how much they are raised, as 30 cases say little about the last per cents.
-LEAST_COVERAGE, FACTORS, MARGIN = 0.96, tuple(k / 10 for k in range(1, 51)), 1.1
 
 
 def _spectra(hurst: tuple[float, ...]) -> dict[str, dict[str, Any]]:
@@ -96,7 +93,7 @@ def _cases(half: str, name: str, solved: Solved) -> Iterator[Case]:
     grids = {n: solved[GRID, n] for n in (*LEVELS, TRUTH)}
     if not all(solution.converged.all() for solution in grids.values()):
         return
-    kind = grids[TRUTH].rough
+    kind: Kind = "periodic" if grids[TRUTH].contact == "periodic" else "free"
     for quantity, levels in product(QUANTITIES, SERIES):
         values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
         single = [values[:, k] for k in range(values.shape[1])]
@@ -108,44 +105,9 @@ def _cases(half: str, name: str, solved: Solved) -> Iterator[Case]:
                 method=GRID,
                 control="force",
                 quantity=quantity,
+                kind=kind,
                 resolutions=levels,
                 errors=np.abs(relative_error(known[-1], series[-1])),
-                bars=rough_uncertainty(np.array(levels), known, (quantity, kind)),
                 curves=known,
                 bars_beside_grid=np.zeros(len(LOADS)),
-                rough=kind,
             )
-
-
-def with_rule(case: Case, rule: RoughRule) -> Case:
-    """Return a case of a rough surface with the bar of another rule."""
-    grids, quantity = np.array(case.resolutions), (case.quantity, case.rough)
-    return replace(case, bars=rough_uncertainty(grids, case.curves, quantity, rule))
-
-
-def fitted_rule(cases: list[Case]) -> RoughRule:
-    """Return the narrowest rule that covers enough of the fitting half.
-
-    Every factor covers LEAST_COVERAGE of its cases with three grids, then `two` as much of all
-    cases with two; the factors are then raised by MARGIN. What nothing covers keeps its value.
-    """
-    fitting = [case for case in cases if case.rough and case.half == "fitting"]
-    three = [case for case in fitting if len(case.resolutions) > 2]
-    factors = dict(ROUGH_RULE.factors)
-    for quantity in factors:
-        own = [case for case in three if (case.quantity, case.rough) == quantity]
-        rules = {f: replace(ROUGH_RULE, factors=((quantity, f),)) for f in FACTORS}
-        factors[quantity] = _narrowest(own, rules, factors[quantity] / MARGIN)
-    rule = replace(ROUGH_RULE, factors=tuple(factors.items()))
-    two = [case for case in fitting if len(case.resolutions) == 2]
-    rules = {f: replace(rule, two=f) for f in FACTORS}
-    raised = tuple((quantity, round(MARGIN * f, 2)) for quantity, f in factors.items())
-    return replace(rule, factors=raised, two=_narrowest(two, rules, rule.two))
-
-
-def _narrowest(cases: list[Case], rules: dict[float, RoughRule], other: float) -> float:
-    """Return the first of some numbers whose rule covers enough of the cases; else another one."""
-    for number, rule in rules.items() if cases else ():
-        if summary(with_rule(case, rule) for case in cases).coverage >= LEAST_COVERAGE:
-            return number
-    return other

@@ -53,6 +53,11 @@ class Indenter(BaseModel):
         return getattr(room, self.shape)(**self.parameters, **more)
 
     @property
+    def regular(self) -> bool:
+        """Whether errors of grids were measured on its like: no corners, no kinks of a table."""
+        return True
+
+    @property
     def axisymmetric(self) -> bool:
         """Whether the gap depends on the radius only."""
         return True
@@ -285,6 +290,11 @@ class Profile(_Axisymmetric):
     f: tuple[FiniteLength, ...]
     interpolation: Literal["pchip", "linear"] = "pchip"
 
+    @property
+    def regular(self) -> bool:
+        """No."""
+        return False
+
     @model_validator(mode="after")
     def _a_monotone_table(self) -> Profile:
         r, f = np.array(self.r), np.array(self.f)
@@ -412,6 +422,11 @@ class RightAngledPunch(_FlatPunch):
     """Flat rectangular face, sides along x and y."""
 
     @property
+    def regular(self) -> bool:
+        """No."""
+        return False
+
+    @property
     def lengths(self) -> tuple[float, float]:
         """Sides along x and y."""
         raise NotImplementedError
@@ -467,6 +482,11 @@ class PolygonPunch(_FlatPunch):
 
     shape: Literal["polygon_punch"]
     vertices: tuple[tuple[FiniteLength, FiniteLength], ...]
+
+    @property
+    def regular(self) -> bool:
+        """No."""
+        return False
 
     @model_validator(mode="after")
     def _a_simple_polygon(self) -> PolygonPunch:

@@ -31,7 +31,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
         "machine": solution.machine,
         "exact": solution.exact,
         "path": solution.path,
-        "rough": solution.rough,
+        "contact": solution.contact,
         "reasons": [[*index, reason] for index, reason in solution.reasons.items()],
     }
     return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
@@ -85,7 +85,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         memory=numbers["memory"],
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
-        rough=document["rough"],
+        contact=document["contact"],
         machine=str(document.get("machine", "")),
     )
 

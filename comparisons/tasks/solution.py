@@ -17,7 +17,7 @@ from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
-Rough = Literal["", "free", "periodic"]
+Contact = Literal["", "single", "free", "periodic"]
 
 
 class Stopwatch:
@@ -60,9 +60,9 @@ class Solution:
     path : bool
         Steps follow each other along a path or in time: errors and bars are then relative to the
         largest value along it, because single values pass zero.
-    rough : {"", "free", "periodic"}
-        A rough surface without physics: differences between grids scatter from surface to surface,
-        and what they leave was measured.
+    contact : {"", "single", "free", "periodic"}
+        Elastic contact without other physics, of one body or of a rough surface: what error a
+        change between grids leaves was measured there.
     step_fields : dict
         Load step -> function that returns the pressure of realisation 0 at it, for the steps of
         `shown_loads.shown_steps`; not part of the solve.
@@ -87,7 +87,7 @@ class Solution:
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
     path: bool = False
-    rough: Rough = ""
+    contact: Contact = ""
     step_fields: dict[int, Callable[[], Fields]] = field(default_factory=dict)
     body_fields: Callable[[], Fields] | None = None
     seconds: float = float("nan")
@@ -106,7 +106,7 @@ class Solution:
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
             path=task.loads.is_path,
-            rough=_rough(task),
+            contact=_contact(task),
         )
 
     @classmethod
@@ -249,10 +249,14 @@ class Solution:
         )
 
 
-def _rough(task: Task) -> Rough:
-    if not isinstance(task.geometry, RoughGeometry) or task.scene.physics:
+def _contact(task: Task) -> Contact:
+    geometry, scene = task.geometry, task.scene
+    if scene.physics or scene.body is not None:
         return ""
-    return "periodic" if task.geometry.periodic else "free"
+    if isinstance(geometry, RoughGeometry):
+        return "periodic" if geometry.periodic else "free"
+    regular = scene.indenter is not None and scene.indenter.regular
+    return "single" if regular and scene.half_space.uniform else ""
 
 
 def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.ndarray]:

@@ -11,7 +11,7 @@ from reports.printable import say
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
-COVERAGE, WIDTHS = 0.95, {"single contacts": 10.0, "rough surfaces": 3.0}
+COVERAGE, WIDTHS = 0.95, {"single contacts": 3.5, "rough surfaces": 3.0}
 
 
 def calibrate(
@@ -19,18 +19,18 @@ def calibrate(
 ) -> int:
     """Compare the references' error bars with true errors: closed forms, rough surfaces.
 
-    Exits with code 1 if the bars cover less than 95 % of the cases or their median width exceeds
-    ten times the true error (rough surfaces: three times), or if one does not reach what is proved.
+    Exits with code 1 if the bars cover less than 95 % of the cases, their median width exceeds
+    3.5 times the true error (rough surfaces: three times), or one does not reach what is proved.
 
     Parameters
     ----------
     out
         Folder for calibration.csv and report.html; existing ones are replaced.
     """
-    from comparisons.judging.uncertainty import ROUGH_RULE, RULE
-    from comparisons.questions.calibration import Calibration, fitted
+    from comparisons.judging.uncertainty import SHARE_RULE
+    from comparisons.questions.calibration import Calibration
     from comparisons.questions.calibration_cases import summary
-    from comparisons.questions.rough_calibration import fitted_rule
+    from comparisons.questions.shares import fitted_rule
     from comparisons.results.folder import PAGE
     from reports.cli.live import watching
     from reports.pages.calibration import kinds, write_calibration_report
@@ -55,8 +55,6 @@ def calibrate(
         if case.missed:
             print(f"defect: {case.in_words}: its bar of {case.bar:.2g} misses the proved interval")
     fine &= not record.held.missed  # a bar that a theorem refutes is a defect
-    rule = fitted(cases)
-    print(f"rule in use: {RULE}; fitted to the first half: {rule if rule else 'none'}")
-    print(f"on rough surfaces: {ROUGH_RULE}; fitted to the first half: {fitted_rule(cases)}")
+    print(f"rule in use: {SHARE_RULE}; fitted to the first half: {fitted_rule(cases)}")
     say(out / PAGE)
     return FINE if fine else MISSED

@@ -24,6 +24,7 @@ from comparisons.questions.experiments import (
     particles,
     procedure,
     proved,
+    published_ensemble,
     reading_scan,
     relaxation,
     ridges,
@@ -46,7 +47,7 @@ _MODULES = (
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
     *(relaxation, proved, rolling, particles, elements),
-    *(outline_rules, sheets, asperities, contact_statistics),
+    *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

@@ -9,7 +9,7 @@ from comparisons.judging import ensembles
 from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged, ensemble_text
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth
-from comparisons.judging.uncertainty import ROUGH_RULE
+from comparisons.judging.uncertainty import SHARE_RULE
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.solution import Solution
 
@@ -156,5 +156,5 @@ def test_finite_elements_take_the_wider_share_of_free_surfaces(rough):
         }
         return Levels(method, grids).discretisation("mean_gap")[0]
 
-    ratio = ROUGH_RULE.factor(("mean_gap", "free")) / ROUGH_RULE.factor(("mean_gap", "periodic"))
+    ratio = SHARE_RULE.factor(("mean_gap", "free")) / SHARE_RULE.factor(("mean_gap", "periodic"))
     assert bar("fem") == pytest.approx(ratio * bar("bem_fft"))

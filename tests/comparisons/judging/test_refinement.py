@@ -67,9 +67,10 @@ def refine(scene):
 
 
 def test_the_truth_is_refined_until_its_bar_is_a_fifth_of_the_tolerance(refine):
-    """Error 1/N at first order: the bar is 1.25/N (3/N on two grids), wanted 0.05/5 = 1/100.
+    """Error 1/N at first order of a punch with corners: the bar is 1.25/N (3/N on two grids).
 
-    N = 16 has 3/16, N = 32 has 1.25/32, N = 64 1.25/64, and N = 128 the first below a hundredth.
+    Wanted is 0.05/5 = 1/100: N = 16 has 3/16, N = 32 has 1.25/32, N = 64 1.25/64, and N = 128 the
+    first below a hundredth.
     """
     resolutions, notes = refine()
     assert resolutions == (8, 16, 32, 64, 128)

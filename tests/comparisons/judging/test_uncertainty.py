@@ -15,7 +15,7 @@ from comparisons.judging.uncertainty import (
     combined,
     grid_uncertainty,
     ratio_of_means,
-    rough_uncertainty,
+    share_uncertainty,
     standard_error,
 )
 
@@ -185,7 +185,7 @@ def test_a_step_that_the_finest_grid_lost_has_no_bar(rough):
     curves = np.array([[1.2, 1.2], [1.1, 1.1], [1.05, np.nan]])
     grids = np.array([16, 32, 64])
     if rough:
-        bars = rough_uncertainty(grids, curves, ("stiffness", "free"))
+        bars = share_uncertainty(grids, curves, ("stiffness", "free"))
     else:
         bars = grid_uncertainty(grids, curves)
     assert np.isfinite(bars[0])

@@ -7,29 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.judging.uncertainty import ROUGH_RULE, rough_uncertainty
+from comparisons.judging.uncertainty import SHARE_RULE, share_uncertainty
 from comparisons.questions.calibration_cases import Case
-from comparisons.questions.rough_calibration import (
-    FITTING,
-    LEVELS,
-    MARGIN,
-    QUANTITIES,
-    REPORTED,
-    TRUTH,
-    fitted_rule,
-    with_rule,
-)
+from comparisons.questions.rough_calibration import FITTING, LEVELS, QUANTITIES, REPORTED, TRUTH
+from comparisons.questions.shares import MARGIN, fitted_rule, with_rule
 from reports.pages.calibration import calibration_page
 
 
 def case(name: str, error: float, half: str = "fitting", levels=LEVELS, kind="free") -> Case:
     """Return a case whose last change is 10 % of the finer value, at one load."""
     curves = np.array([[1.2], [1.1], [1.0]])[-len(levels) :]
-    bars = rough_uncertainty(np.array(levels), curves, (name, kind))
     errors, beside = np.array([error]), np.zeros(1)
-    return Case(
-        half, "a", "bem_fft", "force", name, levels, errors, bars, curves, beside, rough=kind
-    )
+    return Case(half, "a", "bem_fft", "force", name, kind, levels, errors, curves, beside)
 
 
 def test_the_truth_is_eight_times_finer_and_the_halves_share_no_surface():
@@ -43,24 +32,24 @@ def test_the_truth_is_eight_times_finer_and_the_halves_share_no_surface():
 def test_the_bar_is_a_factor_times_the_last_change(kind):
     """10 % of change from N to 2 N; a step from N to 4 N changes three times as much (order 1)."""
     for name in QUANTITIES:
-        factor = ROUGH_RULE.factor((name, kind))
+        factor = SHARE_RULE.factor((name, kind))
         assert case(name, 0.0, kind=kind).bar == pytest.approx(0.1 * factor)
         wide = np.array([32, 64, 256]), np.array([[1.1], [1.1], [1.0]])
-        assert rough_uncertainty(*wide, (name, kind))[0] == pytest.approx(0.1 * factor / 3)
+        assert share_uncertainty(*wide, (name, kind))[0] == pytest.approx(0.1 * factor / 3)
 
 
 def test_two_grids_have_a_wider_bar_for_no_third_tells_whether_their_change_is_small_by_chance():
     three, two = case("mean_gap", 0.0), case("mean_gap", 0.0, levels=LEVELS[1:])
-    assert two.bar == pytest.approx(ROUGH_RULE.two * three.bar)
+    assert two.bar == pytest.approx(SHARE_RULE.two * three.bar)
     # 8 % before: second order at best leaves 2 % of change, however small the last one is
-    lucky = rough_uncertainty(
+    lucky = share_uncertainty(
         np.array(LEVELS), np.array([[1.08], [1.0], [1.0]]), ("mean_gap", "free")
     )
-    assert lucky[0] == pytest.approx(0.02 * ROUGH_RULE.factor(("mean_gap", "free")))
+    assert lucky[0] == pytest.approx(0.02 * SHARE_RULE.factor(("mean_gap", "free")))
 
 
 def test_one_grid_leaves_the_bar_unknown():
-    bar = rough_uncertainty(np.array([32]), np.ones((1, 2)), ("stiffness", "free"))
+    bar = share_uncertainty(np.array([32]), np.ones((1, 2)), ("stiffness", "free"))
     assert np.isnan(bar).all()
 
 
@@ -77,13 +66,13 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
     assert with_rule(three[0], rule).bar == pytest.approx(0.17 * MARGIN)
     for name in QUANTITIES:  # of what there are no cases, or none that is covered
         other = (name, "periodic")
-        assert rule.factor(other) == pytest.approx(ROUGH_RULE.factor(other))
-    assert fitted_rule([case("mean_gap", 9.0)]) == ROUGH_RULE
+        assert rule.factor(other) == pytest.approx(SHARE_RULE.factor(other))
+    assert fitted_rule([case("mean_gap", 9.0)]) == SHARE_RULE
 
 
 def test_the_page_tells_rough_surfaces_apart():
     made = [case(name, 0.05, half) for name in QUANTITIES for half in ("reported", "fitting")]
-    single = [replace(part, rough="", resolutions=(8, 16)) for part in made]
+    single = [replace(part, kind="cells") for part in made]
     page = calibration_page([*single, *made], "roughline calibrate")
     assert "Rough surfaces, reported half: the bar covers the true error in 100.0 % of 4" in page
     assert "Single contacts, reported half: the bar" in page

@@ -134,7 +134,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
         for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
         for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
     ]
-    right = [replace(case, bars=2 * case.errors) for case in small]
+    right = [replace(case, errors=case.bars / 2, beyond=None) for case in small]
     answers = {"paraboloid": right}
     monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
     out = tmp_path / "calibration"
@@ -149,7 +149,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     assert json.loads((out / "proved.json").read_text()) == {"bars": count, "missed": 0}
     assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
     assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
-    missed = [replace(case, bars=0.5 * case.errors) for case in small]
+    missed = [replace(case, errors=2 * case.bars) for case in small]
     answers["paraboloid"] = missed
     assert run_command(["calibrate", "--out", str(out)]) == 1
     assert run_command(["calibrate", "--workers", "0"]) == 2
