@@ -90,7 +90,7 @@ def test_what_ends_a_refinement_is_named(refine, monkeypatch):
     resolutions, (note,) = refine(tolerance=1e-4, lost_from=64)
     assert resolutions == (8, 16, 32, 64)
     assert "bem_fft found no answer at N = 64" in note
-    memory = SimpleNamespace(available=1e9, total=1e9)
+    memory = SimpleNamespace(available=2.5e8, total=2.5e8)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
     resolutions, (note,) = refine(tolerance=1e-6)
     assert resolutions[-1] < 1024
