@@ -1,4 +1,4 @@
-"""Opening of height maps: tables, coordinate lists, TIFF and instrument formats.
+"""Opening of height maps: tables, coordinate lists, TIFF, HDF5 and instrument formats.
 
 Before a file is read, its unpacked size and the memory of its points are checked.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from comparisons.geometry.map_files.checks import UNITS_PER_METRE, MapError, MapFile, Stated, Window
+from comparisons.geometry.map_files.hdf5 import SUFFIXES, open_hdf5
 from comparisons.geometry.map_files.instruments import open_instrument
 from comparisons.geometry.map_files.tables import PLAIN_FORMATS, open_plain
 from comparisons.geometry.map_files.tiff import is_plain_tiff, open_tiff
@@ -40,6 +41,8 @@ def open_map(path: Path, stated: Stated) -> MapFile:
         raise MapError(str(path), ["the file is empty"])
     if path.suffix.lower() in PLAIN_FORMATS:
         return open_plain(path, stated)
+    if path.suffix.lower() in SUFFIXES:
+        return open_hdf5(path, stated)
     problems = size_problems(path, REMEDY)
     if problems:
         raise MapError(str(path), problems)

@@ -137,5 +137,5 @@ def memory_problems(points: int) -> list[str]:
         return []
     return [
         f"{points} points need {need / 1e9:.3g} GB of memory, 80 % of the free memory are "
-        f"{free / 1e9:.3g} GB: use a smaller map or, from .npy, a crop"
+        f"{free / 1e9:.3g} GB: use a smaller map or, from .npy or .h5, a crop"
     ]
