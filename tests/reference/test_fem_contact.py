@@ -131,6 +131,7 @@ def test_flat_elliptic_punch_stiffness(aspect, bound):
     assert 0.0 < punch_stiffness(4, aspect) < bound
 
 
+@pytest.mark.slow
 def test_cylinder_stiffness_and_its_extrapolation():
     """Errors 5.7e-4 and 1.6e-4 at 5 and 7 elements: order 3.8; extrapolated with 4: 1.7e-5."""
     coarse, fine = (punch_stiffness(n) for n in (5, 7))

@@ -64,6 +64,7 @@ def test_volume_is_kept_and_the_mean_stress_is_smooth():
     np.testing.assert_allclose(result, exact, atol=0.03)
 
 
+@pytest.mark.slow
 def test_a_grid_of_straight_lines_takes_the_mixed_form_too():
     """Fixed mesh, contact anywhere: within the quantisation of nodes, 5e-4."""
     lines = np.linspace(0.0, 1.02, 8)

@@ -31,6 +31,7 @@ def test_pardiso_condenses_to_the_same_compliance():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["penetration", "force"])
 def test_multigrid_follows_the_load_curve_with_two_solves(control):
     """All depths of a paraboloid lie in the span of 1 and r^2; force to 1e-5 (energy norm)."""

@@ -153,6 +153,7 @@ def by_cells(points, depth):
     return np.array([step.force, *(parts(x, y, step.pressure) * step.force)])
 
 
+@pytest.mark.slow
 def test_rough_patch_agrees_with_the_half_space_solver():
     """Force, and the forces on the four parts, within the summed error estimates.
 

@@ -178,6 +178,7 @@ def test_two_elastic_spheres_are_hertz_with_both_compliances():
     assert rough > 4.0 * smooth
 
 
+@pytest.mark.slow
 def test_the_force_of_a_mortar_converges():
     """Triquadratic cells, 2 to 5 per radius: at least second order in the rms over depths."""
     cells, errors = np.array([2, 3, 4]), []

@@ -169,6 +169,7 @@ def test_a_constant_tension_is_maugis_solution(parameter):
         assert radius == pytest.approx(a, abs=0.25 * operator.spacing[0])
 
 
+@pytest.mark.slow
 def test_pull_off_of_a_constant_tension_is_maugis_under_both_controls():
     """Lambda = 1 on 48 cells: 0.3 % in both loads (measured -0.2 % and -0.1 %)."""
     form, strength = laws(1.0)

@@ -417,6 +417,7 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
     assert force == pytest.approx(plan.loads.values[-1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
     """Multigrid to 2e-5 of the direct force; refusals with reasons, the solver in the plan."""
     sources = {"methods.fem.solver": "multigrid"}

@@ -54,6 +54,8 @@ LONG = {
     *("impact-beyond-the-sphere", "impact-decades", "impact-overdamped", "impact-sticky"),
     *("impact-table", "memory-easy", "memory-eighteen-decades", "memory-imprint-of-a-fluid"),
     *("memory-nanoseconds", "memory-retreat-slows", "sliding-creeping", "sliding-racing"),
+    *("sliding-dashpot", "sliding-twelve-decades", "layer-of-a-thousandth", "rolling-braking"),
+    *("rough-fine", "depth-beyond-table", "coating-a-thousand-times-as-hard", "friction-auxetic"),
 }
 
 

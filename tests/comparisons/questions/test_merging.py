@@ -94,6 +94,7 @@ def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
     assert len(load_study(tmp_path / "all").runs) == 3
 
 
+@pytest.mark.slow
 def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_path):
     _, folders = parts
     path = folders[0] / STUDY
@@ -108,6 +109,7 @@ def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_
     assert len(before) == 2
 
 
+@pytest.mark.slow
 def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tmp_path):
     ball = {"methods": ["closed_form", "reduced"]}
     run(
@@ -121,6 +123,7 @@ def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tm
     same(tmp_path / "whole", tmp_path / "merged")
 
 
+@pytest.mark.slow
 def test_resolutions_come_together(rough, tmp_path):
     """Each run chooses its numbers of surfaces for the grids that it knows: both are kept."""
     for name, grids in (("a", [32]), ("b", [16])):

@@ -78,6 +78,7 @@ def test_the_grid_follows_the_same_path(loading):
     assert grid["pull_off_force"][0] == pytest.approx(exact["pull_off_force"][0], rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_range_is_maugis_tension_and_has_a_hysteresis():
     """Lambda = 1.04: pull-off within 1.5 % of Maugis, contact kept below the depth of snap-in."""
     scene = load_scene("adhesive-ball-range")

@@ -49,6 +49,7 @@ def test_half_space_methods_take_the_sum(method, resolution):
     np.testing.assert_allclose(force, exact, rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("coupling", "tolerance"), [("mortar", 1e-3), ("node_to_surface", 5e-3)])
 def test_finite_elements_find_the_sum_by_meshing_both_bodies(coupling, tolerance):
     """The addition is a result here, not an input: at loads a thousandfold apart.

@@ -35,6 +35,7 @@ def stiffness(plan, resolution: int) -> tuple[float, int]:
     return solution.quantities["stiffness"][0, 0], solution.unknowns
 
 
+@pytest.mark.slow
 def test_an_l_shape_has_mesh_lines_on_all_its_sides():
     """k/E* = 1.0356 sides from the boundary elements (docs/flat-punches.md).
 

@@ -63,6 +63,7 @@ def test_coupling_is_what_the_springs_leave_out(scene):
     assert apart["none"] < 5e-3 < 0.08 < apart["full"]
 
 
+@pytest.mark.slow
 def test_finite_elements_see_the_same_coupling(scene):
     """Rigid ball on nu = 0.2, both forces prescribed: within 2 % where springs lack 8 % or more."""
     half_space = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.2}

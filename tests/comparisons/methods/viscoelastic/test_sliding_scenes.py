@@ -31,6 +31,7 @@ def planned(**tables):
     return plan
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [{"force": 1.0}, {"penetration": 2e-4}])
 def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
     """The springs' friction: 79 % too high at 10 mm/s, near the half-space's at 1 m/s (3 %)."""

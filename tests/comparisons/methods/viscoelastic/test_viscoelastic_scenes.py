@@ -48,6 +48,7 @@ def largest_errors(plan):
     return result.truth.method, rows.set_index(["method", "quantity"])["maximum"]
 
 
+@pytest.mark.slow
 def test_springs_and_grid_agree_with_the_integrals_through_unloading():
     """At 32 springs or cells per radius: springs 1e-4 in force, the grid 0.2 %."""
     truth, errors = largest_errors(planned(OUT))
@@ -135,6 +136,7 @@ def test_a_rough_surface_relaxes_on_the_grid():
     assert solution.violation.max() < 1e-6
 
 
+@pytest.mark.slow
 def test_rubber_ball_bounces_alike_on_springs_and_by_integrals():
     """Restitution within 0.1 % over two decades of speed, 32 springs and 320 steps."""
     data = {
