@@ -29,9 +29,6 @@ _ROUNDS, _SEARCHES, _HALVINGS = 30, 12, 6
 _TOUCHABLE = 1.25
 # Unbalanced forces, relative to the force on the indenter.
 TOLERANCE = 1e-8
-# Shares of the force through which an unloading goes before the indenter is lifted off: it is
-# elastic but for some points.
-_UNLOADING = (0.5, 0.1)
 
 
 @dataclass(frozen=True)
@@ -156,7 +153,10 @@ class Indentation:
         return self._reach(state, _Target(depth=penetration))
 
     def push(self, state: State, force: float) -> State:
-        """Return the state under another force; 0 lifts the indenter off.
+        """Return the state under another force; 0 lifts the indenter off, in one step.
+
+        That is elastic but for some points: three steps in place of one leave a dent that differs
+        by 4e-7 of its depth.
 
         Raises
         ------
@@ -164,19 +164,6 @@ class Indentation:
             If Newton's method fails on the smallest of steps.
         """
         return self._reach(state, _Target(force=force))
-
-    def unload(self, state: State) -> State:
-        """Return the state without the indenter.
-
-        Raises
-        ------
-        ConvergenceError
-            If Newton's method fails on the smallest of steps.
-        """
-        full = state.force
-        for share in _UNLOADING if full > 0 else ():
-            state = self.push(state, share * full)
-        return self.push(state, 0.0)
 
     def contact_radius(self, state: State) -> float:
         """Return the radius at which the surface parts from the indenter; 0 without contact."""

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 _FINE, _COARSE, _FIRST = 2.0, 2.0, 32.0
 _GROWTH = 0.25
 # Steps of a stretch that falls.
-_FALLING = 6
+_FALLING = 3
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class Walk:
         if not moment.state.points.amount.any():
             return 0.0
         state = moment.state
-        left = self.indentation.unload(state) if state.force > 0 else state
+        left = self.indentation.push(state, 0.0) if state.force > 0 else state
         return self.length * self.indentation.residual_depth(left)
 
     def surface(self, moment: Moment) -> tuple[Array, Array]:
@@ -138,8 +138,7 @@ class Walk:
         now = state.penetration if control == "penetration" else state.force
         act = self.indentation.press if control == "penetration" else self.indentation.push
         for value in self._steps(now, load):
-            lifted = control == "force" and value == 0
-            state = self.indentation.unload(state) if lifted else act(state, value)
+            state = act(state, value)
         return state
 
     def _steps(self, now: float, load: float) -> Array:

@@ -37,6 +37,7 @@ from comparisons.questions.experiments import (
     tangential,
     two_bodies,
     vibration,
+    yielding,
 )
 from comparisons.questions.experiments.base import Experiment, Measurement
 
@@ -46,7 +47,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved, rolling, particles, elements),
+    *(relaxation, proved, rolling, yielding, particles, elements),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
 )
 EXPERIMENTS: dict[str, Experiment] = {
