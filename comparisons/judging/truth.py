@@ -178,7 +178,7 @@ class Truth:
             for name, bar in accuracies.items()
             if np.isfinite(bar)
         ]
-        known = f", known to (95 %, rms over the loads): {', '.join(bars)}" if bars else ""
+        known = f", known to (rms over the loads): {', '.join(bars)}" if bars else ""
         unknown = [n for n in accuracies if self.knows(n) and not np.isfinite(self.bar(n)).all()]
         return text + known + "".join(self._unknown(unknown)) + "."
 

@@ -32,6 +32,7 @@ from comparisons.questions import rough_calibration
 from comparisons.questions.calibration_cases import Case, Held, held, table
 from comparisons.questions.campaign import Campaign
 from comparisons.questions.rough_calibration import rough_cases
+from comparisons.results.confidence import SINGLE_CONTACTS as QUANTITIES
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.scene.scene import make_scene
@@ -66,7 +67,6 @@ SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
 TABLE = "calibration.csv"
 # The number of bars beside a proved interval, and of those that miss it.
 PROVED = "proved.json"
-QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
 

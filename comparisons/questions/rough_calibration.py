@@ -23,12 +23,12 @@ from comparisons.facts.methods import GRID
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import Kind
 from comparisons.questions.calibration_cases import Case
+from comparisons.results.confidence import ROUGH_SURFACES as QUANTITIES
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.planning import Plan, plan_scene
 from comparisons.tasks.solution import Solved
 
-QUANTITIES = ("contact_area", "penetration", "mean_gap", "stiffness")
 POINTS, LEVELS, TRUTH = 16, (16, 32, 64), 512
 SERIES = (LEVELS, LEVELS[1:])
 REALISATIONS = 3

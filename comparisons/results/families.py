@@ -34,7 +34,7 @@ def family(record: SceneRecord) -> str:
     nothing of them.
     """
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
-    if _depends_on_depth(record):
+    if depends_on_depth(record):
         named = [*named[:-1], f"{named[-1]} on {LAYERED}"] if named else [f"bodies on {LAYERED}"]
     if named:
         rough = "surface" in record.tables and named[0] != ROUGH
@@ -42,7 +42,8 @@ def family(record: SceneRecord) -> str:
     return _shape_family(record.tables.get("indenter"))
 
 
-def _depends_on_depth(record: SceneRecord) -> bool:
+def depends_on_depth(record: SceneRecord) -> bool:
+    """Tell whether the half-space has layers, a rigid base, or is graded."""
     half_space = record.tables.get("half_space")
     keys = ("layers", "thickness", "grading")
     return isinstance(half_space, dict) and any(half_space.get(key) for key in keys)

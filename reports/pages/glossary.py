@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from comparisons.results.confidence import WHERE
+
 TERMS = {
     "reduced": (
         "reduced model",
@@ -66,8 +68,8 @@ TERMS = {
     ),
     "uncertainty": (
         "uncertainty",
-        "The 95 % half-width of an error, combining the scatter of the realisations and the "
-        "discretisation errors of the reference and of the reduced model.",
+        "The half-width of an error, combining the scatter of the realisations and the "
+        f"discretisation errors of the reference and of the reduced model: {WHERE}.",
     ),
     "tolerance": ("tolerance", "The relative error that is acceptable for the scene."),
     "von-mises": (

@@ -16,6 +16,7 @@ from comparisons.facts.quantities import QUANTITIES
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results import selection
 from comparisons.results.advice import Advice, advise
+from comparisons.results.confidence import confidence
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
 from comparisons.results.finding import finding
@@ -78,6 +79,11 @@ class SceneView:
     def answer(self) -> str:
         """The advice in one sentence."""
         return self.advice.sentence
+
+    @property
+    def confidence(self) -> str:
+        """What its bars stand for."""
+        return confidence(self.record)
 
     @property
     def family(self) -> str:

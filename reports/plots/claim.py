@@ -21,7 +21,7 @@ from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker
 
 CAPTION = (
-    "Error magnitude with its 95 % bar at every measured value. The claim holds in the shaded "
+    "Error magnitude with its bar at every measured value. The claim holds in the shaded "
     "interval, whose ends are known to the spacing of the neighbouring markers."
 )
 MAP_CAPTION = (

@@ -11,6 +11,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import Advice, advise
+from comparisons.results.confidence import WHERE
 from comparisons.results.decisions import (
     Verdict,
     judged_methods,
@@ -76,9 +77,10 @@ def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
     """Return the verdicts on the reduced model for papers, with a self-contained caption."""
     caption = (
         "Largest relative error of the reduced model over all load steps at equal prescribed load "
-        "(the prescribed one, force or penetration, at an equal value of the other), with its 95 % "
-        "half-width; verdict at the requested tolerance; cheapest setting within the tolerance, "
-        "error bar included, among those that were run, with its measured time."
+        "(the prescribed one, force or penetration, at an equal value of the other), with the "
+        f"half-width of its bar ({WHERE}); verdict at the requested tolerance; cheapest setting "
+        "within the tolerance, error bar included, among those that were run, with its measured "
+        "time."
     )
     return replace(verdict_table(scenes, MODEL, reasons=False).without("at"), title=caption)
 

@@ -10,6 +10,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.results import selection
+from comparisons.results.confidence import confidence
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord, once
 from reports.plots.style import look
@@ -37,8 +38,8 @@ def printed_settings(scene: SceneRecord) -> Table:
     pairs = [(name, equal_at(scene, name)) for name in names]
     title = (
         f"{scene.title}: largest relative errors over all load steps{_equal_loads(scene)}, with "
-        "their 95 % half-widths, and the cost of each setting on one thread. "
-        f"{scene.reference.get('text', 'There is no reference.')}"
+        "the half-widths of their bars, and the cost of each setting on one thread. "
+        f"{confidence(scene)} {scene.reference.get('text', 'There is no reference.')}"
     )
     printed = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
     return replace(printed, title=title)

@@ -1,0 +1,43 @@
+"""Bars are called 95 % only where calibration holds them against true errors."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+
+from comparisons.questions import calibration, rough_calibration
+from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS, confidence
+from comparisons.results.store import SceneRecord
+from comparisons.scene.scene import load_scene
+
+
+def record(name, method="bem_fft"):
+    scene = load_scene(name)
+    none = pd.DataFrame()
+    return SceneRecord(
+        *(name, name, scene.text, "force", scene.compare.quantities, 0.01),
+        *({}, {"method": method}, "", (), none, none),
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "called"),
+    [
+        ("square-punch", "u is a 95 % half-width, by calibration; of contact pressure an estimate"),
+        ("rough-free", "u is a 95 % half-width, by calibration"),
+        ("friction-steel", "no calibration covers such scenes"),
+        ("coated-ball", "no calibration covers such scenes"),
+        ("sliding-rough", "no calibration covers such scenes"),
+    ],
+)
+def test_only_what_is_calibrated_is_called_so(name, called):
+    assert called in confidence(record(name))
+
+
+def test_a_closed_form_leaves_no_bar_but_that_of_the_model():
+    assert "exact" in confidence(record("paraboloid", "closed_form"))
+
+
+def test_the_quantities_are_those_that_the_calibrations_measure():
+    assert calibration.QUANTITIES == SINGLE_CONTACTS
+    assert rough_calibration.QUANTITIES == ROUGH_SURFACES
