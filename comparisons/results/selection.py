@@ -32,7 +32,10 @@ def column(rows: pd.DataFrame, name: str) -> np.ndarray:
     """Return a column as floats, NaN where it is missing or not a number."""
     if name not in rows:
         return np.full(len(rows), np.nan)
-    values = pd.to_numeric(rows[name], errors="coerce").to_numpy(dtype=float)
+    stored = rows[name]
+    if stored.dtype != float:  # a page asks thousands of times, and nearly all are numbers already
+        stored = pd.to_numeric(stored, errors="coerce")
+    values = stored.to_numpy(dtype=float)
     return np.where(np.isfinite(values), values, np.nan)
 
 

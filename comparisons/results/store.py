@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, wraps
+from functools import cached_property, lru_cache, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -163,11 +163,23 @@ class SceneRecord:
         path = self.fields.get((method, int(resolution)))
         if path is None or not path.exists():
             return {}
-        fields = read_arrays(path)
-        problems = field_problems(fields)
-        if problems:
-            raise ResultsError(f"{path}: damaged results ({'; '.join(problems)})")
-        return fields
+        return dict(_checked_fields(path, path.stat().st_mtime_ns))
+
+
+# The plots of a scene, drawn one after the other, need the same few files; all would fill memory.
+@lru_cache(maxsize=8)
+def _checked_fields(path: Path, changed: int) -> Mapping[str, np.ndarray]:
+    """Return the arrays of a file as it was at its last change.
+
+    Raises
+    ------
+    ResultsError
+    """
+    fields = read_arrays(path)
+    problems = field_problems(fields)
+    if problems:
+        raise ResultsError(f"{path}: damaged results ({'; '.join(problems)})")
+    return fields
 
 
 @dataclass(frozen=True)
