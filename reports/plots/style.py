@@ -105,13 +105,13 @@ LOOKS = {
     ),
     # Fits for balls that dent, likewise.
     "kogut_etsion": Look(
-        "Kogut & Etsion", "#882255", Marker("triangle-left", "<"), Dash("5px,2px", (0, (4, 2))), 9
+        "Kogut & Etsion", "#882255", Marker("triangle-nw", 4), Dash("6px,2px", (0, (5, 2))), 9
     ),
     "jackson_green": Look(
         "Jackson & Green",
         "#999933",
-        Marker("triangle-right", ">"),
-        Dash("2px,4px", (0, (1.5, 3))),
+        Marker("triangle-ne", 5),
+        Dash("3px,4px", (0, (2, 3))),
         9,
     ),
 }
