@@ -281,12 +281,7 @@ def _meshed(body: Body, depth: float, side: float) -> Layers:
         ratio = depth / (_FIRST * side)
         number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
         ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
-        k, nu = body.exponent, body.material.poisson_ratio
-        moduli = np.append(0.0, (ends[1:-1] * ends[2:]) ** (k / 2)) / body.depth**k
-        # up to the surface, where E is zero or infinite, by the mean of 1/E
-        moduli[0] = (1 - k) * (ends[1] / body.depth) ** k
-        moduli *= body.material.youngs_modulus
-        return Layers(np.diff(ends).tolist(), [Material(float(E), nu) for E in moduli])
+        return Layers(np.diff(ends).tolist(), body.slices(ends))
     if body.base is None:
         return Layers(body.thicknesses, body.materials)
     return Layers([*body.thicknesses, depth], [*body.materials, body.base])

@@ -85,6 +85,17 @@ class Graded:
         with np.errstate(divide="ignore"):
             return factor * np.asarray(wavenumber, dtype=float) ** (k - 1)
 
+    def slices(self, ends: Array) -> list[Material]:
+        """Return what slices between increasing depths, from zero on, are made of.
+
+        E of the geometric mean of their ends; of the uppermost, up to the surface where E is zero
+        or infinite, by the mean of 1/E.
+        """
+        k, nu = self.exponent, self.material.poisson_ratio
+        ratios = np.append((1 - k) * ends[1] ** k, (ends[1:-1] * ends[2:]) ** (k / 2))
+        moduli = self.material.youngs_modulus * ratios / self.depth**k
+        return [Material(float(E), nu) for E in moduli]
+
     def modulus(self, wavenumber: ArrayLike) -> Array:
         """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
         q = np.asarray(wavenumber, dtype=float)

@@ -9,13 +9,16 @@ from comparisons.methods.normal.grid import Grid
 from comparisons.scene.scene import Scene
 from reference.fem.elasticity import Material
 from reference.halfspace import Contact
-from reference.layered import Stack
+from reference.layered import Graded, Stack
+from reference.layered.radial import Body
 from reference.layered.stresses import Inside, inside
 
 # Empty cells around a free patch, in its sides: images of it change the largest stress by 1 %.
 _PADDED = 4
 # Depths: the first in cells, each over the one above, and the last in the patch's shorter side.
 _FIRST, _RATIO, _DEEPEST = 0.25, 1.25, 0.5
+# How far below them a graded body has slices, over the last depth.
+_BELOW = 8.0
 # Nearly the surface, where the picture has it.
 _SURFACE = 1e-6
 # Points a side of what is shown.
@@ -27,17 +30,18 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
 
     The fields are those of waves in the continuum under the pressure of the cells.
     """
-    body = elastic_body(scene)
+    body: Body = elastic_body(scene)
     if scene.half_space.uniform:
         body = Stack([], [], Material(*scene.elastic_constants))
-    if not isinstance(body, Stack):
-        return {}
     shape, spacing = contact.pressure.shape, grid.spacing
+    depths = _depths(body, shape, spacing)
+    if isinstance(body, Graded):
+        body = _sliced(body, depths)
     pressure = contact.pressure
     if not contact.operator.periodic:
         pressure = np.zeros([_PADDED * n for n in shape])
         pressure[: shape[0], : shape[1]] = contact.pressure
-    fields = list(inside(body, pressure, spacing, _depths(body, shape, spacing)))
+    fields = list(inside(body, pressure, spacing, depths))
     part = [slice(0, n) for n in shape]
     highest = max(fields, key=lambda field: field.von_mises[tuple(part)].max())
     stress = highest.von_mises[tuple(part)]
@@ -49,10 +53,18 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     }
 
 
-def _depths(body: Stack, shape: tuple[int, ...], spacing: tuple[float, float]) -> np.ndarray:
+def _sliced(body: Graded, depths: np.ndarray) -> Stack:
+    """Return a graded body in slices between the depths that are shown, and some below."""
+    last = depths[-1] * _RATIO ** np.arange(1.0, np.ceil(np.log(_BELOW) / np.log(_RATIO)) + 1)
+    ends = np.concatenate([[0.0], depths[1:], last])
+    materials = body.slices(ends)
+    return Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
+
+
+def _depths(body: Body, shape: tuple[int, ...], spacing: tuple[float, float]) -> np.ndarray:
     side = min(spacing)
     last = _DEEPEST * min(n * step for n, step in zip(shape, spacing, strict=True))
-    if body.base is None:
+    if isinstance(body, Stack) and body.base is None:
         last = min(last, body.total)
     number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
     growing = last * _RATIO ** -np.arange(number, -1.0, -1.0)

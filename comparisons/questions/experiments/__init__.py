@@ -32,7 +32,9 @@ from comparisons.questions.experiments import (
     rough_area,
     rough_slip,
     rubber_sliding,
+    second_truth,
     sheets,
+    stress_below,
     stress_use,
     tangential,
     two_bodies,
@@ -49,6 +51,7 @@ _MODULES = (
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
     *(relaxation, proved, rolling, yielding, particles, elements),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
+    *(second_truth, stress_below),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

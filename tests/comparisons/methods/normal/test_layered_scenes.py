@@ -9,6 +9,7 @@ from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import prepare
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Refusal
+from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.tasks.task import Task
 from reference.layered import Graded, RoundContact, Stack
@@ -205,3 +206,13 @@ def test_first_yield_lies_below_the_surface():
     assert fields["von_mises_depth"][at] == pytest.approx(0.48 * a, rel=0.2)
     assert fields["mesh_cells"].max() < len(fields["mesh_points"])
     assert fields["mesh_von_mises"].max() == pytest.approx(fields["von_mises_highest"][at])
+
+
+def test_stress_below_a_ball_on_a_graded_body_is_told(tmp_path):
+    """A file with von Mises stresses, of the size of the largest pressure."""
+    made = load_scene("graded-ball", {"loading.penetration": ["160 nm"]})
+    result = solve_scene(made, "fem", 4, with_fields=True)
+    result.write_vtu(tmp_path / "below.vtu")
+    assert b"von_mises" in (tmp_path / "below.vtu").read_bytes()
+    fields = result.solution.fields
+    assert 0.4 < fields["mesh_von_mises"].max() / fields["pressure"].max() < 0.8
