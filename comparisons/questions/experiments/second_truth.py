@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from comparisons.judging.uncertainty import combined, rough_uncertainty
+from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference.fem import Material
@@ -67,11 +67,10 @@ class TwoTruths:
 
     def bar(self, quantity: str) -> float:
         """Return the combined bar of both."""
-        kinds = "free", "periodic" if self.periodic else "free"
+        kinds: tuple[Kind, Kind] = ("free", "periodic" if self.periodic else "free")
+        grids = np.array(self.resolutions)
         bars = (
-            rough_uncertainty(
-                np.array(self.resolutions), values[quantity][:, None], (quantity, kind)
-            )
+            share_uncertainty(grids, values[quantity][:, None], (quantity, kind))
             for values, kind in zip((self.elements, self.half_space), kinds, strict=True)
         )
         return float(combined(*bars)[0])
