@@ -6,13 +6,14 @@ A ball of R = E = 1, nu = 0.3, Y = 1/500; depths in units of that at first yield
 from __future__ import annotations
 
 from functools import cache
+from typing import cast
 
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, experiment, one_of
 from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import HARDNESS, YieldingSprings
+from reduced.plasticity.caps import HARDNESS, Reading, YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.fem.elasticity import Material
@@ -57,7 +58,12 @@ def _springs(depth: float, reading: str) -> Contact:
     else:
         hardness = HARDNESS * _YIELD_STRESS
         line = YieldingSprings(
-            paraboloid(1.0), _MODULUS, hardness, reading, reach=d, springs=_SPRINGS
+            paraboloid(1.0),
+            _MODULUS,
+            hardness,
+            cast("Reading", reading),
+            reach=d,
+            springs=_SPRINGS,
         ).walk(path)
     area = np.pi * float(line.contact_radius[0]) ** 2
     force, left = float(line.force[0]), float(line.residual_depth[0])
