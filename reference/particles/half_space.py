@@ -16,10 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
+from reference.fem.recovery import von_mises
 from reference.loads import Load
 from reference.particles.equilibrium import Floor, Rest, largest_stiffness, relax
 from reference.particles.far_field import USUAL_EXPONENT, Domain, FarField, Search
-from reference.particles.interaction import Automata, Elastic, von_mises
+from reference.particles.interaction import Automata, Elastic, components
 from reference.particles.packing import half_space_packing
 
 Floats = NDArray[np.float64]
@@ -131,8 +132,12 @@ class ParticleHalfSpace:
 
     def equivalent_stresses(self, contact: ParticleContact) -> Floats:
         """Return the von Mises stress (free,) of each automaton in a contact."""
-        tensors = self.automata.stresses(contact.moved, contact.traces)
-        return self.youngs_modulus * von_mises(tensors)
+        tensors = self.stresses(contact.moved, contact.traces)
+        return self.youngs_modulus * von_mises(components(tensors))
+
+    def stresses(self, moved: Floats, traces: Floats) -> Floats:
+        """Return the stress tensors (free, 3, 3), in units of E."""
+        return self.automata.stresses(moved, traces)
 
     @cached_property
     def stiffest(self) -> float:
@@ -210,11 +215,16 @@ class ParticleHalfSpace:
         self._hold(search.sources)
         self._moved[:free] = 0.0
         load = self.automata.forces(self._moved, self._traces, self._forces).ravel().copy()
+        load += self._inner_load()
         self._hold(None)
         floor = Floor(6 * near + 2, depth - gap[near])
         start = search.moved
         rest = relax(self._resist, load, floor, start, tolerance=balance, stiffest=self.stiffest)
         return rest, near
+
+    def _inner_load(self) -> Floats | float:
+        """Return the forces of automata at rest on each other: none, but after plastic flow."""
+        return 0.0
 
     def _hold(self, sources: Floats | None) -> None:
         """Put the shell into the far field of some forces, or to rest."""

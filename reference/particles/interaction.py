@@ -36,6 +36,9 @@ from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME, Packing
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
+# The order of `fem.recovery`.
+ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
 
 @dataclass(frozen=True)
 class Elastic:
@@ -112,15 +115,14 @@ class Automata:
         return out
 
 
-def von_mises(stresses: Floats) -> Floats:
-    """Return the equivalent stress of stress tensors (n, 3, 3), of their symmetric parts.
+def components(stresses: Floats) -> Floats:
+    """Return xx, yy, zz, yz, xz, xy (n, 6) of the symmetric parts of tensors (n, 3, 3).
 
-    >>> von_mises(np.diag([3.0, 0.0, 0.0])[None]).round(12).tolist()
-    [3.0]
+    >>> components(np.arange(9.0).reshape(1, 3, 3)).tolist()
+    [[0.0, 4.0, 8.0, 6.0, 4.0, 2.0]]
     """
     symmetric = 0.5 * (stresses + np.swapaxes(stresses, 1, 2))
-    mean = np.trace(symmetric, axis1=1, axis2=2)[:, None, None] / 3
-    return np.sqrt(1.5 * ((symmetric - mean * np.eye(3)) ** 2).sum(axis=(1, 2)))
+    return np.stack([symmetric[:, a, b] for a, b in ENTRIES], axis=1)
 
 
 @njit(cache=True, error_model="numpy")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from reference.closed_form import paraboloid
@@ -11,6 +12,7 @@ from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace
 from reference.particles.equilibrium import Floor, largest_stiffness, relax
 from reference.particles.motion import MASSES, Motion, wave_speeds, wave_stiffness
 from reference.particles.packing import DIRECTIONS, Packing, half_space_packing, periodic_packing
+from reference.particles.plastic import PlasticHalfSpace
 
 RNG = np.random.default_rng(1)
 
@@ -273,3 +275,47 @@ def test_twelve_neighbours_at_one_spacing():
     np.testing.assert_allclose(np.linalg.norm(DIRECTIONS, axis=1), 1.0)
     np.testing.assert_allclose(DIRECTIONS.T @ DIRECTIONS, 4 * np.eye(3), atol=1e-14)
     assert (MASSES > 0).all()
+
+
+# --- plastic flow -----------------------------------------------------------------------------
+
+
+def test_plastic_strain_relieves_the_stress_of_a_homogeneous_strain():
+    """A strain that is all plastic, without change of volume, leaves no stress and no force."""
+    body = PlasticHalfSpace(Domain((2.5, 2.5), 2.5), 0.3, yield_stress=1.0)
+    packing = body.automata.packing
+    strain = np.array([[1.0, 0.5, 0.0], [0.5, -2.0, 0.3], [0.0, 0.3, 1.0]])
+    body.plastic_strain[:] = strain
+    moved = np.zeros((len(packing.places), 6))
+    moved[:, :3] = packing.places @ strain
+    stresses = body.stresses(moved, np.zeros(len(moved)))
+    assert_allclose(stresses, 0, atol=1e-13)
+    pulls = np.empty((packing.free, 6))
+    body.automata.forces(moved, np.zeros(len(moved)), pulls)
+    assert_allclose(pulls.ravel() + body._inner_load(), 0, atol=1e-13)
+
+
+def test_below_first_yield_nothing_flows_and_beyond_it_the_force_is_that_of_finite_elements():
+    """J2 finite elements have F/F_y = 2.78 and 10.05 at d/d_y = 2 and 5; Hertz 2.83 and 11.2.
+
+    Three automata per radius: 3 %. No stress is above the yield stress by more than a per cent.
+    """
+    radius, first, nu = 30.0, 0.06, 0.3
+    limit = 2 / (1 - nu**2) / np.pi * np.sqrt(first / radius) / 1.60
+    body = PlasticHalfSpace(Domain((5.0, 5.0), 7.0), nu, yield_stress=limit)
+    gap = (body.points**2).sum(axis=1) / (2 * radius)
+    scale = 4 / 3 / (1 - nu**2) * np.sqrt(radius) * first**1.5
+    loads = Load("penetration", [0.7 * first, 2 * first, 5 * first])
+    contacts = body.press(gap, loads)
+    elastic = next(contacts)
+    assert not body.plastic_strain.any()
+    yielded, deep = contacts
+    assert body.equivalent_stresses(deep).max() <= 1.01 * limit
+    assert_allclose(np.trace(body.plastic_strain, axis1=1, axis2=2), 0, atol=1e-15)
+    assert_allclose([yielded.force / scale, deep.force / scale], [2.78, 10.05], rtol=0.04)
+    assert elastic.force < yielded.force < deep.force
+
+
+def test_a_yield_stress_must_be_positive():
+    with pytest.raises(ValueError, match="yield_stress must be positive"):
+        PlasticHalfSpace(Domain((3.0, 3.0), 3.0), 0.3, yield_stress=0.0)
