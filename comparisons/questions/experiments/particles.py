@@ -16,6 +16,7 @@ from reference.particles import (
     ParticleHalfSpace,
     periodic_packing,
 )
+from reference.particles.bonds import Asperities
 from reference.particles.motion import Motion, wave_speeds
 from reference.particles.plastic import PlasticHalfSpace
 
@@ -153,6 +154,37 @@ def _flowed(poisson_ratio: float, per_radius: int, depth: float) -> float:
     return last.force / float(paraboloid(radius, effective).force(first))
 
 
+def _wear(
+    effort: Effort,
+    *,
+    overlap: float = 1.5,
+    energy: float = 0.005,
+    healing: float = 0.02,
+    speed: float = 0.05,
+) -> Finding:
+    """Drag an asperity of bonded particles over another; say where the work of friction goes.
+
+    The finding is the part of the work that is neither stored, damped nor spent on bonds. Friction
+    and wear are means over seeds: of them no truth is known. Lengths in spacings, energies in k
+    r0^2 of a bond.
+    """
+    asperities = Asperities(overlap=overlap, energy=energy, healing=healing, speed=speed)
+    passes = [asperities.drag(seed) for seed in range(2 if effort == "quick" else 6)]
+    friction = np.array([one.friction for one in passes])
+    details: dict[str, float | str] = {
+        "passes": float(len(passes)),
+        "mean force over mean load": float(friction.mean()),
+        "its standard error": float(friction.std(ddof=1) / np.sqrt(len(passes))),
+        "share of the work spent on bonds": float(np.mean([p.spent / p.work for p in passes])),
+        "bonds broken": float(np.mean([p.broken for p in passes])),
+        "bonds healed": float(np.mean([p.healed for p in passes])),
+        "wear particles": float(np.mean([p.worn for p in passes])),
+        "loose ones of them": float(np.mean([p.loose for p in passes])),
+    }
+    errors = np.array([one.imbalance for one in passes])
+    return Finding(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
+
+
 def _hertz_stress(poisson_ratio: float) -> float:
     """Return the largest von Mises stress over p0 (Johnson 1985, eq. 3.45)."""
     z = np.linspace(0.01, 2.0, 20_000)
@@ -201,6 +233,13 @@ EXPERIMENTS = (
         "Poisson's ratio nu",
         "poisson_ratio",
         _yield,
+    ),
+    experiment(
+        "particle-wear",
+        "An asperity dragged over another with bonds that break and heal: where its work goes",
+        "overlap of the tips in spacings",
+        "overlap",
+        _wear,
     ),
     experiment(
         "particle-plastic",

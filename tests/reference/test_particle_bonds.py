@@ -1,0 +1,55 @@
+"""Bonds that break and heal: where the work of a drag goes."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from reference.fem.recovery import von_mises
+from reference.particles.bonds import Asperities
+
+
+def test_the_work_of_a_pass_is_stored_damped_or_spent_on_bonds():
+    """Steps of first order where velocities are damped: 1 %."""
+    drag = Asperities(overlap=0.5, speed=0.2, radius=3.0, height=2.0).drag(0)
+    assert_allclose(drag.stored + drag.damped + drag.spent, drag.work, rtol=0.02)
+    assert drag.work > drag.spent > 0
+    assert drag.broken > 0
+    assert_allclose(np.trapezoid(drag.force, drag.way), drag.work, rtol=0.02)
+
+
+@pytest.mark.slow
+def test_bonds_of_more_energy_make_more_friction():
+    """Without healing, bonds that are hard to break tear less and carry more."""
+    weak, strong = (
+        Asperities(overlap=1.0, energy=w, speed=0.2, radius=3.0, height=2.0).drag(1)
+        for w in (0.001, 0.02)
+    )
+    assert strong.work > 1.5 * weak.work
+    assert strong.broken < weak.broken
+
+
+def test_bonds_that_cannot_break_lose_nothing_and_nothing_is_worn():
+    """A strain of 0.3 is not reached by tips that barely touch, and free pairs do not heal."""
+    drag = Asperities(
+        overlap=0.1, energy=0.045, healing=0.9, speed=0.2, radius=3.0, height=2.0
+    ).drag(0)
+    assert drag.broken == drag.healed == drag.worn == drag.loose == 0
+    assert drag.spent == 0
+
+
+@pytest.mark.slow
+def test_a_seed_draws_the_same_pass_again():
+    given = Asperities(overlap=0.5, speed=0.3, radius=3.0, height=2.0)
+    first, again, other = given.drag(3), given.drag(3), given.drag(4)
+    assert np.array_equal(first.force, again.force)
+    assert not np.array_equal(first.force, other.force)
+    assert von_mises(first.stress).max() > 0
+
+
+def test_all_that_is_wrong_with_asperities_is_said_at_once():
+    with pytest.raises(ValueError, match=r"speed(.|\n)*scatter"):
+        Asperities(speed=-1.0, scatter=2.0)
+    with pytest.raises(ValueError, match="overlap must be below"):
+        Asperities(overlap=5.0)
+    with pytest.raises(ValueError, match="bonds shorter than"):
+        Asperities(energy=1.0)
