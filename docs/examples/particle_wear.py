@@ -39,11 +39,11 @@ def main() -> None:
     left.set_title("von Mises stress at the largest force")
     figure.colorbar(marks, ax=left, label="stress / (k / spacing)")
     window = np.ones(SMOOTHED) / SMOOTHED
-    for one in passes:
-        smooth = np.convolve(one.force, window, "same")
-        right.plot(one.way, smooth, lw=0.8, color="tab:blue", alpha=0.5)
-    mean = np.convolve(np.mean([one.force for one in passes], axis=0), window, "same")
-    load = np.convolve(np.mean([one.load for one in passes], axis=0), window, "same")
+    for drag in passes:
+        smooth = np.convolve(drag.force, window, "same")
+        right.plot(drag.way, smooth, lw=0.8, color="tab:blue", alpha=0.5)
+    mean = np.convolve(np.mean([drag.force for drag in passes], axis=0), window, "same")
+    load = np.convolve(np.mean([drag.load for drag in passes], axis=0), window, "same")
     right.plot(first.way, mean, color="tab:blue", label="along (mean, and seeds)")
     right.plot(first.way, load, color="tab:orange", label="apart (mean)")
     right.axhline(0, color="k", lw=0.5)
@@ -51,9 +51,9 @@ def main() -> None:
     right.legend(frameon=False)
     figure.savefig(PICTURE, dpi=110)
     for name in ("friction", "broken", "healed", "worn", "loose", "imbalance"):
-        values = [getattr(one, name) for one in passes]
+        values = [getattr(drag, name) for drag in passes]
         print(f"{name}: {np.mean(values):.4g} +- {np.std(values, ddof=1) / len(values) ** 0.5:.2g}")
-    print(f"spent on bonds: {np.mean([one.spent / one.work for one in passes]):.2f} of the work")
+    print(f"spent on bonds: {np.mean([drag.spent / drag.work for drag in passes]):.2f} of the work")
 
 
 if __name__ == "__main__":

@@ -170,18 +170,20 @@ def _wear(
     """
     asperities = Asperities(overlap=overlap, energy=energy, healing=healing, speed=speed)
     passes = [asperities.drag(seed) for seed in range(2 if effort == "quick" else 6)]
-    friction = np.array([one.friction for one in passes])
+    friction = np.array([drag.friction for drag in passes])
     details: dict[str, float | str] = {
         "passes": float(len(passes)),
         "mean force over mean load": float(friction.mean()),
         "its standard error": float(friction.std(ddof=1) / np.sqrt(len(passes))),
-        "share of the work spent on bonds": float(np.mean([p.spent / p.work for p in passes])),
-        "bonds broken": float(np.mean([p.broken for p in passes])),
-        "bonds healed": float(np.mean([p.healed for p in passes])),
-        "wear particles": float(np.mean([p.worn for p in passes])),
-        "loose ones of them": float(np.mean([p.loose for p in passes])),
+        "share of the work spent on bonds": float(
+            np.mean([drag.spent / drag.work for drag in passes])
+        ),
+        "bonds broken": float(np.mean([drag.broken for drag in passes])),
+        "bonds healed": float(np.mean([drag.healed for drag in passes])),
+        "wear particles": float(np.mean([drag.worn for drag in passes])),
+        "loose ones of them": float(np.mean([drag.loose for drag in passes])),
     }
-    errors = np.array([one.imbalance for one in passes])
+    errors = np.array([drag.imbalance for drag in passes])
     return Finding(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
 
 
