@@ -22,7 +22,7 @@ from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Band, Figure, Series
-from reports.plots.style import drawing_order, look
+from reports.plots.style import MUTED, Look, drawing_order, look
 
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
@@ -89,10 +89,18 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         _caption(scene, up),
         value_axis(across, x, log, edges if up == scene.control else ()),
         value_axis(up, y, upright, () if up == scene.control else edges),
-        tuple(method_curve.series for method_curve in drawn),
+        (*(method_curve.series for method_curve in drawn), *_direction(scene, drawn[0].series)),
         bands,
         quantity=up,
     )
+
+
+def _direction(scene: SceneRecord, along: Series) -> list[Series]:
+    """Return arrows along a path, which may cross itself; only the page draws them."""
+    if scene.along != "step" or len(along.x) < 2:
+        return []
+    style = Look("way of the path", MUTED)
+    return [Series(style, along.x, along.y, line=False, legend=False, size=12, directed=True)]
 
 
 @dataclass(frozen=True)
@@ -187,7 +195,7 @@ def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.nd
 def _caption(scene: SceneRecord, name: str) -> str:
     parts = ["Each method at its finest resolution."]
     if scene.along == "step":
-        parts.append("Points are joined in the order of the path.")
+        parts.append("Points are joined in the order of the path, along the arrows.")
     bar = (scene.reference.get("uncertainty") or {}).get(name)
     if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
         hidden = " (thinner than its line)" if float(bar) < VISIBLE else ""

@@ -89,6 +89,8 @@ class Series:
         Opacity of the markers.
     digits : int
         Number of significant digits on the page.
+    directed : bool
+        Markers are arrows on the page, each pointing away from the point before it.
     """
 
     look: Look
@@ -107,6 +109,7 @@ class Series:
     outlined: bool = False
     faint: float = 1.0
     digits: int = 6
+    directed: bool = False
 
 
 @dataclass(frozen=True)

@@ -96,6 +96,8 @@ def _marker(series: Series) -> dict[str, Any]:
         marker["line"] = {"width": 1.5, "color": look.colour}
     if series.outlined:
         marker["line"] = {"width": 2, "color": "@ink"}
+    if series.directed:
+        marker |= {"symbol": "arrow", "angleref": "previous"}
     return marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
 
 
