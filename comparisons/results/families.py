@@ -19,6 +19,7 @@ _BY_TABLE = {
     "sliding": "sliding over rubber",
     "rolling": "rolling contacts",
     "plasticity": "elastic-plastic contacts",
+    "lubrication": "lubricated contacts",
     "friction": "contacts with friction",
     "viscoelastic": "rubber in time",
     "surface": ROUGH,

@@ -14,8 +14,8 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
-from comparisons.scene.fields import excerpt, fail, flagged
-from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
+from comparisons.scene.fields import excerpt, fail, flagged, quantity
+from comparisons.scene.units import FORCE, LENGTH, NUMBER, SPEED, TIME, Dimension, to_si
 
 Control = Literal[
     "penetration",
@@ -59,6 +59,7 @@ class Loading(BaseModel):
 
     tangential_force, tangential_displacement: an ordered path from zero, at the last normal load.
     time: of each load; between them the load is linear. Before the first nothing touches.
+    squeeze_speed: at which lubricated bodies approach each other, far from the contact.
     substeps: into how many equal steps each stretch of a path is divided.
     """
 
@@ -69,6 +70,7 @@ class Loading(BaseModel):
     tangential_force: Annotated[LoadRange | None, ranged(FORCE, "path")] = None
     tangential_displacement: Annotated[LoadRange | None, ranged(LENGTH, "path")] = None
     time: Annotated[LoadRange | None, ranged(TIME, "times")] = None
+    squeeze_speed: Annotated[float | None, quantity(SPEED, kind="speed")] = None
     substeps: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
 
     @model_validator(mode="after")

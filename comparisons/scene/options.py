@@ -38,6 +38,8 @@ class ReducedOptions(Options):
     line_length: length of a rough line in units of the surface's side L.
     line_points: points of a rough line; by default those that resolve its shortest wave.
     rolling: "springs" have G*; "matched" a stiffness with which small creep of a circle is right.
+    film: what the pressure of an oil film means to the springs: the stress of the "local" rule, or
+    their force over the width of "hertz" or of a "rigid" ball.
     """
 
     rule: Literal["mdr", "half_radius"] = "mdr"
@@ -48,6 +50,7 @@ class ReducedOptions(Options):
     line_length: Annotated[Positive, Field(le=1e4)] = 1.0
     line_points: Annotated[int, Field(strict=True, ge=8, le=2**26)] | None = None
     rolling: Literal["springs", "matched"] = "springs"
+    film: Literal["local", "hertz", "rigid"] = "local"
 
 
 class DenseOptions(Options):

@@ -109,6 +109,7 @@ if TYPE_CHECKING:
     from comparisons.scene.physics.tables.adhesion import Adhesion
     from comparisons.scene.physics.tables.dynamics import Dynamics
     from comparisons.scene.physics.tables.friction import Friction
+    from comparisons.scene.physics.tables.lubrication import Lubrication
     from comparisons.scene.physics.tables.plasticity import Plasticity
     from comparisons.scene.physics.tables.rolling import Rolling
     from comparisons.scene.physics.tables.sliding import Sliding
@@ -118,6 +119,7 @@ if TYPE_CHECKING:
         """Beside them, one table for each that `comparisons.scene.physics.tables` holds."""
 
         rolling: Rolling | None = None
+        lubrication: Lubrication | None = None
         friction: Friction | None = None
         viscoelastic: Viscoelastic | None = None
         sliding: Sliding | None = None

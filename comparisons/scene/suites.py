@@ -8,7 +8,7 @@ SINGLE = (
     "triangle-punch",
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
-# Scenes with friction, memory, sliding, rolling, adhesion, yield, inertia, layers: a line for each.
+# Scenes with friction, memory, sliding, rolling, films, adhesion, yield, inertia, layers.
 PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
@@ -16,6 +16,7 @@ PHYSICS = (
     *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
     *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber", "plastic-ball"),
     *("coated-ball", "layer-on-base", "graded-ball"),
+    *("soft-ball-film", "squeezed-ball"),
 )
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),

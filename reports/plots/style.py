@@ -70,9 +70,12 @@ LOOKS = {
         "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
     }.items()
 } | {
-    # Theories of rolling, in plans of such scenes only.
+    # Theories of rolling and of films, in plans of such scenes only.
     "fastsim": Look(
         "FASTSIM", "#882255", Marker("triangle-left", "<"), Dash("5px,2px", (0, (4, 2))), 9
+    ),
+    "hamrock_dowson": Look(
+        "Hamrock-Dowson", "#661100", Marker("x", "x"), Dash("8px,2px", (0, (7, 1.5))), 9
     ),
     "kalker": Look(
         "Kalker's linear theory",

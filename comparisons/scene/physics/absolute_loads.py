@@ -82,11 +82,15 @@ def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.remembers and loading.tangential is None:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
-    if scene.rolling is None and scene.sliding is None and loading.tangential is None:
+    drawn = None if scene.lubrication is None else scene.lubrication.speed
+    steady = (scene.rolling, scene.sliding, drawn, loading.tangential)
+    if all(part is None for part in steady):
         return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)
     normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
     if scene.rolling is not None:
         return AbsoluteLoads(scene.rolling.varied, np.array(scene.rolling.steps), normal=normal)
+    if drawn is not None:
+        return AbsoluteLoads("speed", np.array(drawn.values), normal=normal)
     if scene.sliding is not None:
         return AbsoluteLoads("speed", np.array(scene.sliding.speed.values), normal=normal)
     assert loading.tangential is not None

@@ -98,6 +98,7 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     if "friction" not in tables:
         for name in tangential:
             yield f"loading.{name}: expected a [friction] table, which transmits tangential loads"
+    yield from _oiled(data, normal)
     if "sliding" in tables and "viscoelastic" not in tables:
         yield "sliding: expected [viscoelastic]: an elastic body slides without loss"
     yield from _times(loading, tables, normal)
@@ -114,6 +115,22 @@ def _rolls(
         yield f"loading.{name}: expected none with [rolling], whose creep is prescribed"
     if "surface" in data:
         yield "rolling: expected an [indenter]: a rough roller has no steady state"
+
+
+def _oiled(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:
+    table, loading = data.get("lubrication"), data["loading"] if "loading" in data else {}
+    squeezed = "squeeze_speed" in loading
+    if "lubrication" not in data:
+        if squeezed:
+            yield "loading.squeeze_speed: expected a [lubrication] table: there is no film"
+        return
+    if normal and normal != ["force"]:
+        yield f"loading.{normal[0]}: expected a force with [lubrication], which the film carries"
+    if isinstance(table, dict) and ("speed" in table) == squeezed:
+        came = "both" if squeezed else "none"
+        yield f"lubrication: expected speed or loading.squeeze_speed, got {came}"
+    if "surface" in data:
+        yield "lubrication: expected an [indenter]: rough films are not modelled"
 
 
 def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str]) -> Iterator[str]:

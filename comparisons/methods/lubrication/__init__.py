@@ -1,0 +1,1 @@
+"""Lubricating films: entrained steadily, or squeezed."""

@@ -1,0 +1,92 @@
+"""Films on the half-space below a grid: Reynolds' equation with mass-conserving cavitation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.lubrication.films import PHYSICS, Oiled
+from comparisons.methods.solver import Solver
+from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
+from reference.lubrication.point import Ball, PointFilm, approach, entrain
+
+
+class GridFilm(Solver[IndenterGeometry]):
+    """Newton's method on pressure, vapour and the lift of the ball, all at once."""
+
+    name = "bem_fft"
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.oiled = Oiled.of(scene)
+        self.note = "resolution: cells per Hertz radius and reach of a rigid film together"
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Films are of second order, known to a few percent on 8 cells per l."""
+        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 24, 64))
+        finest -= finest % 4
+        return finest // 4, finest // 2, finest
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the domain."""
+        return (
+            "the film over equal cells where the half-space is bent, over wider and wider ones as "
+            "far as the ball reaches; Elrod-Adams cavitation"
+        )
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the factorisation and the directions of GMRES."""
+        return 8.0 * 24 * task.resolution**2 * 600
+
+    def warm_up(self, task: Task) -> None:
+        """Solve a rigid ball on a handful of cells."""
+        entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 8)
+
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield the films."""
+        yield Row(partial(self._films, task))
+
+    def _films(self, task: Task, values: np.ndarray) -> Iterator[Step]:
+        table, modulus = self.oiled.table, self.scene.effective_modulus
+        meniscus = np.inf if table.meniscus is None else table.meniscus
+        solve = entrain if self.oiled.squeeze_speed is None else approach
+        for value in values:
+            load, speed = self.oiled.step(task, float(value))
+            ball = Ball(self.oiled.radius, modulus, table.viscosity, load, meniscus)
+            film = solve(ball, speed, task.resolution)
+            yield Step(
+                self.oiled.quantities(film),
+                iterations=film.rounds,
+                violation=film.error,
+                unknowns=film.pressure.size + 1,
+                pressure=partial(_fields, film),
+                fields=partial(_fields, film) if task.wants_pressure else None,
+            )
+
+
+def _fields(film: PointFilm) -> dict[str, np.ndarray]:
+    """Return the film where it matters, both halves of it: as far out as a third more than bent."""
+    core = film.core
+    y = film.y[core[1]]
+
+    def whole(values: np.ndarray) -> np.ndarray:
+        half = values[core]
+        return np.concatenate([half[:, ::-1], half], axis=1).ravel()
+
+    x, y = np.meshgrid(film.x[core[0]], np.concatenate([-y[::-1], y]), indexing="ij")
+    return {
+        "penetration": np.array(film.penetration),
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": whole(film.pressure),
+        "pressure_weight": whole(film.area) / 2,
+        "pressure_shape": np.array(x.shape),
+        "film": whole(film.thickness),
+        "vapour": whole(film.vapour),
+    }

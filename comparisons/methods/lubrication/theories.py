@@ -1,0 +1,100 @@
+"""Films in closed form and by Hamrock & Dowson's fit, each where it is meant to hold."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.lubrication.films import PHYSICS, Oiled
+from comparisons.methods.solver import Refused, Solver
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+from reference.lubrication.formulas import LOADS, SPEEDS, SoftFit, squeezed_film
+
+EXACT = (1,)
+
+
+class Formula(Solver[IndenterGeometry]):
+    """A formula for the film of a ball."""
+
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.oiled = Oiled.of(scene)
+        if self.oiled.table.meniscus is not None:
+            raise Refused("the formula is for a flooded inlet")
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Return one: a formula."""
+        return EXACT
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Evaluate all steps."""
+        solution = Solution.empty(task, unknowns=1)
+        for step, value in enumerate(task.loads.values):
+            load, speed = self.oiled.step(task, float(value))
+            films = self.films(load, speed)
+            solution.put((0, step), films | {"lubrication_force": load, "force": load})
+        return solution
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return central and minimum film."""
+        raise NotImplementedError
+
+
+class ClosedFormFilm(Formula):
+    """A rigid ball that is squeezed, h = 6 pi eta R^2 V/F."""
+
+    name = "closed_form"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        speed = self.oiled.squeeze_speed
+        if speed is None:
+            raise Refused("no closed form of an entrained film that conserves mass")
+        load = float(loads_of(scene).values[-1])
+        film = squeezed_film(self.oiled.radius, self.oiled.table.viscosity, speed, load)
+        # the load over a reach sqrt(2 R h) bends the half-space by F/(pi E* r)
+        bent = load / (np.pi * scene.effective_modulus * np.sqrt(2 * self.oiled.radius * film))
+        if bent > 0.1 * scene.compare.tolerance * film:
+            raise Refused("the film bends the half-space, and the formula is of rigid bodies")
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return the film of a rigid ball."""
+        film = squeezed_film(self.oiled.radius, self.oiled.table.viscosity, speed, load)
+        return {"film_central": film, "film_minimum": film}
+
+
+class HamrockDowson(Formula):
+    """Hamrock & Dowson's fit (1978) of films of soft, isoviscous balls."""
+
+    name = "hamrock_dowson"
+    title: ClassVar[str] = "Hamrock-Dowson"
+    dimension = 1
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        if self.oiled.squeeze_speed is not None:
+            raise Refused("a fit of entrained films")
+        loads = loads_of(scene)
+        assert loads.normal is not None
+        force = float(loads.normal.values[-1])
+        if not all(self._fit(force).covers(speed) for speed in loads.values):
+            raise Refused(
+                f"made for eta U/(2 E* R) from {SPEEDS[0]:g} to {SPEEDS[1]:g} and F/(2 E* R^2) "
+                f"from {LOADS[0]:g} to {LOADS[1]:g}"
+            )
+
+    def _fit(self, load: float) -> SoftFit:
+        modulus, oiled = self.scene.effective_modulus, self.oiled
+        return SoftFit(oiled.radius, modulus, oiled.table.viscosity, load)
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return the fitted films."""
+        fit = self._fit(load)
+        return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

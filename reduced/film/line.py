@@ -1,0 +1,421 @@
+r"""Reynolds' equation in one dimension, over a line of springs.
+
+    d/dx (h^3 dP/dx) = L d/dx[(1 - theta) h] (entrained),   = 12 eta dh/dt (squeezed),
+    h = h0 + x^2/R + w,    int E* w dx = F,    P >= 0, theta >= 0, P theta = 0,
+
+with mass-conserving cavitation. What the pressure P of the film on a spring means for its force
+per length q = E* w is a choice that the model leaves open:
+
+- "local": P is the stress of the local rule (19.37), P = (E*/pi) sqrt(2 w/R1), R1 = R/2: in Hertz's
+  units P = sqrt Q;
+- "hertz": P = q/B, B = pi a/2, with which P = Q in these units;
+- "rigid": P = q/B, B = beta sqrt(R h0) of a rigid ball: beta = 4 when squeezed, 5.33 when entrained
+  (half-Sommerfeld). No one width serves both, nor a soft ball.
+
+Everything is solved in units of l = a + c, a Hertz's radius and c the reach of a rigid film.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from scipy.linalg import solve_banded
+
+from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+
+Rule = Literal["local", "hertz", "rigid"]
+RULES = ("local", "hertz", "rigid")
+# Widths of a rigid ball's film over sqrt(R h0): 4, and 10.66/2.
+SQUEEZED, ENTRAINED = 4.0, 12 / 5 * np.pi / np.sqrt(2)
+
+_BEGIN, _END = -2.5, 1.5
+_GROWTH, _REACH = 1.1, 1e3
+_ROUNDS, _KEPT, _TOLERANCE, _LOST = 60, 0.35, 1e-11, 1e8
+_RATIO, _CLOSEST, _STIFF, _FALL = 0.45, 0.95, 0.1, 1.0
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball of radius R on springs under oil.
+
+    Parameters
+    ----------
+    radius, effective_modulus, viscosity, load : float
+    rule : {"local", "hertz", "rigid"}
+    """
+
+    radius: float
+    effective_modulus: float
+    viscosity: float
+    load: float
+    rule: Rule = "local"
+
+    def __post_init__(self) -> None:
+        numbers = {k: v for k, v in vars(self).items() if k != "rule"}
+        refuse(positive_faults(**numbers) + choice_faults("rule", self.rule, RULES))
+
+
+@dataclass(frozen=True)
+class LineFilm:
+    """The film on a line.
+
+    Attributes
+    ----------
+    film_central, film_minimum, load : float
+    penetration : float
+        How much closer the bodies are than at dry first touch.
+    shear, drag : float
+        Friction of sliding at a speed difference equal to the speed, over the width q/P that the
+        film of a spring stands for, and of the pressure's flow.
+    x, pressure, thickness, vapour, line_load : ndarray
+    error : float
+        Largest imbalance of mass in a cell, relative, or of forces.
+    """
+
+    film_central: float
+    film_minimum: float
+    load: float
+    penetration: float
+    shear: float
+    drag: float
+    x: np.ndarray = field(repr=False)
+    pressure: np.ndarray = field(repr=False)
+    thickness: np.ndarray = field(repr=False)
+    vapour: np.ndarray = field(repr=False)
+    line_load: np.ndarray = field(repr=False)
+    error: float
+
+
+@dataclass(frozen=True)
+class _State:
+    """Pressure or, negative, vapour in every cell; the lift; the displacement of the springs."""
+
+    s: np.ndarray
+    lift: float
+    error: float = np.inf
+
+
+def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
+    """Return the steady film at an entrainment speed.
+
+    Parameters
+    ----------
+    ball : Ball
+    speed : float
+        U, mean of both surfaces'.
+    resolution : int
+        Cells per l.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+    ConvergenceError
+        If the film is too thin for the cells.
+
+    Examples
+    --------
+    >>> film = entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 32)
+    >>> bool(8e-6 < film.film_central < 14e-6)
+    True
+    """
+    refuse(positive_faults(speed=speed))
+    reach = 2 * ENTRAINED * ball.viscosity * speed * ball.radius**2 / ball.load
+    line = _Line(ball, np.sqrt(2) * reach, resolution, ENTRAINED)
+    number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * line.length)
+    reached, state = line.start(number)
+    state, ratio = line.solved(_Drawn(reached), state, 1.0), _RATIO
+    while reached != number:
+        target = number if number >= reached * ratio else reached * ratio
+        try:
+            state, reached = line.solved(_Drawn(target), state, 1.0), target
+        except ConvergenceError:
+            ratio = float(np.sqrt(ratio))
+            if ratio > _CLOSEST:
+                raise
+    return line.film(state, speed)
+
+
+def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
+    """Return the film below a ball that comes from afar at a speed, when it carries the load.
+
+    Arguments and errors as for `entrain`.
+    """
+    refuse(positive_faults(speed=speed))
+    rigid = 6 * np.pi * ball.viscosity * ball.radius**2 * speed / ball.load
+    line = _Line(ball, np.sqrt(2 * ball.radius * rigid), resolution, SQUEEZED)
+    number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * line.length**2)
+    ratio = 1 - _FALL / resolution
+    share, before, state = line.squeezed(number, ratio)
+    while share < 1:
+        share = min(1.0, share / ratio)
+        earlier, before = before, state
+        guess = _State(before.s, before.lift - 0.8 * (earlier.lift - before.lift))
+        state = line.solved(_Pressed(number, line, before, earlier), guess, share)
+    return line.film(state, speed)
+
+
+class _Line:
+    """The cells of a line, and its springs, in units of l."""
+
+    def __init__(self, ball: Ball, reach: float, resolution: int, width: float) -> None:
+        hertz = float(np.cbrt(0.75 * ball.load * ball.radius / ball.effective_modulus))
+        self.ball, self.length = ball, hertz + float(reach)
+        end = ball.radius / self.length
+        if end < 3:
+            raise ValueError(
+                f"the film or the contact reaches {self.length:.3g}: no ball of radius "
+                f"{ball.radius:.3g} is a paraboloid there"
+            )
+        self.edges = _edges(resolution, min(end, _REACH))
+        self.x = (self.edges[1:] + self.edges[:-1]) / 2
+        self.dx = np.diff(self.edges)
+        self.gap, self.face_gap = self.x**2, self.edges**2
+        ends = np.concatenate([self.edges[:1], self.x, self.edges[-1:]])
+        self.conductance = 1 / np.diff(ends)
+        self.softness = ball.load * ball.radius / (ball.effective_modulus * self.length**3)
+        # B over l: c = sqrt(2 R h0)
+        own = np.pi * hertz / 2 if ball.rule == "hertz" else width * reach / np.sqrt(2)
+        self.width = own / self.length
+
+    def springs(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the displacement under a pressure, and its derivative."""
+        if self.ball.rule == "local":
+            bend = (np.pi * self.softness / 2) ** 2
+            return bend * p**2, 2 * bend * p
+        slope = self.softness * self.width
+        return slope * p, np.where(p > 0, slope, 0.0)
+
+    def faces(self, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return the film in the faces."""
+        ends = np.concatenate([w[:1], (w[1:] + w[:-1]) / 2, w[-1:]])
+        return self.face_gap + state.lift + ends
+
+    def start(self, number: float) -> tuple[float, _State]:
+        """Return a speed at or above a number, and the film of a ball that bends little there."""
+        lift = 0.5
+        while True:
+            s = np.where(self.x < 0, -self.x / (self.gap + lift) ** 2, -0.5)
+            flow, state = _Drawn(1.0), _State(s, lift)
+            rigid = np.zeros(s.size)
+            for _ in range(_ROUNDS):
+                bands = flow.slopes(self, state, rigid, np.zeros(s.size))[0]
+                s = state.s - solve_banded((1, 1), bands, flow.balance(self, state, rigid))
+                settled, state = not ((s > 0) != (state.s > 0)).any(), _State(s, lift)
+                if settled:
+                    break
+            p = np.maximum(state.s, 0.0)
+            carried = float(self.springs(p)[0] @ self.dx) / self.softness
+            speed = 1 / (np.sqrt(carried) if self.ball.rule == "local" else carried)
+            bent = float(self.springs(speed * p)[0].max())
+            if speed >= number and bent < _STIFF * lift:
+                return speed, _State(np.where(s > 0, speed * s, s), lift)
+            lift *= 2
+
+    def squeezed(self, number: float, ratio: float) -> tuple[float, _State, _State]:
+        """Return a light load, the film that carries it, and that of a lighter one, both rigid."""
+
+        def at(lift: float) -> tuple[float, float, _State]:
+            p = number / 4 / (self.gap + lift) ** 2
+            w = self.springs(p)[0]
+            return float(w @ self.dx) / self.softness, float(w.max()), _State(p, lift)
+
+        lift = 1e-3
+        while True:
+            share, bent, state = at(lift)
+            if share < ratio**2 and bent < _STIFF * lift:
+                return share, at(lift / ratio)[2], state
+            lift *= 1.1
+
+    def solved(self, flow: _Drawn | _Pressed, start: _State, share: float) -> _State:
+        """Return the film that carries a share of the load, by Newton's method."""
+        state, history = start, []
+        for _ in range(_ROUNDS):
+            w, slope = self.springs(np.maximum(state.s, 0.0))
+            mass = flow.balance(self, state, w)
+            force = float(w @ self.dx) / self.softness - share
+            error = max(
+                float(np.abs(mass / flow.through(self, state, w)).max()), abs(force) / share
+            )
+            history.append(error)
+            if error <= _TOLERANCE:
+                return _State(state.s, state.lift, error)
+            if not error <= _LOST:
+                break
+            bands, by_lift = flow.slopes(self, state, w, slope)
+            try:
+                part, answer = solve_banded((1, 1), bands, np.array([mass, by_lift]).T).T
+            except np.linalg.LinAlgError:
+                break
+            push = slope * self.dx / self.softness
+            # A ds + c dl = -m and push ds = -f: dl = (f - push A^-1 m)/(push A^-1 c)
+            rise = (force - float(push @ part)) / float(push @ answer)
+            state = self._moved(flow, state, w, (-part - rise * answer, rise))
+        raise ConvergenceError("the film on the line is too thin for its cells", history)
+
+    def _moved(
+        self,
+        flow: _Drawn | _Pressed,
+        state: _State,
+        w: np.ndarray,
+        change: tuple[np.ndarray, float],
+    ) -> _State:
+        """Return the state after a step, shortened where the film would become too thin."""
+        before, share = self.gap + state.lift + w, 1.0
+        for _ in range(40):
+            s, lift = state.s + share * change[0], state.lift + share * change[1]
+            after = self.gap + lift + self.springs(np.maximum(s, 0.0))[0]
+            if (after > _KEPT * before).all() and flow.admits(lift):
+                break
+            share /= 2
+        return _State(s, lift)
+
+    def film(self, state: _State, speed: float) -> LineFilm:
+        """Return a film in the units of the ball."""
+        ball, unit = self.ball, self.length**2 / self.ball.radius
+        p = np.maximum(state.s, 0.0)
+        w, _ = self.springs(p)
+        h, q = self.gap + state.lift + w, w / self.softness
+        strip = np.divide(q, p, out=np.zeros(p.size), where=p > 0)
+        return LineFilm(
+            film_central=float(np.interp(0.0, self.x, h)) * unit,
+            film_minimum=_least(h) * unit,
+            load=float(q @ self.dx) * ball.load,
+            penetration=-state.lift * unit,
+            shear=float((strip / h) @ self.dx) * ball.viscosity * speed * ball.radius,
+            drag=abs(float((q * self.x) @ self.dx)) * ball.load * self.length / ball.radius,
+            x=self.x * self.length,
+            pressure=p * ball.load / self.length**2,
+            thickness=h * unit,
+            vapour=np.maximum(-state.s, 0.0),
+            line_load=q * ball.load / self.length,
+            error=state.error,
+        )
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A film that surfaces draw along x: L = 12 eta U."""
+
+    speed: float
+
+    def balance(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what flows out of each cell."""
+        h = line.faces(state, w)
+        flow = self.speed * h - line.conductance * h**3 * _steps(state.s)
+        vapour = np.maximum(-state.s, 0.0)
+        flow[1:] -= self.speed * vapour * (line.gap + state.lift + w)
+        return np.diff(flow)
+
+    def slopes(
+        self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the three diagonals of the derivative by s, and the derivative by the lift."""
+        h = line.faces(state, w)
+        full = state.s > 0
+        vapour = np.maximum(-state.s, 0.0)
+        by_h = self.speed - 3 * line.conductance * h**2 * _steps(state.s)
+        by_p = line.conductance * h**3
+        before, after = by_h / 2, by_h / 2
+        after[0] *= 2
+        before[-1] *= 2
+        # of each face by the s of the cells on its two sides
+        left = np.where(full, by_p[1:] + before[1:] * slope, 0.0)
+        left += self.speed * np.where(full, 0.0, line.gap + state.lift + w)
+        right = np.where(full, -by_p[:-1] + after[:-1] * slope, 0.0)
+        bands = np.array([right, left - right, -left])
+        by_lift = by_h.copy()
+        by_lift[1:] -= self.speed * vapour
+        return bands, np.diff(by_lift)
+
+    def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what flows through each cell."""
+        return self.speed * (line.gap + state.lift + w) + _driven(line, state, w)
+
+    def admits(self, lift: float) -> bool:
+        """Whether there is such a flow: always."""
+        return True
+
+
+@dataclass(frozen=True)
+class _Pressed:
+    """A step of bodies that approach at V, L = 12 eta V: the lift is the clock."""
+
+    speed: float
+    line: _Line
+    before: _State
+    earlier: _State
+
+    def balance(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what flows out of each cell, and what the thicker film keeps."""
+        flow = _Drawn(0.0).balance(line, state, w)
+        weights = self._weights(self.before.lift - state.lift)
+        return flow + self.speed * line.dx * (weights @ self._films(state, w))
+
+    def slopes(
+        self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return derivatives as of a film that is drawn along."""
+        bands, by_lift = _Drawn(0.0).slopes(line, state, w, slope)
+        fall = self.before.lift - state.lift
+        step, kept = 1e-6 * fall, self.speed * line.dx
+        own = self._weights(fall)[0]
+        turned = (self._weights(fall + step) - self._weights(fall - step)) / (2 * step)
+        bands[1] += kept * own * slope
+        return bands, by_lift + kept * (own - turned @ self._films(state, w))
+
+    def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what the approach presses out of each cell, and what flows."""
+        return self.speed * line.dx + _driven(line, state, w)
+
+    def admits(self, lift: float) -> bool:
+        """Whether the bodies have come closer."""
+        return lift < self.before.lift
+
+    def _films(self, state: _State, w: np.ndarray) -> np.ndarray:
+        past = [self.line.springs(s.s)[0] + s.lift for s in (self.before, self.earlier)]
+        return self.line.gap + np.array([w + state.lift, *past])
+
+    def _weights(self, fall: float) -> np.ndarray:
+        """Return the weights of three films in a backward difference of second order, times V."""
+        last = self.earlier.lift - self.before.lift
+        both = fall + last
+        return np.array(
+            [(fall + both) / (fall * both), -both / (fall * last), fall / (last * both)]
+        )
+
+
+def _driven(line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
+    """Return how much the pressure of each cell would drive out of it alone."""
+    driven = line.conductance * line.faces(state, w) ** 3
+    return np.maximum(state.s, 0.0) * (driven[1:] + driven[:-1])
+
+
+def _steps(s: np.ndarray) -> np.ndarray:
+    """Return differences of the pressure across the faces, zero beyond the ends."""
+    return np.diff(np.concatenate([[0.0], np.maximum(s, 0.0), [0.0]]))
+
+
+def _edges(resolution: int, reach: float) -> np.ndarray:
+    """Return equal cells in the middle, wider and wider ones around them."""
+    inner = np.linspace(_BEGIN, _END, round((_END - _BEGIN) * resolution) + 1)
+    step, growth = inner[1] - inner[0], min(_GROWTH, 1 + 1.5 / resolution)
+    sides = []
+    for length in (reach + _BEGIN, reach - _END):
+        count = max(1, int(np.log1p(length / step * (growth - 1)) / np.log(growth)))
+        grown = np.cumsum(growth ** np.arange(1, count + 1))
+        sides.append(grown * (length / grown[-1]))
+    return np.concatenate([_BEGIN - sides[0][::-1], inner, _END + sides[1]])
+
+
+def _least(h: np.ndarray) -> float:
+    """Return the least film, of the parabola through the thinnest cell and its neighbours."""
+    i = min(max(int(np.argmin(h)), 1), h.size - 2)
+    before, middle, after = h[i - 1 : i + 2]
+    bend = before - 2 * middle + after
+    below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
+    # a kink of the film is no parabola
+    return float(middle - (below if below < middle / 4 else 0.0))

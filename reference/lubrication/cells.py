@@ -1,0 +1,148 @@
+"""Rectangular cells for a lubricating film: equal where bodies deform, wider and wider around it.
+
+The film reaches much farther than the contact: of the force of a rigid ball that is entrained, the
+part beyond r falls only as 1/r. Wide cells far out cost little; pressure there bends nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.arguments import refuse
+
+Field = NDArray[np.float64]
+
+# Each cell of the surroundings is wider than the one before by this share over the number of cells
+# per unit of length: the surroundings are refined with the core, down to the least share.
+SHARE = 3.0
+LEAST = 0.12
+
+
+@dataclass(frozen=True)
+class Cells:
+    """A tensor grid.
+
+    Parameters
+    ----------
+    x, y : ndarray
+        Edges of the cells, increasing.
+    core : (slice, slice)
+        The equal cells, where the elastic body gives way.
+    mirrored : bool
+        Whether the cells are one half (y > 0) of a film that is even in y: nothing flows through
+        the edge of smallest y. Else, and at all other edges, p = 0.
+    closed : bool
+        Whether nothing flows through the edges across y at all: a film of infinite width.
+    """
+
+    x: Field
+    y: Field
+    core: tuple[slice, slice]
+    mirrored: bool = True
+    closed: bool = False
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of cells along x and y."""
+        return self.x.size - 1, self.y.size - 1
+
+    @property
+    def copies(self) -> int:
+        """How many mirror images the film consists of."""
+        return 2 if self.mirrored else 1
+
+    @property
+    def core_shape(self) -> tuple[int, int]:
+        """Number of equal cells along x and y."""
+        rows, columns = self.core
+        return rows.stop - rows.start, columns.stop - columns.start
+
+    @cached_property
+    def centres(self) -> tuple[Field, Field]:
+        """The centres along x and y, as an open mesh."""
+        x, y = (self.x[1:] + self.x[:-1]) / 2, (self.y[1:] + self.y[:-1]) / 2
+        return x[:, None], y[None, :]
+
+    @cached_property
+    def widths(self) -> tuple[Field, Field]:
+        """Sides of the cells, as an open mesh."""
+        return np.diff(self.x)[:, None], np.diff(self.y)[None, :]
+
+    @cached_property
+    def area(self) -> Field:
+        """Area of the cells, mirror images included."""
+        across, along = self.widths
+        return self.copies * across * along
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Sides of the equal cells."""
+        rows, columns = self.core
+        return (
+            float(self.x[rows.start + 1] - self.x[rows.start]),
+            float(self.y[columns.start + 1] - self.y[columns.start]),
+        )
+
+
+def stretched(
+    start: float, stop: float, steps: int, ends: tuple[float, float], growth: float
+) -> Field:
+    """Return edges: `steps` equal ones from start to stop, growing ones on to the ends."""
+    inner = np.linspace(start, stop, steps + 1)
+    step = inner[1] - inner[0]
+    before = start - _growing(step, start - ends[0], growth)
+    after = stop + _growing(step, ends[1] - stop, growth)
+    return np.concatenate([before[::-1], inner, after])
+
+
+def _growing(step: float, length: float, growth: float) -> Field:
+    """Return distances of edges whose steps grow, the last at `length`; none where it is zero."""
+    if length <= 0:
+        return np.empty(0)
+    count = max(1, int(np.ceil(np.log1p(length / step * (growth - 1)) / np.log(growth))) - 1)
+    edges = step * np.cumsum(growth ** np.arange(1, count + 1))
+    return edges * (length / edges[-1])
+
+
+def around_point(
+    per_unit: int,
+    along: tuple[float, float],
+    across: float,
+    reach: float,
+    begins: float = np.inf,
+) -> Cells:
+    """Return one half of the cells around a point contact.
+
+    Parameters
+    ----------
+    per_unit : int
+        Equal cells per unit of length.
+    along : (float, float)
+        Where they begin and end along x.
+    across : float
+        Half of their width.
+    reach : float
+        Half-width of the whole grid.
+    begins : float
+        Distance of its first edge along x, where that is less.
+    """
+    refuse([] if per_unit >= 2 else [f"per_unit must be at least 2, not {per_unit!r}"])
+    first, last = max(along[0], -begins), along[1]
+    nx, ny = round(per_unit * (last - first)), round(per_unit * across)
+    reach = max(reach, 1.01 * max(-along[0], along[1], across))
+    growth = 1 + max(SHARE / per_unit, LEAST)
+    x = stretched(first, last, nx, (-min(reach, begins), reach), growth)
+    y = stretched(0.0, across, ny, (0.0, reach), growth)
+    before = int(np.searchsorted(x, first - 0.5 / per_unit))
+    return Cells(x, y, (slice(before, before + nx), slice(0, ny)))
+
+
+def around_line(count: int, reach: float) -> Cells:
+    """Return cells across a line contact, `count` of them in each unit of length next to it."""
+    x = stretched(-2.0, 2.0, 4 * count, (-reach, reach), 1 + SHARE / 2 / count)
+    everywhere = slice(0, x.size - 1)
+    return Cells(x, np.array([0.0, 1.0]), (everywhere, slice(0, 1)), mirrored=False, closed=True)

@@ -1,0 +1,380 @@
+"""A ball on a lubricated half-space: entrained steadily, or approaching it.
+
+Everything is solved in units of the contact: lengths in l = a + c with Hertz's radius a and the
+reach c = sqrt(2 R h0) of a rigid ball's pressure, films in l^2/R, pressure in F/l^2. Two numbers
+are left: 12 eta U R^2/(F l), of an approach 12 eta V R^3/(F l^2), and F R/(E* l^3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.arguments import count_faults, positive_faults, refuse
+from reference.errors import ConvergenceError
+from reference.lubrication import formulas
+from reference.lubrication.cells import Cells, around_point
+from reference.lubrication.loaded import LoadedFilm, at_lift
+from reference.lubrication.reynolds import Film
+from reference.lubrication.surface import Surface
+from reference.lubrication.transport import Approach, Entrainment, State
+
+Field = NDArray[np.float64]
+
+# Where the equal cells begin and end along x, and half of their width, in units of l.
+_ALONG, _SQUEEZED, _ACROSS = (-2.5, 1.5), (-2.0, 2.0), 2.0
+# The ball must be larger than what is bent.
+_SMALLEST = 3.0
+# Coarsest cells per l, on which the speed is lowered from where the ball is rigid.
+_COARSEST = 8
+# Ratio of speeds, or of loads, from one film to the next, and the closest to one that is tried: on
+# the finest cells, and on coarser ones, whose films need not go far.
+_RATIO, _CLOSEST, _NEAR_ENOUGH = 0.45, 0.9, 0.6
+# Share by which a load is below the next one, times the cells per l.
+_FALL = 2.0
+# Half-width of the cells in l: of the force of a rigid ball a thousandth lies beyond.
+_REACH = 1e3
+# Film of the start, in units of the displacement of the surface.
+_STIFF = 8.0
+
+
+@dataclass(frozen=True)
+class Ball:
+    """A ball of radius R on an elastic half-space under oil.
+
+    Parameters
+    ----------
+    radius : float
+    effective_modulus : float
+        E*; infinite for rigid bodies.
+    viscosity : float
+    load : float
+        F.
+    meniscus : float
+        Distance from the middle at which the oil before the ball begins to fill the gap, more than
+        Hertz's radius; by default the ball is flooded as far as it reaches.
+    """
+
+    radius: float
+    effective_modulus: float
+    viscosity: float
+    load: float
+    meniscus: float = np.inf
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(radius=self.radius, viscosity=self.viscosity, load=self.load)
+        for name in ("effective_modulus", "meniscus"):
+            if not getattr(self, name) > 0:
+                faults.append(f"{name} must be positive, not {getattr(self, name)!r}")
+        refuse(faults)
+        if self.meniscus <= self.hertz_radius:
+            raise ValueError(
+                f"meniscus must lie before the contact, whose radius is {self.hertz_radius:.3g}, "
+                f"not at {self.meniscus!r}"
+            )
+
+    @property
+    def hertz_radius(self) -> float:
+        """Radius of the dry contact."""
+        return float(np.cbrt(0.75 * self.load * self.radius / self.effective_modulus))
+
+
+@dataclass(frozen=True)
+class PointFilm:
+    """The film below a ball; arrays over one half (y > 0) of the cells.
+
+    Attributes
+    ----------
+    speed : float
+    film_central, film_minimum : float
+    load : float
+        Integral of the pressure.
+    penetration : float
+        How much closer the bodies are than at dry first touch.
+    shear, drag : float
+        Friction on the half-space: of sliding at a speed difference equal to `speed`, over r < R,
+        and of the pressure's flow.
+    x, y : ndarray
+        Centres of the cells.
+    core : (slice, slice)
+        The equal ones.
+    pressure, thickness, vapour, area : ndarray, shape (nx, ny)
+    error : float
+        Largest imbalance of mass, relative, or of forces.
+    rounds : int
+    """
+
+    speed: float
+    film_central: float
+    film_minimum: float
+    load: float
+    penetration: float
+    shear: float
+    drag: float
+    x: Field = field(repr=False)
+    y: Field = field(repr=False)
+    core: tuple[slice, slice] = field(repr=False)
+    pressure: Field = field(repr=False)
+    thickness: Field = field(repr=False)
+    vapour: Field = field(repr=False)
+    area: Field = field(repr=False)
+    error: float
+    rounds: int
+
+
+def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
+    """Return the steady film at one entrainment speed.
+
+    The speed is lowered from where the ball is as good as rigid, on coarse cells; finer ones start
+    from the coarse film.
+
+    Parameters
+    ----------
+    ball : Ball
+    speed : float
+        U, mean of both surfaces'.
+    resolution : int
+        Cells per l = a + c.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or the ball is not large beside the contact.
+    ConvergenceError
+        If the film is too thin for the cells.
+
+    Examples
+    --------
+    >>> soft = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+    >>> film = entrain(soft, 1e-2, 8)
+    >>> round(1e6 * film.film_central, 1)
+    13.7
+    """
+    refuse(positive_faults(speed=speed) + count_faults(2, resolution=resolution))
+    reach = formulas.HALF_SOMMERFELD * ball.viscosity * speed * ball.radius**2 / ball.load
+    problem = _Scaled(ball, ball.hertz_radius + np.sqrt(2) * reach)
+    number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * problem.length)
+    levels = _doubled(resolution)
+    grid = problem.on(levels[0])
+    walk = _lowered(grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution))
+    for per_length in levels[1:]:
+        coarse, grid = grid, problem.on(per_length)
+        starts = [(at, _prolonged(coarse, film, grid)) for at, film in walk]
+        walk = _lowered(grid, starts, number, _closest(per_length, resolution))
+    reached, state = walk[-1] if walk else (np.inf, _rigid_start(grid, number)[1])
+    if reached != number:
+        raise ConvergenceError(
+            f"the film is too thin for its cells, {resolution} per {problem.length:.3g}",
+            state.history,
+        )
+    return problem.film_of(grid, state, speed)
+
+
+def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
+    """Return the film below a ball that comes from afar at a speed, when it carries the load.
+
+    The load grows from where the ball is as good as rigid, step by step; the film is a function of
+    it, for there is no other time.
+
+    Parameters
+    ----------
+    ball : Ball
+    speed : float
+        V, constant, at which the bodies approach far from the contact.
+    resolution : int
+        Cells per l; steps of the load are finer with it.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or the ball is not large beside the contact.
+    ConvergenceError
+        If the film is too thin for the cells.
+
+    Examples
+    --------
+    A ball on a hard half-space is squeezed like a rigid one, h = 6 pi eta R^2 V/F:
+
+    >>> film = approach(Ball(0.01, 1e12, 1.0, 0.1), 1e-3, 8)
+    >>> round(film.film_central / (6 * np.pi * 1e-4 * 1e-3 / 0.1), 2)
+    1.0
+    """
+    refuse(positive_faults(speed=speed) + count_faults(2, resolution=resolution))
+    rigid = formulas.squeezed_film(ball.radius, ball.viscosity, speed, ball.load)
+    problem = _Scaled(ball, ball.hertz_radius + float(np.sqrt(2 * ball.radius * rigid)))
+    number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * problem.length**2)
+    ratio = 1 - _FALL / resolution
+    # a rigid film thick beside what it bends, w/(pi E* c): w^(3/2) < ...
+    bent = max(_STIFF * problem.compliance / np.pi, np.finfo(float).tiny)
+    share = float(min(ratio**4, (np.pi * number / 2) ** 0.6 / bent**0.4))
+    full = problem.on(resolution, _SQUEEZED)
+    grid = full.under(share)
+    state, before = _squeezed(grid, number), _squeezed(full.under(share * ratio), number)
+    earlier: State | None = None
+    while share < 1:
+        share = min(1.0, share / ratio)
+        earlier, before, state = before, state, state
+        grid = full.under(share)
+        guess = before.lift - 0.8 * (earlier.lift - before.lift)
+        start = State(before.s, guess, before.bent)
+        state = grid.solve(Approach(number, before, earlier), start)
+    return problem.film_of(grid, state, speed)
+
+
+def _squeezed(loaded: LoadedFilm, number: float) -> State:
+    """Return the film of a rigid ball under a load: p = 3 eta V R/h^2."""
+    lift = np.pi * number / (2 * loaded.load)
+    s = number / 4 / (loaded.film.gap + lift) ** 2
+    return State(s, lift, loaded.surface.bent(s))
+
+
+def _closest(per_length: int, resolution: int) -> float:
+    """Return the largest ratio of speeds that is tried on cells."""
+    return _CLOSEST if per_length == resolution else _NEAR_ENOUGH
+
+
+def _doubled(resolution: int) -> list[int]:
+    """Return cells per l, from coarse to those asked for."""
+    levels = [resolution]
+    while levels[0] >= 2 * _COARSEST:
+        levels.insert(0, levels[0] // 2)
+    return levels
+
+
+class _Scaled:
+    """A ball in units of its contact."""
+
+    def __init__(self, ball: Ball, length: float) -> None:
+        self.ball, self.length = ball, length
+        if length * _SMALLEST > ball.radius:
+            raise ValueError(
+                f"the film or the contact reaches {length:.3g} around the middle: no ball of "
+                f"radius {ball.radius:.3g} is a paraboloid there"
+            )
+        self.thickness = length**2 / ball.radius
+        self.pressure = ball.load / length**2
+        self.compliance = ball.load * ball.radius / (ball.effective_modulus * length**3)
+
+    @property
+    def reach(self) -> float:
+        """Half-width of the cells: the ball, where it is not farther than pressure is felt."""
+        return min(self.ball.radius / self.length, _REACH)
+
+    def on(self, per_length: int, along: tuple[float, float] = _ALONG) -> LoadedFilm:
+        """Return the problem on cells, with a flooded inlet."""
+        begins = self.ball.meniscus / self.length
+        cells = around_point(per_length, along, _ACROSS, self.reach, begins)
+        film = Film(cells, lambda x, y: (x**2 + y**2) / 2)
+        return LoadedFilm(film, Surface(cells, self.compliance, 1.0), 1.0)
+
+    def film_of(self, loaded: LoadedFilm, state: State, speed: float) -> PointFilm:
+        """Return a film in the units of the ball."""
+        cells = loaded.film.cells
+        x, y = cells.centres
+        thickness = loaded.film.thickness(state.lift, state.bent)
+        shear = (cells.area * (1 - state.vapour) / thickness)[np.hypot(x, y) < self.reach].sum()
+        # full film before the ball alone, h = r^2/2R, from the last cells on
+        shear += 2 * np.pi * np.log(self.ball.radius / self.length / self.reach)
+        drag = 0.5 * abs(float((state.pressure * cells.area * x).sum()))
+        shear_unit = self.ball.viscosity * speed * self.ball.radius
+        centre, least = _centre(cells, thickness), _least(thickness[cells.core])
+        return PointFilm(
+            speed=speed,
+            film_central=float(centre * self.thickness),
+            film_minimum=float(least * self.thickness),
+            load=float((state.pressure * cells.area).sum()) * self.ball.load,
+            penetration=float(-state.lift * self.thickness),
+            shear=float(shear) * shear_unit,
+            drag=float(drag) * self.ball.load * self.length / self.ball.radius,
+            x=x.ravel() * self.length,
+            y=y.ravel() * self.length,
+            core=cells.core,
+            pressure=state.pressure * self.pressure,
+            thickness=thickness * self.thickness,
+            vapour=state.vapour,
+            area=cells.area * self.length**2,
+            error=state.error,
+            rounds=state.rounds,
+        )
+
+
+def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
+    """Return the speed of a film of a rigid ball, that asked for or a higher one, and the film.
+
+    The film must be thicker than what it bends, F/(pi E* c) with c = sqrt(2 h0).
+    """
+    bent = loaded.surface.compliance / np.pi
+    lift = max(
+        (number * formulas.HALF_SOMMERFELD / 12) ** 2, (_STIFF * bent / np.sqrt(2)) ** (2 / 3)
+    )
+    rigid = at_lift(loaded.film, lift, 1.0)
+    carried = float((rigid.pressure * loaded.film.cells.area).sum())
+    s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)
+    return 1 / carried, State(s, lift, rigid.bent)
+
+
+def _lowered(
+    loaded: LoadedFilm, starts: list[tuple[float, State]], number: float, closest: float
+) -> list[tuple[float, State]]:
+    """Lower the speed to a number, or as far as films go that the cells resolve.
+
+    Parameters
+    ----------
+    loaded : LoadedFilm
+    starts : list of (float, State)
+        Films nearby, at falling speeds: the slowest that leads to a film is taken.
+    number : float
+    closest : float
+        Largest ratio of speeds that is tried.
+    """
+    films: list[tuple[float, State]] = []
+    ratio = _RATIO
+    while not films and starts:
+        reached, start = starts.pop()
+        try:
+            films = [(reached, loaded.solve(Entrainment(reached), start))]
+        except ConvergenceError:
+            continue
+    while films and films[-1][0] != number and ratio <= closest:
+        reached, state = films[-1]
+        target = number if number >= reached * ratio else reached * ratio
+        try:
+            films.append((target, loaded.solve(Entrainment(target), state)))
+        except ConvergenceError:
+            ratio = float(np.sqrt(ratio))
+    return films
+
+
+def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:
+    """Return a film between coarse cells on finer ones, lifted where it would be too thin."""
+    s = state.s
+    for axis in (0, 1):
+        source, target = (grid.film.cells.centres[axis].ravel() for grid in (coarse, fine))
+        s = np.apply_along_axis(lambda line: np.interp(target, source, line), axis, s)  # noqa: B023
+    bent = fine.surface.bent(np.maximum(s, 0.0))
+    least = 0.7 * float(coarse.film.thickness(state.lift, state.bent).min())
+    short = least - float(fine.film.thickness(state.lift, bent).min())
+    return State(s, state.lift + max(0.0, short), bent)
+
+
+def _centre(cells: Cells, thickness: Field) -> float:
+    """Return the film at x = y = 0: even in y, by a parabola; along x, by the line between."""
+    near = (9 * thickness[:, 0] - thickness[:, 1]) / 8
+    return float(np.interp(0.0, cells.centres[0].ravel(), near))
+
+
+def _least(thickness: Field) -> float:
+    """Return the thinnest film: of the parabolas through the thinnest cell and its neighbours."""
+    mirrored = np.concatenate([thickness[:, :1], thickness], axis=1)
+    i, j = np.unravel_index(int(np.argmin(thickness)), thickness.shape)
+    least = float(thickness[i, j])
+    lines = (thickness[max(i - 1, 0) : i + 2, j], mirrored[i, j : j + 3])
+    for line in lines:
+        if line.size == 3:
+            before, middle, after = line
+            bend = before - 2 * middle + after
+            below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
+            least -= below if below < least / 4 else 0.0  # a kink is no parabola
+    return least

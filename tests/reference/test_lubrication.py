@@ -1,0 +1,200 @@
+"""Films: closed forms of rigid bodies, conservation of mass, Hamrock & Dowson, cells."""
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from reference.errors import ConvergenceError
+from reference.lubrication import formulas
+from reference.lubrication.cells import Cells, around_point, stretched
+from reference.lubrication.line import rigid_cylinder
+from reference.lubrication.loaded import LoadedFilm
+from reference.lubrication.point import Ball, approach, entrain
+from reference.lubrication.reynolds import Film
+from reference.lubrication.surface import Surface
+from reference.lubrication.transport import Approach, Entrainment, State
+
+SOFT = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+
+
+def bowl(x, y):
+    """Return a gap whose curvatures differ."""
+    return x**2 + 0.7 * y**2
+
+
+def random_state(cells, seed=0):
+    """Full and empty cells at random, on a surface that is bent at random."""
+    rng = np.random.default_rng(seed)
+    s = np.where(rng.random(cells.shape) < 0.5, rng.random(cells.shape), -rng.random(cells.shape))
+    return State(s, 0.5, rng.random(cells.shape))
+
+
+@pytest.mark.parametrize("inlet", [np.inf, 3.0])
+@pytest.mark.parametrize("kind", ["entrained", "squeezed"])
+def test_derivatives_are_those_of_the_balance(kind, inlet):
+    """Newton's method: every derivative against a central difference."""
+    cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
+    film = Film(cells, bowl, inlet)
+    state = random_state(cells)
+    flow = Entrainment(0.8)
+    if kind == "squeezed":
+        flow = Approach(0.8, State(state.s, 0.8, state.bent), State(state.s, 1.3, state.bent))
+    slopes = flow.slopes(film, state)
+    rng = np.random.default_rng(1)
+    # small beside |s|, so that no cell ruptures
+    ds, du, dl = 1e-6 * state.s, 1e-6 * rng.random(cells.shape), 1e-6
+    for change, slope in (
+        ((ds, 0.0, 0.0), slopes.s @ ds.ravel()),
+        ((0.0, 0.0, du), slopes.bent @ du.ravel()),
+        ((0.0, dl, 0.0), slopes.lift * dl),
+    ):
+        sides = [
+            State(state.s + k * change[0], state.lift + k * change[1], state.bent + k * change[2])
+            for k in (1, -1)
+        ]
+        by_difference = (flow.balance(film, sides[0]) - flow.balance(film, sides[1])) / 2
+        # differences of 1e-6 lose half of the digits
+        assert slope == pytest.approx(by_difference.ravel(), abs=1e-6 * np.abs(slope).max())
+
+
+def test_next_cells_bend_as_on_the_half_space():
+    """The preconditioner's surface: a pressure on one cell, with its image beyond the axis."""
+    cells = around_point(3, (-2.0, 2.0), 2.0, 8.0)
+    surface = Surface(cells, 1.3, 1.0)
+    rows, _ = cells.core
+    for column in (0, 1, 3):
+        p = np.zeros(cells.shape)
+        p[rows.start + 4, column] = 1.0
+        near = (surface.near() @ p.ravel()).reshape(cells.shape)
+        image = surface.respond(p)
+        window = slice(rows.start + 3, rows.start + 6), slice(max(0, column - 1), column + 2)
+        assert np.count_nonzero(near) == near[window].size
+        exact = image[window]
+        if column == 0:
+            assert near[window][:, 0] == pytest.approx(exact[:, 0])  # with its image next to it
+        else:
+            assert (near[window] < exact).all()  # it is farther away, and left out
+
+
+def test_rigid_cylinder_carries_and_ruptures_as_in_closed_form():
+    """W = 4.895 eta U R/h0, ruptured at 0.475 sqrt(2 R h0), of second order in the cells."""
+    films = {n: rigid_cylinder(n) for n in (16, 32, 64)}
+    errors = [abs(film.load / formulas.CYLINDER - 1) for film in films.values()]
+    assert errors[-1] < 1e-4
+    assert errors[0] / errors[-1] > 8  # 16 by order two; where the film ruptures, cells jump
+    # known to a part of a cell
+    assert films[64].rupture == pytest.approx(formulas.RUPTURE, abs=0.3 / 64)
+
+
+@pytest.mark.parametrize("inlet", [np.inf, 1.2, 1.05])
+def test_the_same_oil_flows_through_every_section(inlet):
+    """Mass is conserved in full and in ruptured film: to round-off of what flows."""
+    film = rigid_cylinder(16, inlet=inlet)
+    # far out h^3 is 1e18 times that in the middle, and dp what is left of it
+    inner = film.flow[1:-1][np.abs(film.x[1:]) < 30]
+    assert inner == pytest.approx(inner[0], rel=1e-10)
+    if np.isfinite(inlet):
+        # all that arrives passes
+        assert inner[0] == pytest.approx(inlet, rel=1e-9)
+
+
+def test_less_oil_carries_less():
+    """A starved inlet: the pressure begins where the gap has come down to the layer."""
+    loads = [rigid_cylinder(16, inlet=inlet).load for inlet in (1.05, 1.15, 1.22, np.inf)]
+    assert (np.diff(loads) > 0).all()
+
+
+def test_half_of_sommerfelds_pressure_below_a_rigid_sphere():
+    """W = 10.66 eta U R^1.5/h0^0.5: the half x < 0 alone, p = 0 at x = 0."""
+    n, reach = 16, 4e3
+    growth = 1.12
+    x = stretched(-2.0, 0.0, 2 * n, (-reach, 0.0), growth)
+    y = stretched(0.0, 2.0, 2 * n, (0.0, reach), growth)
+    cells = Cells(x, y, (slice(0, x.size - 1), slice(0, y.size - 1)))
+    film = Film(cells, lambda x, y: x**2 + y**2)
+    full = State(np.ones(cells.shape), 1.0, np.zeros(cells.shape))
+    flow = Entrainment(1.0)
+    # nothing ruptures: the equations are linear
+    pressure = 1 - spsolve(flow.slopes(film, full).s.tocsc(), flow.balance(film, full).ravel())
+    load = float(pressure @ cells.area.ravel()) * 12 / 0.5**1.5
+    # the half-plane ends at 4000 sqrt(2 R h0), beyond which 3e-4 of the force lie
+    assert load == pytest.approx(formulas.HALF_SOMMERFELD, rel=1e-3)
+
+
+def test_a_rigid_ball_is_squeezed_as_in_closed_form():
+    """The film is 6 pi eta R^2 V/F, the step by step march through lighter loads included."""
+    film = approach(Ball(0.01, np.inf, 1.0, 0.1), 1e-5, 24)
+    rigid = formulas.squeezed_film(0.01, 1.0, 1e-5, 0.1)
+    assert film.film_minimum == pytest.approx(rigid, rel=1e-3)
+    assert film.load == pytest.approx(0.1, rel=1e-9)
+    assert not film.vapour.any()
+
+
+def test_a_soft_ball_rides_on_the_film_of_hamrock_and_dowson():
+    """At the fastest speed of their fit; it falls with U^0.64, computed films with U^0.6."""
+    fit = formulas.SoftFit(0.01, 1e6, 1.0, 0.2)
+    fast = entrain(SOFT, 1e-3, 16)
+    assert fit.covers(1e-3)
+    assert fast.film_central == pytest.approx(1.055 * fit.central(1e-3), rel=0.02)
+    assert fast.film_minimum == pytest.approx(fit.minimum(1e-3), rel=0.1)
+    assert fast.load == pytest.approx(SOFT.load, rel=1e-9)
+    assert fast.error < 1e-10
+    # the constriction lies at the rear and the sides, the cavity behind
+    assert fast.vapour[:, 0][fast.x > 1.5 * SOFT.hertz_radius].all()
+    assert not fast.vapour[:, 0][np.abs(fast.x) < 0.9 * SOFT.hertz_radius].any()
+
+
+def test_soft_film_is_of_second_order():
+    """Differences between cells of h, h/2, h/4 fall by four."""
+    films = [entrain(SOFT, 1e-2, n).film_central for n in (6, 12, 24)]
+    assert (films[0] - films[1]) / (films[1] - films[2]) == pytest.approx(4, abs=1.5)
+
+
+def test_a_stiff_ball_is_the_rigid_one():
+    """Elastic and rigid half-space far above the speeds at which the contact is bent."""
+    stiff, rigid = (entrain(Ball(0.01, modulus, 1e-3, 0.1), 1.0, 8) for modulus in (1e16, np.inf))
+    assert stiff.film_minimum == pytest.approx(rigid.film_minimum, rel=1e-3)
+    # cavitation as it is carries a little more than half of Sommerfeld's pressure
+    half = formulas.sphere_film(0.01, 1e-3, 1.0, 0.1)
+    assert half < rigid.film_minimum < 1.3 * half
+
+
+def test_a_starved_ball_rides_lower():
+    """The nearer the oil begins, the less film; far away it is a bath."""
+    full = entrain(SOFT, 1e-2, 8).film_central
+    distances = [1.2, 2.0, 5.0]
+    films = [
+        entrain(Ball(0.01, 1e6, 1.0, 0.2, meniscus=far * SOFT.hertz_radius), 1e-2, 8).film_central
+        for far in distances
+    ]
+    assert films[0] < films[1] < films[2]
+    assert films[0] < 0.9 * full
+    assert films[2] == pytest.approx(full, rel=0.02)
+
+
+def test_too_thin_films_are_told_with_their_history():
+    """Six decades below what eight cells resolve: no number, but an error."""
+    with pytest.raises(ConvergenceError, match="too thin for its cells"):
+        entrain(SOFT, 1e-8, 8)
+
+
+def test_arguments_are_refused_all_at_once():
+    """One error lists everything; no film without viscosity."""
+    with pytest.raises(ValueError, match=r"radius .*viscosity .*meniscus"):
+        Ball(radius=-1.0, effective_modulus=1e6, viscosity=0.0, load=1.0, meniscus=0.0)
+    with pytest.raises(ValueError, match="speed must be positive"):
+        entrain(SOFT, 0.0, 8)
+    with pytest.raises(ValueError, match="what fits through"):
+        rigid_cylinder(8, inlet=2.0)
+    with pytest.raises(ValueError, match="no ball of radius"):
+        entrain(SOFT, 1e3, 8)
+
+
+def test_a_solver_that_starts_beside_itself_gives_up():
+    """Negative films: an error with a finite reason, never NaN."""
+    cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
+    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 1.0, 1.0), 1.0)
+    wild = State(np.ones(cells.shape), -100.0, np.zeros(cells.shape))
+    with pytest.raises(ConvergenceError) as caught:
+        loaded.solve(Entrainment(1.0), wild)
+    assert caught.value.history
