@@ -70,7 +70,7 @@ class LineFilm:
     shear, drag : float
         Friction of sliding at a speed difference equal to the speed, over the width q/P that the
         film of a spring stands for, and of the pressure's flow.
-    x, pressure, thickness, vapour, line_load : ndarray
+    x, pressure, thickness, vapour : ndarray
     error : float
         Largest imbalance of mass in a cell, relative, or of forces.
     """
@@ -85,7 +85,6 @@ class LineFilm:
     pressure: np.ndarray = field(repr=False)
     thickness: np.ndarray = field(repr=False)
     vapour: np.ndarray = field(repr=False)
-    line_load: np.ndarray = field(repr=False)
     error: float
 
 
@@ -291,7 +290,6 @@ class _Line:
             pressure=p * ball.load / self.length**2,
             thickness=h * unit,
             vapour=np.maximum(-state.s, 0.0),
-            line_load=q * ball.load / self.length,
             error=state.error,
         )
 

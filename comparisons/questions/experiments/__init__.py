@@ -13,6 +13,7 @@ from comparisons.questions.experiments import (
     dry_oscillator,
     elements,
     equivalent_body,
+    films,
     friction_law,
     harmonic,
     impact,
@@ -49,7 +50,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved, rolling, yielding, particles, elements),
+    *(relaxation, proved, rolling, yielding, particles, elements, films),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
     *(second_truth, stress_below),
 )

@@ -118,7 +118,7 @@ def _rolls(
 
 
 def _oiled(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:
-    table, loading = data.get("lubrication"), data["loading"] if "loading" in data else {}
+    table, loading = data.get("lubrication"), data.get("loading", {})
     squeezed = "squeeze_speed" in loading
     if "lubrication" not in data:
         if squeezed:

@@ -51,4 +51,5 @@ class Lubrication(PhysicsTable):
         oil = f"viscosity {unpadded(self.viscosity, 'Pa s')}"
         moved = "bodies that approach" if self.speed is None else "steady state at each speed"
         inlet = "flooded" if self.meniscus is None else f"from {unpadded(self.meniscus, 'm')} on"
-        return "lubricating film", f"{oil}, {inlet}, cavitation conserves mass; {moved}"
+        rupture = f"{self.cavitation.replace('_', '-')} cavitation"
+        return "lubricating film", f"{oil}, {inlet}, {rupture}; {moved}"

@@ -1,0 +1,53 @@
+"""Oil films between rigid bodies (19.8): what cells and formulas say of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.lubrication.formulas import CYLINDER, RUPTURE, sphere_film
+from reference.lubrication.line import rigid_cylinder
+from reference.lubrication.point import Ball, entrain
+
+
+def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
+    """Compare load or place of rupture with Reynolds' closed form; the bar is the coarser cells'."""
+    one_of("quantity", quantity, "load", "rupture")
+    above("cells", cells, 4)
+    fine, coarse = (rigid_cylinder(int(n)) for n in (cells, cells / 2))
+    exact = {"load": CYLINDER, "rupture": RUPTURE}[quantity]
+    value, other = (float(getattr(film, quantity)) for film in (fine, coarse))
+    uneven = float(np.ptp(fine.flow[np.abs(np.append(fine.x, np.inf)) < 30])) / float(fine.flow[1])
+    details: dict[str, float | str] = {quantity: value, "exact": exact, "oil lost": uneven}
+    return Finding(value / exact - 1, abs(value - other) / exact, details)
+
+
+def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
+    """Compare the film of half of Sommerfeld's pressure with that of film that ruptures by itself.
+
+    `cells` per reach of the pressure; zero: by the effort.
+    """
+    finest = int(cells) or (12 if effort == "quick" else 24)
+    ball = Ball(radius=1.0, effective_modulus=np.inf, viscosity=1e-6, load=1.0)
+    fine, coarse = (entrain(ball, 1e3, n).film_minimum for n in (finest, finest // 2))
+    half = sphere_film(ball.radius, ball.viscosity, 1e3, ball.load)
+    return Finding(half / fine - 1, abs(half / fine - half / coarse), {"film": fine, "half": half})
+
+
+EXPERIMENTS = (
+    experiment(
+        "film-cylinder",
+        "Film below a rigid cylinder on cells against Reynolds' closed form",
+        "cells per sqrt(2 R h0)",
+        "cells",
+        _cylinder,
+    ),
+    experiment(
+        "film-sphere",
+        "Film of a rigid sphere by half of Sommerfeld's pressure against mass-conserving cavitation",
+        "cells per sqrt(2 R h0)",
+        "cells",
+        _sphere,
+    ),
+)

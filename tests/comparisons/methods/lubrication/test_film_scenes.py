@@ -1,0 +1,111 @@
+"""Scenes with [lubrication]: what methods answer, what they refuse, what a scene must say."""
+
+import numpy as np
+import pytest
+
+from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refusal
+from comparisons.scene.scene import SceneError, load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
+from reference.lubrication.formulas import squeezed_film
+
+SOFT = {
+    "name": "film",
+    "half_space": {"effective_modulus": 1e6},
+    "indenter": {"shape": "paraboloid", "radius": 0.01},
+    "lubrication": {"viscosity": 1.0, "speed": [1e-3, 1e-2]},
+    "loading": {"force": 0.2},
+}
+SQUEEZED = SOFT | {
+    "lubrication": {"viscosity": 1.0},
+    "loading": {"force": [0.01, 0.1], "squeeze_speed": 1e-3},
+}
+
+
+def solved(tables, name, resolution):
+    """Return the curves of a method on a scene."""
+    (plan, *_) = plan_scene(load_scene(tables))
+    asked = ("film_central", "film_minimum", "lubrication_force", "friction_force")
+    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, asked)
+    return {key: curve[0] for key, curve in execute(task).quantities.items()}
+
+
+def problems(**tables):
+    """Return what is wrong with a scene."""
+    with pytest.raises(SceneError) as caught:
+        load_scene(SOFT | tables)
+    return "\n".join(caught.value.problems)
+
+
+@pytest.mark.parametrize(
+    ("lubrication", "loading", "expected"),
+    [
+        ({"viscosity": 0, "speed": 1}, {"force": 1}, "viscosity: expected a positive"),
+        ({"viscosity": 1}, {"force": 1}, "expected speed or loading.squeeze_speed, got none"),
+        (
+            {"viscosity": 1, "speed": 1},
+            {"force": 1, "squeeze_speed": 1},
+            "expected speed or loading.squeeze_speed, got both",
+        ),
+        ({"viscosity": 1, "speed": 1}, {"penetration": 1e-6}, "expected a force with"),
+        ({"viscosity": 1, "speed": [2, 1]}, {"force": 1}, "strictly increasing"),
+    ],
+)
+def test_a_scene_says_what_the_film_needs(lubrication, loading, expected):
+    """Each fault by its path: no film without viscosity, one way of moving, a load."""
+    assert expected in problems(lubrication=lubrication, loading=loading)
+
+
+def test_a_squeeze_speed_needs_oil():
+    """Without [lubrication] nothing is squeezed."""
+    dry = {k: v for k, v in SQUEEZED.items() if k != "lubrication"}
+    with pytest.raises(SceneError, match="there is no film"):
+        load_scene(dry)
+
+
+def test_the_fit_is_refused_outside_its_range():
+    """Hamrock & Dowson's speeds and loads; the rigid closed form where the film bends rubber."""
+    fast = load_scene(SOFT)
+    fit = solver_for("hamrock_dowson", fast)
+    assert isinstance(fit, Refusal)
+    assert "5e-09" in fit.reason
+    slow = load_scene(SOFT | {"lubrication": {"viscosity": 1.0, "speed": 5e-4}})
+    assert not isinstance(solver_for("hamrock_dowson", slow), Refusal)
+    assert isinstance(solver_for("closed_form", load_scene(SQUEEZED)), Refusal)
+
+
+def test_methods_without_films_say_so():
+    """Dry methods and shapes that are no paraboloids: a reason, no answer."""
+    scene = load_scene(SOFT)
+    for method in ("fem", "bem_dense"):
+        assert solver_for(method, scene) is None or isinstance(solver_for(method, scene), Refusal)
+    cone = load_scene(SOFT | {"indenter": {"shape": "cone", "slope": 0.1}})
+    refused = solver_for("bem_fft", cone)
+    assert isinstance(refused, Refusal)
+    assert "paraboloids" in refused.reason
+
+
+def test_line_and_half_space_carry_the_load():
+    """The force of the film is the load; the line's central film is within a third of the truth."""
+    scene = SOFT | {"lubrication": {"viscosity": 1.0, "speed": 1e-2}}
+    truth, line = (solved(scene, method, n) for method, n in (("bem_fft", 8), ("reduced", 64)))
+    for film in (truth, line):
+        assert film["lubrication_force"] == pytest.approx([0.2], rel=1e-8)
+        assert 0 < film["film_minimum"][0] < film["film_central"][0]
+    assert line["film_central"][0] == pytest.approx(truth["film_central"][0], rel=0.3)
+    assert line["friction_force"][0] < truth["friction_force"][0]
+
+
+def test_a_stiff_squeeze_is_the_closed_form():
+    """Closed form, half-space and the line of the rigid width agree where nothing bends."""
+    scene = SQUEEZED | {
+        "half_space": {"effective_modulus": 1e13},
+        "loading": {"force": [0.05, 0.1], "squeeze_speed": 1e-4},
+        "methods": {"reduced": {"film": "rigid"}},
+    }
+    exact = [squeezed_film(0.01, 1.0, 1e-4, load) for load in (0.05, 0.1)]
+    for method, n in (("closed_form", 1), ("bem_fft", 16), ("reduced", 64)):
+        # the cells' error on 16 of them, and the ball that ends at r = R
+        assert np.array(solved(scene, method, n)["film_minimum"]) == pytest.approx(exact, rel=4e-3)
