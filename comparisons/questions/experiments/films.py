@@ -12,7 +12,7 @@ from reference.lubrication.point import Ball, entrain
 
 
 def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
-    """Compare load or place of rupture with Reynolds' closed form; the bar is the coarser cells'."""
+    """Compare load or place of rupture with Reynolds' closed form; the bar is from coarser cells."""
     one_of("quantity", quantity, "load", "rupture")
     above("cells", cells, 4)
     fine, coarse = (rigid_cylinder(int(n)) for n in (cells, cells / 2))
@@ -45,7 +45,7 @@ EXPERIMENTS = (
     ),
     experiment(
         "film-sphere",
-        "Film of a rigid sphere by half of Sommerfeld's pressure against mass-conserving cavitation",
+        "Film of a rigid sphere by half of Sommerfeld's pressure and with mass conserved",
         "cells per sqrt(2 R h0)",
         "cells",
         _sphere,
