@@ -12,7 +12,7 @@ from reference.lubrication.point import Ball, entrain
 
 
 def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
-    """Compare load or place of rupture with Reynolds' closed form; the bar is from coarser cells."""
+    """Compare load or place of rupture with Reynolds' closed form; coarser cells give the bar."""
     one_of("quantity", quantity, "load", "rupture")
     above("cells", cells, 4)
     fine, coarse = (rigid_cylinder(int(n)) for n in (cells, cells / 2))
