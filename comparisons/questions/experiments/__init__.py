@@ -6,8 +6,10 @@ from comparisons.questions.experiments import (
     active_set,
     adhesive_face,
     adhesive_range,
+    analogies,
     asperities,
     bodies,
+    contact_ends,
     contact_statistics,
     cost,
     dry_oscillator,
@@ -31,6 +33,7 @@ from comparisons.questions.experiments import (
     ridges,
     rolling,
     rough_area,
+    rough_rubber,
     rough_slip,
     rubber_sliding,
     second_truth,
@@ -53,6 +56,7 @@ _MODULES = (
     *(relaxation, proved, rolling, yielding, particles, elements, films),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
     *(second_truth, stress_below),
+    *(contact_ends, analogies, rough_rubber),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

@@ -14,10 +14,14 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
+from reference.closed_form.persson import Persson
 from reference.closed_form.rough import GreenwoodWilliamson
 from reference.summits import summits
+from reference.surfaces import SelfAffine, amplitude_spectrum
 
 QUANTITIES = ("contact_area", "mean_gap", "stiffness")
+THEORIES = ("summits", "greenwood_williamson", "bush_gibson_thomas", "persson")
 # Surfaces whose summits are counted, on grids so much finer that their curvatures have converged.
 _SURFACES, _FACTOR = 12, 4
 
@@ -42,12 +46,47 @@ def of_surface(surface: Surface) -> GreenwoodWilliamson:
     )
 
 
+def _stated(surface: Surface, theory: str, load: float) -> dict[str, float]:
+    """Return what a theory says at F = load E* A0 h' (E* = A0 = h' = 1)."""
+    if theory == "persson":
+        persson = Persson(*_rings(surface))
+        return {
+            "contact_area": persson.area(load),
+            "mean_gap": persson.mean_gap(load),
+            "stiffness": persson.stiffness(load),
+        }
+    model: GreenwoodWilliamson | BushGibsonThomas = of_surface(surface)
+    if theory != "summits":
+        q, power = _rings(surface)
+        m0, m2, m4 = (float(np.sum(power * q**order)) for order in (0, 2, 4))
+        moments = Moments(m0, m2 / 2, 3 / 8 * m4)
+        bush = theory == "bush_gibson_thomas"
+        model = BushGibsonThomas(moments) if bush else greenwood_williamson(moments)
+    separation = model.separation(load)
+    return {
+        "contact_area": model.area(separation),
+        "mean_gap": separation,
+        "stiffness": model.stiffness(separation),
+    }
+
+
+def _rings(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
+    """Return wavenumbers of the surface's modes and what they add to the mean square height."""
+    power = amplitude_spectrum(surface.points, 1.0, SelfAffine(**surface.recipe)) ** 2
+    n = surface.points
+    q = 2 * np.pi * np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1 / n),) * 2, indexing="ij"))
+    length, place = np.unique(np.round(q, 9), return_inverse=True)
+    total = np.bincount(np.ravel(place), np.ravel(power))
+    return length[total > 0], total[total > 0]
+
+
 def _asperities(
     effort: str,
     *,
     load: float = 0.01,
     quantity: str = "contact_area",
     statement: str = "model",
+    theory: str = "summits",
     hurst: float = 0.8,
     roll_off: float = 4.0,
     shortest: float = 4.0,
@@ -57,11 +96,13 @@ def _asperities(
     """Compare the model with the surfaces, or its error with that of the line.
 
     Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
-    the line's error exceeds the model's, zero where it does not.
+    the line's error exceeds the model's, zero where it does not. Theories: Greenwood and
+    Williamson's with the surfaces' own ``"summits"``, or those that know the spectrum alone.
     """
     above("load", load, 0)
     one_of("quantity", quantity, *QUANTITIES)
     one_of("statement", statement, "model", "line_is_better")
+    one_of("theory", theory, *THEORIES)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = int(realisations) if effort == "full" else min(int(realisations), 20)
     stiffness = quantity == "stiffness"
@@ -70,13 +111,7 @@ def _asperities(
         return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
 
     true, grid_bar = truth(sample, "refined", count, effort)
-    model = of_surface(surface)
-    separation = model.separation(load)
-    stated = {
-        "contact_area": model.area(separation),
-        "mean_gap": separation,
-        "stiffness": model.stiffness(separation),
-    }[quantity]
+    stated = _stated(surface, theory, float(load))[quantity]
     error, bar = compare([stated], true, grid_bar)
     line = line_samples(surface, float(load), max(4 * count, 450))[quantity]
     of_line, bar_of_line = compare(line, true, grid_bar)
@@ -85,7 +120,6 @@ def _asperities(
         "surfaces": float(true.mean()),
         "error of the line": of_line,
         "error of the model": error,
-        "mean radius of summits times density^(1/2)": model.radius * model.density**0.5,
     }
     if statement == "model":
         return Finding(error, bar, details)
@@ -97,7 +131,7 @@ def _asperities(
 EXPERIMENTS = (
     experiment(
         "asperities",
-        "Greenwood and Williamson's model on the summits of the surfaces themselves",
+        "Asperities and Persson's theory beside the surfaces and the line",
         "load F/(E* A0 h')",
         "load",
         _asperities,

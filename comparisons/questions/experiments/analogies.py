@@ -1,0 +1,57 @@
+"""What frictionless contact says of other materials and of heat: judges and rules from outside."""
+
+from __future__ import annotations
+
+import math
+
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reference.closed_form.transverse_isotropy import TransverselyIsotropic
+from reference.halfspace.neighbours import pair_force
+
+_ROUNDING = 1e-9
+
+
+def _transverse(
+    effort: str, *, ratio: float = 2.0, shear: float = 0.4, cross: float = 0.3
+) -> Finding:
+    """Compare Elliott's E* with the answer to a wave of pressure, solved from equilibrium.
+
+    ratio : c33/c11, along the axis over across; shear : c44/c11; cross : c13/sqrt(c11 c33).
+    """
+    above("ratio", ratio, 0)
+    body = TransverselyIsotropic(1.0, cross * math.sqrt(ratio), ratio, shear)
+    stated, true = body.effective_modulus, body.modulus_of_a_wave()
+    return Finding(stated / true - 1, _ROUNDING, {"stated": stated, "of a wave": true})
+
+
+def _conductance(effort: str, *, distance: float = 2.0) -> Finding:
+    """Compare Greenwood's conductance of two round spots `distance` diameters apart with the true.
+
+    Greenwood (Brit. J. Appl. Phys. 17 (1966) 1621), n like spots: 1/C = 1/(4 k n a) + sum 1/s_ij/
+    (2 pi k n^2). By Barber's analogy (Proc. R. Soc. A 459 (2003) 53) C = 2 k/E* times the contact
+    stiffness, which is known for two punches by FFT BEM.
+    """
+    above("distance", distance, 1)
+    counts = (8, 16) if effort == "quick" else (10, 20)
+    coarse, fine = (pair_force(2 * distance, n) for n in counts)
+    stated = 1 / (1 + 1 / (math.pi * distance))
+    bar = 1.25 * abs(fine / coarse - 1)
+    return Finding(stated / fine - 1, bar, {"over separate spots": fine, "Greenwood": stated})
+
+
+EXPERIMENTS = (
+    experiment(
+        "transverse-isotropy",
+        "Elliott's modulus of transversely isotropic half-spaces against the answer to a wave",
+        "stiffness along the axis over across c33/c11",
+        "ratio",
+        _transverse,
+    ),
+    experiment(
+        "conductance",
+        "Greenwood's conductance of two spots against the stiffness of two punches",
+        "distance over diameter s/D",
+        "distance",
+        _conductance,
+    ),
+)

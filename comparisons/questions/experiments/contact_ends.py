@@ -1,0 +1,110 @@
+"""How the densities of pressure and gap start at zero, on surfaces and on lines."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.methods.normal.line_distributions import Springs, line_values
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, press
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.tasks.distributions import Stretches, histogram
+from reduced.loads import Load
+from reduced.rough import ensemble
+from reduced.rough.press import press as press_line
+
+_LINES = 60
+# Lower end over the mean on a grid 32 times finer than the surface's points, and the width of each
+# of two neighbouring intervals. Cells that the rim cuts carry what a surface has within a cell of
+# it, p ~ h^(1/2) and gap ~ h^(3/2): the interval moves with the grid.
+_WINDOWS = {"pressure": (0.08, 2.0, 0.5), "gap": (2e-4, 3.0, 1.5)}
+_FINEST = 32
+
+
+def _exponent(values: Stretches, start: float, ratio: float) -> float:
+    """Return the exponent of a density between two neighbouring intervals [s, rs], [rs, r^2 s]."""
+    bins = start * ratio ** np.arange(-1.0, 4.0)
+    density = histogram(bins, values)[1:3] / np.diff(bins)[1:3]
+    return float(np.log(density[1] / density[0]) / np.log(ratio))
+
+
+@lru_cache(maxsize=32)
+def _of_surface(surface: Surface, load: float, factor: int, number: int) -> dict[str, Stretches]:
+    operator = surface.operator(factor)
+    contacts = [press(operator, surface.heights(k, factor), load)[0] for k in range(number)]
+    pressures = np.concatenate([c.pressure[c.mask] for c in contacts])
+    gaps = np.concatenate([c.gap[~c.mask] for c in contacts])
+    values = {"pressure": pressures, "gap": np.maximum(gaps, np.finfo(float).tiny)}
+    return {name: Stretches.points(value) for name, value in values.items()}
+
+
+def _of_lines(surface: Surface, load: float) -> dict[str, Stretches]:
+    lines = ensemble.RandomLines(surface.line("rings"), 32 * surface.points, _LINES, seed=SEED)
+    drawn = lines.draw()
+    depths = press_line(drawn, 1.0, Load("force", load)).penetration[:, 0]
+    several = [
+        line_values(drawn[row], Springs(1.0, "sub_cell"), float(depth), (1.0, 1.0))
+        for row, depth in enumerate(depths)
+    ]
+    return {
+        name: Stretches(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        for name, parts in {
+            kind: [
+                (v[f"{kind}_distribution"].first, v[f"{kind}_distribution"].last, w)
+                for v in several
+                for w in [v[f"{kind}_distribution"].weight]
+            ]
+            for kind in ("pressure", "gap")
+        }.items()
+    }
+
+
+def _mean(values: Stretches) -> float:
+    inside = (np.maximum(values.first, 0) + np.maximum(values.last, 0)) / 2
+    positive = inside > 0
+    return float(np.average(inside[positive], weights=values.weight[positive]))
+
+
+def _end(
+    effort: str,
+    *,
+    load: float = 0.02,
+    quantity: str = "pressure",
+    model: str = "surface",
+    exponent: float = 1.0,
+    hurst: float = 0.8,
+) -> Finding:
+    """Measure the exponent of a density near zero; the error is that less the stated one.
+
+    Surfaces with 16 points to the shortest wave, on grids up to 32 times finer. The bar is the
+    change from grids half as fine, and the scatter of counts.
+    """
+    above("load", load, 0)
+    one_of("quantity", quantity, "pressure", "gap")
+    one_of("model", model, "surface", "line")
+    surface = Surface.of(32, hurst, 2.0, 16.0, periodic=True)
+    start, ratio, power = _WINDOWS[quantity]
+    if model == "line":
+        values = _of_lines(surface, float(load))[quantity]
+        some = [_exponent(values, share * start * _mean(values), ratio) for share in (1.0, 0.3)]
+    else:
+        finest = _FINEST if effort == "full" else _FINEST // 2
+        some = []
+        for factor in (finest, finest // 2):
+            values = _of_surface(surface, float(load), factor, 4)[quantity]
+            moved = start * (_FINEST / factor) ** power
+            some.append(_exponent(values, moved * _mean(values), ratio))
+    bar = max(abs(some[0] - some[1]), 0.05)
+    return Finding(some[0] - exponent, bar, {"exponent": some[0], "before": some[1]})
+
+
+EXPERIMENTS = (
+    experiment(
+        "contact-ends",
+        "Exponents of the densities of pressure and gap near zero",
+        "load F/(E* A0 h')",
+        "load",
+        _end,
+    ),
+)

@@ -1,0 +1,67 @@
+"""Experiments on theories of rough contact, ends of densities, and analogies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments.asperities import _rings
+from comparisons.questions.experiments.rough_ensemble import Surface
+from reference.closed_form.transverse_isotropy import TransverselyIsotropic
+
+
+def measure(name, value=None, **parameters):
+    return EXPERIMENTS[name].measure(value, "quick", **parameters)
+
+
+def test_the_rings_of_a_surface_hold_its_mean_square_gradient():
+    q, power = _rings(Surface.of(32, 0.8, 2.0, 4.0, periodic=True))
+    assert float(np.sum(q**2 * power)) == pytest.approx(1.0, rel=1e-9)
+    assert (np.diff(q) > 0).all()
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.7, 10.0])
+def test_elliott_s_modulus_is_that_of_a_wave_of_pressure(ratio):
+    """Two independent ways: a formula, and the two decaying fields of equilibrium."""
+    assert abs(measure("transverse-isotropy", ratio).error) < 1e-9
+
+
+def test_an_isotropic_body_has_its_own_modulus():
+    """E* = 4 G (lambda + G)/(lambda + 2 G); the fields of a wave coincide only in this limit."""
+    lame, shear = 0.6, 0.4
+    body = TransverselyIsotropic(lame + 2 * shear, lame, lame + 2 * shear, shear)
+    true = 4 * shear * (lame + shear) / (lame + 2 * shear)
+    assert body.effective_modulus == pytest.approx(true, rel=1e-14)
+    near = TransverselyIsotropic(lame + 2 * shear, lame, (lame + 2 * shear) * 1.0001, shear)
+    assert near.modulus_of_a_wave() == pytest.approx(true, rel=1e-4)
+    with pytest.raises(ValueError, match=r"c13\^2"):
+        TransverselyIsotropic(1.0, 2.0, 1.0, 1.0)
+
+
+def test_the_line_s_densities_start_as_constants():
+    """Pressure and gap are linear in the distance from an edge: exponents 0, to 0.1."""
+    for quantity in ("pressure", "gap"):
+        measured = measure("contact-ends", 0.02, quantity=quantity, model="line", exponent=0.0)
+        assert abs(measured.error) < 0.1
+
+
+@pytest.mark.slow
+def test_the_surface_s_densities_start_as_the_edges_of_contacts_say():
+    for quantity, exponent, width in (("pressure", 1.0, 0.35), ("gap", -1 / 3, 0.05)):
+        measured = EXPERIMENTS["contact-ends"].measure(
+            0.02, "full", quantity=quantity, exponent=exponent
+        )
+        assert abs(measured.error) < width
+
+
+@pytest.mark.slow
+def test_greenwood_s_spots_that_nearly_touch_conduct_too_well():
+    """He takes the far field of each spot for its mean over the other: 0.6 % at 1.2 diameters."""
+    assert measure("conductance", 1.2).error == pytest.approx(0.0062, abs=5e-4)
+
+
+def test_unknown_theories_are_refused():
+    with pytest.raises(InputError, match="theory"):
+        measure("asperities", 0.01, theory="archard")
