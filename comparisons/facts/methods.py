@@ -30,8 +30,6 @@ class Method:
         A closed form, without discretisation.
     grid : bool
         A half-space on a grid of cells; two such methods have the same error on the same grid.
-    mesh : bool
-        Finite elements, whose bars under single bodies were calibrated.
     growth : float
         Factor of the work when the resolution doubles: N^2 log N and more iterations for grids,
         N^5 for meshes, N^6 for dense matrices.
@@ -51,7 +49,6 @@ class Method:
     preference: float = math.inf
     exact: bool = False
     grid: bool = False
-    mesh: bool = False
     growth: float = 6.0
     origin: Literal["own", "peer", "outside"] = "own"
     isolated: bool = False
@@ -74,7 +71,7 @@ BUILT_IN: dict[str, Method] = {
     "reduced": Method("reduced model", dimension=1),
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0),
     "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7),
-    "fem": Method("FEM", preference=2, mesh=True, growth=40.0),
+    "fem": Method("FEM", preference=2, growth=40.0),
     "mca": Method("cellular automata", preference=4, growth=16.0, on_request=True),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),

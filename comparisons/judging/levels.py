@@ -10,7 +10,7 @@ from comparisons.facts.methods import GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
 from comparisons.judging.uncertainty import (
-    SINGLE,
+    SHARE_RULE,
     Calibrated,
     combined,
     grid_uncertainty,
@@ -143,8 +143,9 @@ class Levels:
     def _calibrated(self, name: str) -> Calibrated | None:
         """Return as what the share of a quantity's error was measured, None if it was not."""
         row, contact = METHODS[self.method], self._contact
-        if contact == "single" and name in SINGLE and (row.grid or row.mesh):
-            return name, "cells" if row.grid else "elements"
+        if contact == "single":
+            cells: Calibrated = (name, "cells")
+            return cells if row.grid and SHARE_RULE.covers(cells) else None
         if contact == "free" or (contact == "periodic" and row.grid):
             return (name, contact) if row.dimension == 3 else None
         # of elements under periodic surfaces the wider share holds

@@ -40,19 +40,11 @@ class Rule:
     floor: float = 0.5
 
 
-# A quantity, and of what: a "free" or "periodic" rough surface, a single contact on "cells"
-# of a grid or by finite "elements".
-Kind = Literal["free", "periodic", "cells", "elements"]
+# A quantity, and of what: a "free" or "periodic" rough surface, or a single contact on "cells".
+Kind = Literal["free", "periodic", "cells"]
 Calibrated = tuple[str, Kind]
-# Quantities of single contacts whose share was measured (of radii: that of the area).
-SINGLE = (
-    "force",
-    "penetration",
-    "contact_area",
-    "stiffness",
-    "contact_radius",
-    "equivalent_radius",
-)
+# Radii of single contacts, whose share is that of the area.
+RADII = ("contact_radius", "equivalent_radius")
 
 
 @dataclass(frozen=True)
@@ -67,15 +59,14 @@ class ShareRule:
     Attributes
     ----------
     factors : tuple
-        (quantity, "free" or "periodic") and factor; others have the largest.
-    single : tuple
-        "cells" or "elements" and the factor of all quantities: a factor for each quantity covers
-        the fitting half more narrowly, and the other half less often.
+        (quantity, kind) and factor. Other quantities of rough surfaces have the largest; of single
+        contacts none: stiffness jumps with every cell that comes in.
     two : float
         What it is multiplied by where there are two grids only: their change may be small by
         chance, and no other tells.
-    floor : float
-        As in `Rule`.
+    floor, single_floor : float
+        As in `Rule`, of rough surfaces and of single contacts: there single steps are right by
+        chance more often, and references that agree must not seem to differ at one.
 
     Fixed by `comparisons.questions.shares` on the fitting halves.
     """
@@ -89,16 +80,32 @@ class ShareRule:
         (("mean_gap", "periodic"), 0.22),
         (("stiffness", "free"), 1.21),
         (("stiffness", "periodic"), 0.66),
+        (("force", "cells"), 0.55),
+        (("penetration", "cells"), 0.56),
+        (("contact_area", "cells"), 1.02),
     )
-    single: tuple[tuple[Kind, float], ...] = (("cells", 0.66), ("elements", 0.21))
     two: float = 1.4
     floor: float = 0.5
+    single_floor: float = 1.0
+
+    def least(self, kind: Kind) -> float:
+        """Return what share of the median change a step's own counts at least."""
+        return self.single_floor if kind == "cells" else self.floor
+
+    def covers(self, quantity: Calibrated) -> bool:
+        """Whether the quantity's share was measured, or that of its like is taken."""
+        return quantity[1] != "cells" or self._known(quantity) is not None
 
     def factor(self, quantity: Calibrated, grids: int = 3) -> float:
         """Return the factor of a quantity that so many grids know."""
-        known = {**dict(self.factors), **{(quantity[0], kind): f for kind, f in self.single}}
-        own = known.get(quantity, max(factor for _, factor in self.factors))
+        own = self._known(quantity)
+        if own is None:
+            own = max(factor for _, factor in self.factors)
         return own if grids > 2 else self.two * own
+
+    def _known(self, quantity: Calibrated) -> float | None:
+        name, kind = quantity
+        return dict(self.factors).get(("contact_area" if name in RADII else name, kind))
 
 
 # Orders between which an observed one is looked for.
@@ -199,7 +206,7 @@ def share_uncertainty(
     if len(changes) > 1:
         # a change that is small by chance: second order at best follows the one before
         change = np.fmax(change, changes[-2] / ratio**2)
-    change = np.fmax(change, rule.floor * _typical(change))
+    change = np.fmax(change, rule.least(quantity[1]) * _typical(change))
     bar = rule.factor(quantity, len(curves)) * change / (ratio - 1)
     return np.where(np.isfinite(curves[-1]), bar, np.nan)
 

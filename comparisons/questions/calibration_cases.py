@@ -10,7 +10,14 @@ import numpy as np
 import pandas as pd
 
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.uncertainty import SHARE_RULE, Kind, ShareRule, combined, share_uncertainty
+from comparisons.judging.uncertainty import (
+    SHARE_RULE,
+    Kind,
+    ShareRule,
+    combined,
+    grid_uncertainty,
+    share_uncertainty,
+)
 
 
 @dataclass(frozen=True)
@@ -28,7 +35,7 @@ class Case:
     method: str
     control: str
     quantity: str
-    kind: Kind
+    kind: Kind | None
     resolutions: tuple[int, ...]
     errors: np.ndarray
     curves: np.ndarray
@@ -44,8 +51,11 @@ class Case:
     @cached_property
     def bars(self) -> np.ndarray:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
-        levels, quantity = np.array(self.resolutions), (self.quantity, self.kind)
-        grid = share_uncertainty(levels, self.curves, quantity, self.rule)
+        levels = np.array(self.resolutions)
+        if self.kind is not None and self.rule.covers((self.quantity, self.kind)):
+            grid = share_uncertainty(levels, self.curves, (self.quantity, self.kind), self.rule)
+        else:
+            grid = grid_uncertainty(levels, self.curves)
         return combined(grid, self.bars_beside_grid)
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.judging.uncertainty import SHARE_RULE
+from comparisons.judging.uncertainty import RULE, SHARE_RULE
 from comparisons.questions import rough_calibration
 from comparisons.questions.calibration import (
     FITTING,
@@ -65,6 +65,15 @@ def test_the_fit_takes_the_smallest_share_that_covers():
     assert fitted_rule([case(1.0, 0.1)]) == SHARE_RULE  # the reported half has no say
 
 
+def test_stiffness_on_cells_and_elements_keep_the_grid_convergence_index():
+    """Second order, trusted to 1.25: 1.25 (4 - 1)/(2^1.25 - 1) times the error, 2.7; shares 1.65."""
+    base = case(2.0, 0.01)
+    for other in (replace(base, quantity="stiffness"), replace(base, kind=None)):
+        expected = RULE.safe * 3 / (2**RULE.highest - 1)
+        assert other.bar / other.error == pytest.approx(expected, rel=1e-2)
+    assert base.bar / base.error < 2
+
+
 def test_one_shape_at_coarse_grids_is_covered():
     """The cylinder, solved: a staircase on a grid converges in jumps, and its bars cover them."""
     asked = shape_cases("reported", "cylinder", REPORTED["cylinder"], {"bem_fft": ((8, 11, 16),)})
@@ -81,7 +90,7 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 
 @pytest.mark.slow
-def test_the_bars_cover_95_percent_of_the_reported_half_and_not_four_times_too_wide(
+def test_the_bars_cover_95_percent_of_the_reported_half_and_not_six_times_too_wide(
     tmp_path, monkeypatch
 ):
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
@@ -97,11 +106,11 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_not_four_times_too_w
     reported = summary(part for part in single if part.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
-    assert reported.width <= 3.5
-    fitted = dict(fitted_rule(single).single)
-    assert fitted == pytest.approx(
-        dict(SHARE_RULE.single), rel=0.1
-    )  # another processor, other jumps
+    assert reported.width <= 6
+    fitted = dict(fitted_rule(single).factors)
+    for quantity in ("force", "penetration", "contact_area"):  # another processor, other jumps
+        known = SHARE_RULE.factor((quantity, "cells"))
+        assert fitted[quantity, "cells"] == pytest.approx(known, rel=0.1)
     missed = [part for part in single if part.missed]
     assert missed == []
     assert summary(part for part in result if part.rough).coverage >= 0.9
