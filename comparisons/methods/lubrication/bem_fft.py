@@ -31,7 +31,7 @@ class GridFilm(Solver[IndenterGeometry]):
         """Films are of second order, known to a few percent on 8 cells per l."""
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 24, 64))
         finest -= finest % 4
-        return finest // 4, finest // 2, finest
+        return finest // 2, 3 * finest // 4, finest
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the domain."""
