@@ -66,7 +66,7 @@ def test_the_fit_takes_the_smallest_share_that_covers():
 
 
 def test_stiffness_on_cells_and_elements_keep_the_grid_convergence_index():
-    """Second order, trusted to 1.25: 1.25 (4 - 1)/(2^1.25 - 1) times the error, 2.7; shares 1.65."""
+    """Second order, trusted to 1.25: 1.25 (4 - 1)/(2^1.25 - 1) = 2.7 times the error."""
     base = case(2.0, 0.01)
     for other in (replace(base, quantity="stiffness"), replace(base, kind=None)):
         expected = RULE.safe * 3 / (2**RULE.highest - 1)
