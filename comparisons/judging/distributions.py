@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS
@@ -118,15 +119,20 @@ class TrueDistribution:
     def scatter(self, levels: Levels) -> float:
         """Return the 95 % half-width of a mean over surfaces or lines; zero of a single one.
 
-        The halves of a sample are twice a standard error of the whole apart, on average.
+        The jackknife: the mean moves by its distance to that without one of the sample.
         """
         coarsest = next(s for s in levels.solutions.values() if self.name in s.distributions)
         if len(coarsest.distributions[self.name]) == 1:
             return 0.0
-        first, second = (
-            last_histogram(coarsest, self.name, slice(start, None, 2)) for start in (0, 1)
-        )
-        return distance(first, second, self.bins)
+        rows = coarsest.distributions[self.name]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        count = len(rows)
+        if count < 2:
+            return float("nan")
+        mean = rows.mean(axis=0)
+        moves = [distance((count * mean - row) / (count - 1), mean, self.bins) for row in rows]
+        error = np.sqrt((count - 1) / count * np.square(moves).sum())
+        return float(stats.t.ppf(0.975, count - 1) * error)
 
     def compared(self, levels: Levels, resolution: int) -> tuple[float, float]:
         """Return how far a method's distribution is from it, and the bar of that."""

@@ -37,7 +37,9 @@ class Verification:
     ----------
     bars : int
         Known bars that have an interval beside them: of each reference, quantity and load step.
-    missed : tuple of str
+    missed : int
+        How many of them do not reach the interval.
+    sentences : tuple of str
         A sentence for each reference and quantity whose bar does not reach the interval.
     width : float
         Largest relative width of the intervals.
@@ -46,7 +48,8 @@ class Verification:
     """
 
     bars: int
-    missed: tuple[str, ...]
+    missed: int
+    sentences: tuple[str, ...]
     width: float
     seconds: float
     truth_seconds: float
@@ -55,7 +58,7 @@ class Verification:
         """Return it as a record keeps it."""
         return {
             "bars": self.bars,
-            "missed": len(self.missed),
+            "missed": self.missed,
             "width": self.width,
             "seconds": self.seconds,
             "truth_seconds": self.truth_seconds,
@@ -101,13 +104,14 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
     A bar that does not reach its interval is too narrow by a theorem, not by another estimate. An
     unknown bar misses nothing and is not counted.
     """
-    bars, missed = 0, []
+    bars, missed, sentences = 0, 0, []
     for reference in (truth, *truth.checks):
         for name, bar, beyond in _held(reference, sides):
             bars += int(np.isfinite(bar).sum())
+            missed += int((beyond > 0).sum())
             if np.nanmax(beyond, initial=0.0) > 0:
                 step = int(np.nanargmax(beyond))
-                missed.append(
+                sentences.append(
                     f"The bar of {reference.label} in {quantity(name).label} misses the proved "
                     f"interval by {relative(beyond[step])} at load step {step + 1}."
                 )
@@ -116,7 +120,8 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
         for name, upper in sides.items()
         if name.endswith("_upper")
     ]
-    return Verification(bars, tuple(missed), float(max(widths)), seconds, truth.solution.seconds)
+    taken = seconds, truth.solution.seconds
+    return Verification(bars, missed, tuple(sentences), float(max(widths)), *taken)
 
 
 def _held(

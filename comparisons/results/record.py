@@ -53,7 +53,7 @@ def record_scene(
         answer="",
         disagreements=(
             *(() if truth is None else truth.disagreements(quantities)),
-            *(() if verification is None else verification.missed),
+            *(() if verification is None else verification.sentences),
         ),
         rows=result.rows,
         measures=result.measures,

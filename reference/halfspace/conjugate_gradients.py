@@ -309,6 +309,8 @@ def _violation(displacement, pressure, gap, unilateral, depth):
     for k in range(gap.size):
         if gap[k] < np.inf:
             clearance = displacement[k] + gap[k] - depth
+            if not abs(clearance) < np.inf:
+                return np.inf  # a comparison with NaN would pass over it
             if not unilateral or pressure[k] > 0:
                 worst = max(worst, abs(clearance))
             else:

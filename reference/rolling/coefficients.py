@@ -78,7 +78,7 @@ def creep_coefficients(
     axis_ratio : float
         a/b, a the semi-axis along which the contact rolls.
     cells : tuple of int
-        Strips on half the width, and cells on each; two grids at least, ascending.
+        Strips on half the width, and cells on each; three grids at least, ascending.
 
     Raises
     ------
@@ -91,7 +91,10 @@ def creep_coefficients(
     >>> bool(abs(circle.limit[0] / 4.12 - 1) < 0.005)
     True
     """
-    refuse(poisson_faults(poisson_ratio) + positive_faults(axis_ratio=axis_ratio))
+    faults = poisson_faults(poisson_ratio) + positive_faults(axis_ratio=axis_ratio)
+    if len(cells) < 3 or list(cells) != sorted(set(cells)) or cells[0] < 1:
+        faults.append(f"cells must be three ascending numbers at least, not {cells!r}")
+    refuse(faults)
     compliance = Compliance.of(1.0, poisson_ratio)
     values = [_Strips(axis_ratio, count).coefficients(compliance) for count in cells]
     return CreepCoefficients.of(cells, np.array(values))

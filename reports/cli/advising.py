@@ -6,7 +6,6 @@ import json
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.geometry.prepare import prepare
 from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
@@ -21,7 +20,7 @@ NOTHING = "no claim has measured such a scene"
 
 def known_of(plan: Plan) -> list[Nearest]:
     """Return what claims have measured nearest to the scene of a plan."""
-    return nearest(plan.scene, *prepare(plan.scene))
+    return nearest(plan.scene, plan.geometry, plan.loads)
 
 
 def print_known(plans: list[Plan], as_json: bool) -> int:

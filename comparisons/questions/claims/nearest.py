@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.judging.verdicts import WORST_FIRST, judged
+from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.scene.indenters import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
@@ -80,6 +80,11 @@ class Nearest:
     word: str
 
     @property
+    def worst(self) -> float:
+        """The largest error that the measurement leaves possible, |e| + u."""
+        return self.error + self.uncertainty
+
+    @property
     def beyond(self) -> bool:
         """Whether the scene lies outside of what was measured."""
         low, high = self.measured.ends
@@ -91,7 +96,7 @@ class Nearest:
         low, high = (f"{value:.3g}" for value in self.here)
         here, there = low if low == high else f"{low} to {high}", f"{self.there:.3g}"
         beside = f", here {here}" if here != there else ""
-        far = ", in part beyond all that was measured" if self.beyond else ""
+        far = ", beyond all that was measured" if self.beyond else ""
         return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
 
     @property
@@ -113,8 +118,11 @@ class Nearest:
 def nearest(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[Nearest]:
     """Return, for each compared quantity that a claim has measured on such scenes, what it found.
 
-    Where several claims have measured a quantity, the one that says worst decides.
+    Where several claims have measured a quantity, the one that says worst decides. None was
+    measured on layers or by another rule than that of the transform.
     """
+    if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
+        return []
     answers: dict[str, Nearest] = {}
     for claim, quantities in _concerned(scene).items():
         record = measured().get(claim)
@@ -123,7 +131,7 @@ def nearest(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[Near
             continue
         for name in quantities:
             answer = _decided(name, record, here, scene.compare.tolerance)
-            if name not in answers or answer.error > answers[name].error:
+            if name not in answers or answer.worst > answers[name].worst:
                 answers[name] = answer
     return [answers[name] for name in scene.compare.quantities if name in answers]
 
@@ -190,14 +198,22 @@ def _concerned(scene: Scene) -> dict[str, tuple[str, ...]]:
 
 
 def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Nearest:
-    """Return the worst point among those that the scene covers, or else the nearest one."""
+    """Return the worst point among those that the scene covers, and their neighbours.
+
+    The next points on either side count, too: between an exact end, as a ratio of one, and a point
+    that is not, nothing is exact. Beyond all that was measured nothing is known to be within.
+    """
     low, high = (record.along(end) for end in here)
     places = np.array([record.along(value) for value, _, _ in record.points])
-    distance = np.maximum(np.maximum(low - places, places - high), 0.0)
-    near = [point for point, d in zip(record.points, distance, strict=True) if d <= distance.min()]
+    slack = SAME * np.ptp(places)
+    first = places[places <= low + slack].max(initial=places.min())
+    last = places[places >= high - slack].min(initial=places.max())
+    if first > last:
+        first = last = places.min() if high < places.min() else places.max()
+    near = [p for p, at in zip(record.points, places, strict=True) if first <= at <= last]
     there, error, bar = max(near, key=lambda point: point[1] + point[2])
-    word = judged(error, bar, tolerance).word
-    return Nearest(name, record, here, there, error, bar, word)
+    answer = Nearest(name, record, here, there, error, bar, judged(error, bar, tolerance).word)
+    return replace(answer, word=NOT_RESOLVED) if answer.beyond and answer.word == WITHIN else answer
 
 
 # --- where scenes stand ----------------------------------------------------------------------
@@ -255,11 +271,11 @@ def _depth(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | 
     return float(np.min(depths)), float(np.max(depths))
 
 
-def _rough_load(*, periodic: bool | None) -> Place:
+def _rough_load(*, periodic: bool) -> Place:
     def place(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
         if not isinstance(geometry, RoughGeometry) or scene.physics or loads.control != "force":
             return None
-        if periodic is not None and geometry.periodic != periodic:
+        if geometry.periodic != periodic:
             return None
         unit = scene.effective_modulus * geometry.area * geometry.rms_slope
         return float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
@@ -298,9 +314,9 @@ PLACES: dict[str, tuple[tuple[str, ...], Place]] = {
     "transform-sphere": (("force", "contact_area", "stiffness"), _depth),
     "rough-area": (("contact_area",), _rough_load(periodic=False)),
     "rough-area-periodic": (("contact_area",), _rough_load(periodic=True)),
-    "rough-penetration": (("penetration",), _rough_load(periodic=None)),
-    "rough-mean-gap": (("mean_gap",), _rough_load(periodic=None)),
-    "rough-stiffness": (("stiffness",), _rough_load(periodic=None)),
+    "rough-penetration": (("penetration",), _rough_load(periodic=False)),
+    "rough-mean-gap": (("mean_gap",), _rough_load(periodic=False)),
+    "rough-stiffness": (("stiffness",), _rough_load(periodic=False)),
     "partial-slip-rigid": (("tangential_displacement",), _poisson),
     "adhesion-range": (("pull_off_force",), _maugis),
 }
