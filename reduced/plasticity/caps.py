@@ -28,7 +28,8 @@ from reduced.profiles.section import Profile
 
 Reading = Literal["stress", "elastic_root", "none"]
 READINGS: tuple[Reading, ...] = ("stress", "elastic_root", "none")
-# H/Y of full yield under a ball (Jackson & Green 2005); 2.8 by Tabor (1951).
+# H/Y of full yield: 2.8 under a rigid ball by Tabor (1951), 2.84 between a deformable ball and a
+# rigid flat while a << R (Jackson & Green 2005).
 HARDNESS = 2.84
 _BISECTIONS = 200
 
@@ -134,9 +135,12 @@ class YieldingSprings:
             elastic = self.elastic(depth, lost)
             lost = np.where(elastic > 0, np.maximum(lost, depth - self.gap - elastic), lost)
             force = float(2 * self.modulus * self.spacing * elastic.sum())
-            left = float((self.gap + lost).min()) if lost.any() else 0.0
-            rows.append((depth, force, self._edge(depth, lost), left))
+            rows.append((depth, force, self._edge(depth, lost), self._left(lost)))
         return Yielded(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def _left(self, lost: np.ndarray) -> float:
+        """Return the penetration at which the contact is lost: on virgin springs that of touch."""
+        return float((self.gap + lost).min()) if lost.any() else 0.0
 
     def _edge(self, depth: float, lost: np.ndarray) -> float:
         """Return half the length in contact; springs let go from the rim inwards."""
@@ -153,7 +157,7 @@ class YieldingSprings:
 
     def _depth(self, force: float, lost: np.ndarray) -> float:
         """Return the penetration at a force, by bisection: the force rises with it."""
-        low, high = float((self.gap + lost).min()), float(self.gap[-1])
+        low, high = self._left(lost), float(self.gap[-1])
         if force == 0:
             return low
         step = max(high - low, float(self.gap[-1]))

@@ -1,5 +1,8 @@
 """Springs of an elastic-perfectly plastic ball by Zunker & Kamrin (2024, J. Mech. Phys. Solids).
 
+Their particle is itself deformable and pressed by rigid flats: a rigid ball in a half-space only
+while a << R (Jackson & Kogut 2006).
+
 Until the mean pressure of Hertz's contact reaches p_Y the ball is Hertz's. Beyond, the pressure is
 uniform, p_Y, whose springs carry q = 2 p_Y sqrt(a^2 - x^2) per length; the area goes on with the
 slope 2 pi R of a rigid-plastic ball; and unloading is elastic, of an ellipse of the depth
@@ -45,7 +48,7 @@ class ZunkerKamrin:
             )
         )
         self.radius, self.modulus, self.yield_stress = radius, effective_modulus, yield_stress
-        self._sphere = sphere
+        self._sphere, self._reach = sphere, radius if sphere else np.inf
         self.yields_at = self._first_yield()
 
     def pressure(self, deepest: float) -> float:
@@ -63,7 +66,17 @@ class ZunkerKamrin:
         raise ConvergenceError("the mean pressure never reaches that of full yield")
 
     def widest(self, deepest: float) -> float:
-        """Return the contact radius at a largest penetration."""
+        """Return the contact radius at a largest penetration.
+
+        Raises
+        ------
+        ValueError
+            If a sphere is in deeper than its radius, where its overlap would shrink.
+        """
+        if self._sphere and deepest > self.radius:
+            raise ValueError(
+                f"a sphere of radius {self.radius:g} cannot go in deeper than that: {deepest:g}"
+            )
         if deepest <= self.yields_at:
             return float(np.sqrt(self.radius * max(deepest, 0.0)))
         square = 2 * deepest * self.radius - self.yields_at * self.radius
@@ -99,7 +112,8 @@ class ZunkerKamrin:
         Raises
         ------
         ValueError
-            If a force is negative or the control is another one.
+            If a force is negative or too large for a sphere, if a sphere is in deeper than its
+            radius, or if the control is another one.
         """
         control = path.one_of("penetration", "force")
         if control == "force" and (path.values < 0).any():
@@ -114,11 +128,13 @@ class ZunkerKamrin:
     def _depth(self, force: float, deepest: float) -> float:
         """Return the penetration at a force, by bisection."""
         low = self.at(deepest, deepest)[2]
-        high = max(deepest, self.yields_at)
+        high = max(deepest, min(self.yields_at, self._reach))
         for _ in range(_ROUNDS):
             if self.at(high, max(deepest, high))[0] >= force:
                 break
-            high *= 2
+            if high == self._reach:
+                raise ValueError(f"a sphere in as deep as its radius carries less than {force:g}")
+            high = min(2 * high, self._reach)
         else:
             raise ConvergenceError("the ball never carries this force")
         for _ in range(_ROUNDS):

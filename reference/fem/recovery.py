@@ -89,6 +89,8 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
 def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return ``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
+    Those of an axisymmetric body have one shear stress (..., 4): rr, zz, tt, rz.
+
     Examples
     --------
     >>> float(von_mises(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))

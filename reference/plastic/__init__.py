@@ -1,7 +1,15 @@
 """Elastic-plastic half-spaces below rigid round indenters: J2 finite elements, axisymmetric."""
 
 from reference.plastic.indentation import Indentation, State
-from reference.plastic.materials import PlasticMaterial, yield_pressure
+from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure
 from reference.plastic.path import Moment, Walk
 
-__all__ = ["Indentation", "Moment", "PlasticMaterial", "State", "Walk", "yield_pressure"]
+__all__ = [
+    "Indentation",
+    "Moment",
+    "PlasticMaterial",
+    "State",
+    "Walk",
+    "yield_depth",
+    "yield_pressure",
+]

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
+from reference.fem.recovery import von_mises
 from reference.plastic.indentation import Indentation
-from reference.plastic.materials import PlasticMaterial, mises
+from reference.plastic.materials import PlasticMaterial
 
 Array = NDArray[np.float64]
 
@@ -50,7 +51,7 @@ def first_yield(
         length = contact_radius(depth)
         body = Indentation(elastic, lambda r: shape(r * length) / length, per_radius=per_radius)
         state = body.press(body.virgin, depth / length)
-        return float(np.log(mises(state.stress).max() * modulus / material.yield_stress))
+        return float(np.log(von_mises(state.stress).max() * modulus / material.yield_stress))
 
     here, value, slope = float(np.log(start)), excess(start), 0.5
     for _ in range(_ROUNDS):

@@ -1,6 +1,8 @@
-"""Fits of finite-element results for a rigid ball and an elastic-plastic half-space.
+"""Fits of finite-element results for a deformable ball that a rigid flat flattens.
 
-Both are functions of w = d/d_c, d_c the penetration at first yield as their authors compute it.
+That is another problem than a rigid ball in a half-space: both agree only while a << R (Jackson &
+Kogut 2006, J. Tribol. 128, 209), beyond first yield they part as the contact grows. Both fits are
+functions of w = d/d_c, d_c the penetration at first yield as their authors compute it.
 """
 
 from __future__ import annotations
@@ -11,12 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.plastic.materials import yield_depth
+
 Array = NDArray[np.float64]
+
+_FLATTENED = "fit for a deformable ball under a rigid flat: a dented half-space while a << R"
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball of radius R on a half-space: E*, nu and the yield stress Y."""
+    """Radius R, E*, nu and Y: of the ball that is flattened, while a << R of the body it dents."""
 
     radius: float
     effective_modulus: float
@@ -40,6 +46,7 @@ class Fit:
     largest : float
         w up to which it was fitted.
     source : str
+        The paper, and what it has computed.
     """
 
     ball: Ball
@@ -53,7 +60,7 @@ class Fit:
     @property
     def yields_at(self) -> float:
         """d_c = (pi p0/(2 E*))^2 R."""
-        return yield_depth(self.ball, self.pressure)
+        return yield_depth(self.ball.radius, self.ball.effective_modulus, self.pressure)
 
     @property
     def force_unit(self) -> float:
@@ -67,15 +74,10 @@ class Fit:
         return float(np.pi * self.ball.radius * self.yields_at)
 
 
-def yield_depth(ball: Ball, pressure: float) -> float:
-    """Return the penetration at which Hertz's contact has a pressure p0."""
-    return float((np.pi * pressure / (2 * ball.effective_modulus)) ** 2 * ball.radius)
-
-
 def kogut_etsion(ball: Ball) -> Fit:
     """Kogut & Etsion (2002), 1 <= w <= 110; unloading by Etsion, Kligerman & Kadin (2005).
 
-    p0 at first yield K H, K = 0.454 + 0.41 nu, H = 2.8 Y. Below w = 1 Hertz.
+    p0 at first yield K H, K = 0.454 + 0.41 nu, H = 2.8 Y (Tabor 1951). Below w = 1 Hertz.
 
     Examples
     --------
@@ -96,7 +98,7 @@ def kogut_etsion(ball: Ball) -> Fit:
         return w * (1 - beyond**-0.28) * (1 - beyond**-0.69)
 
     pressure = (0.454 + 0.41 * ball.poisson_ratio) * 2.8 * ball.yield_stress
-    return Fit(ball, pressure, force, area, residual, 110.0, "Kogut & Etsion 2002")
+    return Fit(ball, pressure, force, area, residual, 110.0, f"Kogut & Etsion 2002, {_FLATTENED}")
 
 
 def jackson_green(ball: Ball) -> Fit:
@@ -115,7 +117,7 @@ def jackson_green(ball: Ball) -> Fit:
     pressure = float(factor * ball.yield_stress)
     strain = ball.yield_stress / ball.effective_modulus
     power = 0.14 * np.exp(23 * strain)
-    depth = yield_depth(ball, pressure)
+    depth = yield_depth(ball.radius, ball.effective_modulus, pressure)
 
     def area(w: Array) -> Array:
         return np.where(w <= 1.9, w, w * (np.maximum(w, 1.9) / 1.9) ** power)
@@ -130,4 +132,4 @@ def jackson_green(ball: Ball) -> Fit:
     w = np.geomspace(1.0, 1e8, 4001)
     fitted = area(w) * depth / ball.radius <= 0.41**2
     largest = float(w[fitted][-1]) if fitted.any() else 0.0
-    return Fit(ball, pressure, force, area, None, largest, "Jackson & Green 2005")
+    return Fit(ball, pressure, force, area, None, largest, f"Jackson & Green 2005, {_FLATTENED}")

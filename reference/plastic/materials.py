@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import choice_faults, poisson_faults, refuse
+from reference.errors import ConvergenceError
 from reference.fem.elasticity import Material
 
 Array = NDArray[np.float64]
@@ -149,19 +150,6 @@ def respond(material: PlasticMaterial, strain: Array, old: Points, *, tangent: b
     return Response(stress, points, matrix + bulk * np.outer(_TRACE, _TRACE))
 
 
-def mises(stress: Array) -> Array:
-    """Return von Mises' equivalent of stresses (..., 4).
-
-    Examples
-    --------
-    >>> float(mises(np.array([0.0, -2.0, 0.0, 0.0])))
-    2.0
-    """
-    deviator = stress - np.where(_TRACE > 0, stress[..., :3].mean(-1, keepdims=True), 0.0)
-    square = (deviator[..., :3] ** 2).sum(-1) + 2 * deviator[..., 3] ** 2
-    return np.sqrt(1.5 * square)
-
-
 def _plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Array:
     """Return the plastic strain that brings the trial stress back to the flow stress."""
     more = np.zeros(trial.shape)
@@ -175,17 +163,20 @@ def _plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Arr
         excess = trial - 3 * shear * step - flow
         step = np.maximum(step + excess / (3 * shear + slope), 0.0)
         if np.abs(excess).max() <= 1e-13 * trial.max():
-            break
-    more[active] = step
-    return more
+            more[active] = step
+            return more
+    raise ConvergenceError("the plastic strain of a point is not found", [float(excess.max())])
 
 
 def yield_pressure(poisson_ratio: float) -> float:
     """Return p0/Y at which a circular Hertzian contact first yields, by von Mises.
 
-    On the axis at depth z a the stresses below the pressure p0 are sigma_z = -p0/(1 + z^2) and
+    The larger of two stresses counts. On the axis at depth z a the stresses below the pressure p0
+    are sigma_z = -p0/(1 + z^2) and
     sigma_r = -p0 [(1 + nu)(1 - z atan(1/z)) - 1/(2 (1 + z^2))] (Johnson 1985, eq. 3.45); the
-    largest difference of both lies at z = 0.48 for nu = 0.3.
+    largest difference of both lies at z = 0.48 for nu = 0.3. At the edge there is pure shear,
+    sigma_r = -sigma_t = (1 - 2 nu) p0/3, von Mises' (1 - 2 nu)/sqrt(3) p0: the larger one below
+    nu = -0.4.
 
     Raises
     ------
@@ -204,4 +195,18 @@ def yield_pressure(poisson_ratio: float) -> float:
     top = int(np.clip(np.argmax(difference), 1, depth.size - 2))
     low, mid, high = difference[top - 1 : top + 2]
     peak = mid - (high - low) ** 2 / (8 * (high - 2 * mid + low))
-    return float(1 / peak)
+    edge = (1 - 2 * poisson_ratio) / np.sqrt(3)
+    return float(1 / max(peak, edge))
+
+
+def yield_depth(radius: float, effective_modulus: float, pressure: float) -> float:
+    """Return the penetration of a ball whose Hertzian contact has a largest pressure p0.
+
+    d = (pi p0/(2 E*))^2 R; with p0 of first yield (`yield_pressure`), that of first yield.
+
+    Examples
+    --------
+    >>> round(yield_depth(2.0, np.pi / 2, 0.1), 12)
+    0.02
+    """
+    return float((np.pi * pressure / (2 * effective_modulus)) ** 2 * radius)

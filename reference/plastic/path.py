@@ -16,8 +16,7 @@ from reference.plastic.materials import PlasticMaterial
 Array = NDArray[np.float64]
 
 # A rising load goes in steps in which a contact grows by a quarter of an element over its last
-# part; what lies before is soon forgotten, and goes by factors. Measured under a ball at d/d_y = 60
-# (docs/plasticity.md): 1.4 and 2 for this pair err by 0.02 % of the force.
+# part, the factor _FINE; what lies before is soon forgotten, and goes by _COARSE from 1/_FIRST.
 _FINE, _COARSE, _FIRST = 2.0, 2.0, 32.0
 _GROWTH = 0.25
 # Steps of a stretch that falls.

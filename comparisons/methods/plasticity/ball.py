@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.indenters import Indenter
 from comparisons.scene.physics.tables.plasticity import Plasticity
 from comparisons.scene.scene import Scene
-from reference.plastic.materials import yield_pressure
+from reference.plastic.materials import yield_depth, yield_pressure
 
 PHYSICS = frozenset({"plasticity"})
 ONLY_INDENTERS = "for single indenters on a plane"
@@ -41,12 +39,12 @@ def radius_of(indenter: Indenter) -> float:
     return float(indenter.parameters["radius"])
 
 
-def yield_depth(scene: Scene, radius: float) -> float:
+def depth_of_yield(scene: Scene, radius: float) -> float:
     """Return the penetration at which a ball first makes the half-space yield.
 
-    d_y = (pi p0/(2 E*))^2 R, p0 the pressure of Hertz's contact below which von Mises' stress first
-    reaches Y (`reference.plastic.yield_pressure`; Johnson 1985, 6.1).
+    That of the pressure of Hertz's contact below which von Mises' stress first reaches Y (Johnson
+    1985, 6.1).
     """
     plasticity = needed(scene.plasticity, "no [plasticity]")
     pressure = yield_pressure(scene.poisson_ratio) * plasticity.yield_stress
-    return float((np.pi * pressure / (2 * scene.effective_modulus)) ** 2 * radius)
+    return yield_depth(radius, scene.effective_modulus, pressure)

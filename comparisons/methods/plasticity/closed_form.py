@@ -9,9 +9,9 @@ from comparisons.methods.normal.closed_form import ClosedForm
 from comparisons.methods.plasticity.ball import (
     ONLY_INDENTERS,
     PHYSICS,
+    depth_of_yield,
     radius_of,
     tables_of,
-    yield_depth,
 )
 from comparisons.methods.solver import Refused
 from comparisons.scene.physics.absolute_loads import loads_of
@@ -29,7 +29,7 @@ class ClosedFormPlasticity(ClosedForm):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         indenter, _ = tables_of(scene)
-        self.yields_at = yield_depth(scene, radius_of(indenter))
+        self.yields_at = depth_of_yield(scene, radius_of(indenter))
         loads = loads_of(scene)
         largest = float(loads.values.max())
         if loads.control == "force":

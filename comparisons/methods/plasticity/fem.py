@@ -19,10 +19,10 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.errors import ConvergenceError
 from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material
+from reference.fem.recovery import von_mises
 from reference.loads import LoadPath
 from reference.plastic import Moment, PlasticMaterial, Walk
 from reference.plastic.first_yield import first_yield
-from reference.plastic.materials import mises
 
 # Mean pressures over Y at which a contact first yields, and beyond which it is fully plastic.
 _FIRST, _FULL = 1.07, 2.7
@@ -184,7 +184,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
             "section_r": section.place[0].ravel() * walk.length,
             "section_z": section.place[1].ravel() * walk.length,
             "section_plastic_strain": state.points.amount.ravel(),
-            "section_von_mises": mises(state.stress).ravel() * walk.modulus,
+            "section_von_mises": von_mises(state.stress).ravel() * walk.modulus,
             "surface_r": radius,
             "surface_depth": sunk,
         }

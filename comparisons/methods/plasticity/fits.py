@@ -1,4 +1,4 @@
-"""Fits of finite-element results by Kogut & Etsion and by Jackson & Green, within their range."""
+"""Fits by Kogut & Etsion and by Jackson & Green, of a deformable ball under a rigid flat."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ EXACT = (1,)
 
 
 class FittedBall(Solver[IndenterGeometry]):
-    """A fit for a ball on an elastic-perfectly plastic half-space, on loading."""
+    """A fit for an elastic-perfectly plastic ball on loading; for a half-space while a << R."""
 
     physics = PHYSICS
     dimension = 1

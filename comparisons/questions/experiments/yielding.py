@@ -18,10 +18,11 @@ from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.fem.elasticity import Material
 from reference.loads import LoadPath
-from reference.plastic import PlasticMaterial, Walk, yield_pressure
+from reference.plastic import PlasticMaterial, Walk, yield_depth, yield_pressure
 
 _NU, _YIELD_STRESS = 0.3, 1 / 500
 _MODULUS = 1 / (1 - _NU**2)
+_DEPTH = yield_depth(1.0, _MODULUS, yield_pressure(_NU) * _YIELD_STRESS)
 _QUANTITIES = ("force", "area", "residual_depth")
 _READINGS = ("stress", "elastic_root", "zunker_kamrin", "none")
 _GRIDS: dict[Effort, tuple[int, int]] = {"quick": (4, 6), "full": (6, 10)}
@@ -29,15 +30,10 @@ _SPRINGS = 2000
 Contact = dict[str, float]
 
 
-def _first_yield() -> float:
-    pressure = yield_pressure(_NU) * _YIELD_STRESS
-    return float((np.pi * pressure / (2 * _MODULUS)) ** 2)
-
-
 @cache
 def _elements(depth: float, per_radius: int) -> Contact:
     """Press a ball into finite elements."""
-    d = depth * _first_yield()
+    d = depth * _DEPTH
     radius = np.sqrt(d * min(2.0, 1 + 0.25 * max(np.log10(depth), 0.0) ** 1.2))
     steel = PlasticMaterial(Material(1.0, _NU), _YIELD_STRESS)
     walk = Walk(steel, lambda r: r**2 / 2, float(radius), per_radius=per_radius)
@@ -51,7 +47,7 @@ def _elements(depth: float, per_radius: int) -> Contact:
 
 def _springs(depth: float, reading: str) -> Contact:
     """Press it onto springs."""
-    d = depth * _first_yield()
+    d = depth * _DEPTH
     path = SpringPath("penetration", d)
     if reading == "zunker_kamrin":
         line = ZunkerKamrin(1.0, _MODULUS, _YIELD_STRESS).walk(path)
@@ -87,12 +83,14 @@ def _yielding(
         "of finite elements": fine,
         "over Hertz's": fine / _hertz(depth)[quantity] if quantity != "residual_depth" else "",
     }
-    # steps and elements err in proportion to their size: all that the last refinement changed
-    return Finding(stated / fine - 1, abs(fine - coarse) * stated / fine**2, details)
+    # steps and elements err in proportion to their size (Richardson's rule of first order)
+    fewer, more = _GRIDS[effort]
+    bar = abs(fine - coarse) / (more / fewer - 1)
+    return Finding(stated / fine - 1, bar * stated / fine**2, details)
 
 
 def _hertz(depth: float) -> Contact:
-    d = depth * _first_yield()
+    d = depth * _DEPTH
     return {"force": 4 / 3 * _MODULUS * d**1.5, "area": np.pi * d}
 
 

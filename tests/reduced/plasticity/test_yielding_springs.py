@@ -106,6 +106,26 @@ def test_zunker_kamrin_unloads_to_what_remains():
     assert_allclose(under_force.penetration[2], line.residual_depth[0], rtol=1e-9)
 
 
+def test_a_sphere_goes_in_no_deeper_than_its_radius():
+    ball = ZunkerKamrin(1.0, 1.0, 1e-3, sphere=True)
+    assert ball.walk(LoadPath("penetration", 1.0)).force[0] > 0
+    for depth in (1.5, 2.5):
+        with pytest.raises(ValueError, match="deeper"):
+            ball.walk(LoadPath("penetration", depth))
+    # a uniform pressure of less than 2.75 Y on the whole disc carries less
+    with pytest.raises(ValueError, match="as deep as its radius"):
+        ball.walk(LoadPath("force", np.pi * 2.75e-3))
+    # a paraboloid has no equator
+    assert ZunkerKamrin(1.0, 1.0, 1e-3).walk(LoadPath("penetration", 2.5)).force[0] > 0
+
+
+@pytest.mark.parametrize("reading", ["stress", "elastic_root", "none"])
+def test_without_a_force_virgin_springs_are_just_touched(reading):
+    line = ball(reading, YIELD, springs=10).walk(LoadPath("force", [0.0, FORCE]))
+    assert line.penetration[0] == line.residual_depth[0] == 0.0
+    assert line.penetration[1] > 0
+
+
 def test_what_no_spring_can_do_is_refused():
     with pytest.raises(ValueError, match="curved everywhere"):
         YieldingSprings(cone(0.1), 1.0, 1e-3, "stress", reach=1e-3, springs=10)
