@@ -31,6 +31,10 @@ _TOUCHABLE = 1.25
 TOLERANCE = 1e-8
 
 
+class OutgrownError(ConvergenceError):
+    """A contact is larger than its mesh was made for: a wider one may hold it."""
+
+
 @dataclass(frozen=True)
 class State:
     """What an indentation has come to.
@@ -173,7 +177,7 @@ class Indentation:
             return 0.0
         last = int(touching[-1])
         if last + 1 == radius.size:
-            raise ConvergenceError("the contact is larger than its mesh was made for")
+            raise OutgrownError("the contact is larger than its mesh was made for")
         share = over[last] / (over[last] - over[last + 1])
         return float(radius[last] + share * (radius[last + 1] - radius[last]))
 
@@ -193,7 +197,7 @@ class Indentation:
         try:
             return self._step(state, target)
         except ConvergenceError:
-            if depth == _HALVINGS or target.lifted:
+            if depth == _HALVINGS or (target.lifted and state.force == 0):
                 raise
         if target.depth is not None:
             middle = _Target(depth=(state.penetration + target.depth) / 2)

@@ -10,7 +10,7 @@ from reference.errors import ConvergenceError
 from reference.fem.elasticity import Material
 from reference.fem.recovery import von_mises
 from reference.loads import LoadPath
-from reference.plastic import PlasticMaterial, Walk, yield_pressure
+from reference.plastic import OutgrownError, PlasticMaterial, Walk, yield_pressure
 from reference.plastic.first_yield import first_yield
 from reference.plastic.fits import Ball, jackson_green, kogut_etsion
 from reference.plastic.indentation import Indentation
@@ -188,7 +188,7 @@ def test_fits_have_the_values_of_their_papers():
 
 def test_a_contact_that_outgrows_its_mesh_says_so():
     walk = Walk(STEEL, lambda r: r**2 / 2, 0.5 * np.sqrt(YIELD), per_radius=3)
-    with pytest.raises(ConvergenceError, match="larger than its mesh"):
+    with pytest.raises(OutgrownError, match="larger than its mesh"):
         pressed(walk, 5.0)
 
 

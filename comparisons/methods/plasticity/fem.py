@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 
 import numpy as np
@@ -21,7 +22,7 @@ from reference.errors import ConvergenceError
 from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.fem.recovery import von_mises
 from reference.loads import LoadPath
-from reference.plastic import Moment, PlasticMaterial, Walk
+from reference.plastic import Moment, OutgrownError, PlasticMaterial, Walk
 from reference.plastic.first_yield import first_yield
 
 # Mean pressures over Y at which a contact first yields, and beyond which it is fully plastic.
@@ -56,6 +57,8 @@ class FemPlasticity(Solver[IndenterGeometry]):
             "power" if exponent else "linear",
         )
         self.profile = equivalent_profile(self.indenter)
+        if self.indenter.shape == "cone":
+            self.note = "below a sharp tip the half-space yields at once: no first_yield"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Elements per contact radius: the force is known to about 1 % on nine."""
@@ -77,6 +80,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the path; on a wider mesh where the contact outgrows the one estimated."""
         smallest, largest = self._radii(task)
+        yields_at = self._yields_at(task)
         for _ in range(_WIDENINGS):
             solution = Solution.empty(task)
             solution.truncation = TRUNCATION
@@ -89,25 +93,29 @@ class FemPlasticity(Solver[IndenterGeometry]):
                     per_radius=task.resolution,
                 )
             solution.unknowns = walk.indentation.section.size
-            lost = self._walked(task, walk, solution)
-            if not lost:
-                return solution
+            if not self._outgrown(task, walk, solution, yields_at):
+                break
             largest *= _WIDER
         return solution
 
-    def _walked(self, task: Task[IndenterGeometry], walk: Walk, solution: Solution) -> bool:
+    def _outgrown(
+        self,
+        task: Task[IndenterGeometry],
+        walk: Walk,
+        solution: Solution,
+        yields_at: dict[str, float],
+    ) -> bool:
         """Put the steps of a path into a solution; tell whether the contact outgrew its mesh."""
         path = LoadPath(task.loads.control, task.loads.values)
-        yields_at = self._yields_at(task)
-        moments, before, step = walk.along(path), 0, 0
+        before, step = 0, 0
         try:
-            for step, moment in enumerate(moments):
+            for step, moment in enumerate(walk.along(path)):
                 record(solution, (0, step), self._step(task, walk, moment, before, yields_at), task)
                 before = moment.iterations
         except ConvergenceError as error:
             for lost in range(int(solution.converged.sum()), task.shape[1]):
                 solution.fail((0, lost), error.reason)
-            return "larger than its mesh" in error.reason
+            return isinstance(error, OutgrownError)
         return False
 
     def _step(
@@ -128,7 +136,8 @@ class FemPlasticity(Solver[IndenterGeometry]):
             **yields_at,
         }
         if "residual_depth" in task.quantities:
-            values["residual_depth"] = walk.residual_depth(moment)
+            with suppress(ConvergenceError):  # the path itself goes on without the dent
+                values["residual_depth"] = walk.residual_depth(moment)
         return Step(
             values,
             iterations=moment.iterations - before,
@@ -137,20 +146,23 @@ class FemPlasticity(Solver[IndenterGeometry]):
         )
 
     def _yields_at(self, task: Task[IndenterGeometry]) -> dict[str, float]:
-        """Return the penetration of first yield, where it is asked for."""
-        if "first_yield" not in task.quantities:
+        """Return the penetration of first yield, where it is asked for and exists."""
+        if "first_yield" not in task.quantities or self.indenter.shape == "cone":
             return {}
         contact = indent(Springs(self.profile, self.scene.effective_modulus), _load(task))
         force = float(contact.force[-1])
         mean = force / (np.pi * float(contact.contact_radius[-1]) ** 2)
         start = float(contact.penetration[-1]) * (_FIRST * self.plasticity.yield_stress / mean) ** 2
-        depth = first_yield(
-            self.material,
-            self._gap,
-            lambda d: float(self.profile.contact_radius(d)),
-            start,
-            per_radius=task.resolution,
-        )
+        try:
+            depth = first_yield(
+                self.material,
+                self._gap,
+                lambda d: float(self.profile.contact_radius(d)),
+                start,
+                per_radius=task.resolution,
+            )
+        except ConvergenceError:
+            return {}
         return {"first_yield": depth}
 
     def _radii(self, task: Task[IndenterGeometry]) -> tuple[float, float]:

@@ -12,6 +12,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
+from reference.errors import ConvergenceError
+from reference.plastic import Walk
 
 YIELDS = {"yield_stress": "420 MPa"}
 FIRST = 0.2126e-6  # m, on steel below a ball of 10 mm
@@ -81,10 +83,12 @@ def test_forces_and_penetrations_are_one_curve(scene):
     assert_allclose(curve(again, "penetration"), 5 * FIRST, rtol=0.02)
 
 
-def test_first_yield_is_the_same_for_all(scene):
+def test_first_yield_by_the_local_rule_is_that_of_elements(scene):
     below = yielding(scene, 0.5)
     exact = curve(solved(below, "closed_form", 1), "first_yield")
+    # an identity: both evaluate (pi p0/(2 E*))^2 R
     assert_allclose(curve(solved(below, "reduced", 40), "first_yield"), exact, rtol=1e-12)
+    # computed: the largest stress lies between Gauss points
     assert_allclose(curve(solved(below, "fem", 4, "first_yield"), "first_yield"), exact, rtol=0.02)
     assert_allclose(
         curve(solved(below, "fem", 4)), curve(solved(below, "closed_form", 1)), rtol=2e-3
@@ -106,6 +110,22 @@ def test_round_shapes_dent_too(scene):
             )
         )
         assert 0.1 * elastic < force < elastic
+
+
+def test_a_cone_has_a_force_though_no_first_yield(scene):
+    cone = yielding(scene, 10, indenter={"shape": "cone", "slope": 0.05})
+    solution = solved(cone, "fem", 3, "first_yield")
+    assert curve(solution) > 0
+    assert curve(solution, "residual_depth") > 0
+    assert np.isnan(solution.quantities.get("first_yield", [[np.nan]])[0]).all()
+
+
+def test_a_dent_that_is_not_found_costs_no_force(scene, monkeypatch):
+    def fails(*_):
+        raise ConvergenceError("no dent")
+
+    monkeypatch.setattr(Walk, "residual_depth", fails)
+    assert (curve(solved(yielding(scene, 2, 3), "fem", 3)) > 0).all()
 
 
 def test_hardening_of_either_law_carries_more(scene):
