@@ -82,9 +82,9 @@ class ShareRule:
         (("mean_gap", "periodic"), 0.22),
         (("stiffness", "free"), 1.21),
         (("stiffness", "periodic"), 0.66),
-        (("force", "cells"), 0.56),
-        (("penetration", "cells"), 0.52),
-        (("contact_area", "cells"), 1.02),
+        (("force", "cells"), 0.64),
+        (("penetration", "cells"), 0.59),
+        (("contact_area", "cells"), 1.16),
     )
     two: float = 1.4
     floor: float = 0.5

