@@ -23,7 +23,7 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import solve_banded
 
-from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 
 Rule = Literal["local", "hertz", "rigid"]
@@ -32,7 +32,12 @@ RULES = ("local", "hertz", "rigid")
 SQUEEZED, ENTRAINED = 4.0, 12 / 5 * np.pi / np.sqrt(2)
 
 _BEGIN, _END = -2.5, 1.5
-_GROWTH, _REACH = 1.1, 1e3
+# Half-widths of the cells in l: a squeezed film's force beyond x falls as 1/x^3, and its pressures
+# far out drown in round-off, which grows as x^2.
+_GROWTH, _REACH, _SQUEEZED_REACH = 1.1, 1e3, 50.0
+_FEWEST = 4
+# Most films tried for the first one; errors below _NEAR are near the solution.
+_TRIED, _NEAR = 1000, 1e-6
 _ROUNDS, _KEPT, _TOLERANCE, _LOST = 60, 0.35, 1e-11, 1e8
 _RATIO, _CLOSEST, _STIFF, _FALL = 0.45, 0.95, 0.1, 1.0
 
@@ -121,9 +126,9 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
     >>> bool(8e-6 < film.film_central < 14e-6)
     True
     """
-    refuse(positive_faults(speed=speed))
+    refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     reach = 2 * ENTRAINED * ball.viscosity * speed * ball.radius**2 / ball.load
-    line = _Line(ball, np.sqrt(2) * reach, resolution, ENTRAINED)
+    line = _Line(ball, np.sqrt(2) * reach, ENTRAINED, _edges(resolution, _REACH))
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * line.length)
     reached, state = line.start(number)
     state, ratio = line.solved(_Drawn(reached), state, 1.0), _RATIO
@@ -143,9 +148,10 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
 
     Arguments and errors as for `entrain`.
     """
-    refuse(positive_faults(speed=speed))
+    refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = 6 * np.pi * ball.viscosity * ball.radius**2 * speed / ball.load
-    line = _Line(ball, np.sqrt(2 * ball.radius * rigid), resolution, SQUEEZED)
+    reach = np.sqrt(2 * ball.radius * rigid)
+    line = _Line(ball, reach, SQUEEZED, _edges(resolution, _SQUEEZED_REACH))
     number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * line.length**2)
     ratio = 1 - _FALL / resolution
     share, before, state = line.squeezed(number, ratio)
@@ -160,16 +166,16 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
 class _Line:
     """The cells of a line, and its springs, in units of l."""
 
-    def __init__(self, ball: Ball, reach: float, resolution: int, width: float) -> None:
+    def __init__(self, ball: Ball, reach: float, width: float, edges: np.ndarray) -> None:
         hertz = float(np.cbrt(0.75 * ball.load * ball.radius / ball.effective_modulus))
         self.ball, self.length = ball, hertz + float(reach)
-        end = ball.radius / self.length
-        if end < 3:
+        self.end = ball.radius / self.length
+        if self.end < 3:
             raise ValueError(
                 f"the film or the contact reaches {self.length:.3g}: no ball of radius "
                 f"{ball.radius:.3g} is a paraboloid there"
             )
-        self.edges = _edges(resolution, min(end, _REACH))
+        self.edges = edges
         self.x = (self.edges[1:] + self.edges[:-1]) / 2
         self.dx = np.diff(self.edges)
         self.gap, self.face_gap = self.x**2, self.edges**2
@@ -195,8 +201,7 @@ class _Line:
 
     def start(self, number: float) -> tuple[float, _State]:
         """Return a speed at or above a number, and the film of a ball that bends little there."""
-        lift = 0.5
-        while True:
+        for lift in 0.5 * 2.0 ** np.arange(_TRIED):
             s = np.where(self.x < 0, -self.x / (self.gap + lift) ** 2, -0.5)
             flow, state = _Drawn(1.0), _State(s, lift)
             rigid = np.zeros(s.size)
@@ -212,7 +217,7 @@ class _Line:
             bent = float(self.springs(speed * p)[0].max())
             if speed >= number and bent < _STIFF * lift:
                 return speed, _State(np.where(s > 0, speed * s, s), lift)
-            lift *= 2
+        raise ConvergenceError("no ball so high that it is as good as rigid", [])
 
     def squeezed(self, number: float, ratio: float) -> tuple[float, _State, _State]:
         """Return a light load, the film that carries it, and that of a lighter one, both rigid."""
@@ -222,12 +227,11 @@ class _Line:
             w = self.springs(p)[0]
             return float(w @ self.dx) / self.softness, float(w.max()), _State(p, lift)
 
-        lift = 1e-3
-        while True:
+        for lift in 1e-3 * 1.1 ** np.arange(_TRIED):
             share, bent, state = at(lift)
             if share < ratio**2 and bent < _STIFF * lift:
                 return share, at(lift / ratio)[2], state
-            lift *= 1.1
+        raise ConvergenceError("no load so light that the ball is as good as rigid", [])
 
     def solved(self, flow: _Drawn | _Pressed, start: _State, share: float) -> _State:
         """Return the film that carries a share of the load, by Newton's method."""
@@ -253,7 +257,9 @@ class _Line:
             # A ds + c dl = -m and push ds = -f: dl = (f - push A^-1 m)/(push A^-1 c)
             rise = (force - float(push @ part)) / float(push @ answer)
             state = self._moved(flow, state, w, (-part - rise * answer, rise))
-        raise ConvergenceError("the film on the line is too thin for its cells", history)
+        near = bool(history) and min(history) < _NEAR
+        reason = "stagnates at round-off" if near else "is too thin for its cells"
+        raise ConvergenceError(f"the film on the line {reason}", history)
 
     def _moved(
         self,
@@ -279,6 +285,7 @@ class _Line:
         w, _ = self.springs(p)
         h, q = self.gap + state.lift + w, w / self.softness
         strip = np.divide(q, p, out=np.zeros(p.size), where=p > 0)
+        strip *= np.clip((self.end - np.abs(self.x)) / self.dx + 0.5, 0.0, 1.0)  # below the ball
         return LineFilm(
             film_central=float(np.interp(0.0, self.x, h)) * unit,
             film_minimum=_least(h) * unit,

@@ -32,6 +32,8 @@ RUPTURE = 0.4751299200930561
 HALF_SOMMERFELD = 24 / 5 * np.pi / np.sqrt(2)
 # Speeds and loads that the fit was made for.
 SPEEDS, LOADS = (5e-9, 5e-8), (2e-4, 2e-3)
+# A ball is a paraboloid over this many lengths of the contact.
+SMALLEST = 3.0
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,30 @@ class SoftFit:
     @property
     def _load(self) -> float:
         return self.load / (2 * self.effective_modulus * self.radius**2)
+
+
+def hertz_radius(radius: float, effective_modulus: float, load: float) -> float:
+    """Return the radius of the dry contact."""
+    return float(np.cbrt(0.75 * load * radius / effective_modulus))
+
+
+def contact_length(
+    radius: float, effective_modulus: float, load: float, rigid_film: float
+) -> float:
+    """Return l = a + sqrt(2 R h0), within which a film carries its load.
+
+    Raises
+    ------
+    ValueError
+        If the ball is no paraboloid as far as that: where it is less than three lengths large.
+    """
+    length = hertz_radius(radius, effective_modulus, load) + np.sqrt(2 * radius * rigid_film)
+    if length * SMALLEST > radius:
+        raise ValueError(
+            f"the film or the contact reaches {length:.3g} around the middle: no ball of radius "
+            f"{radius:.3g} is a paraboloid there"
+        )
+    return float(length)
 
 
 def sphere_film(radius: float, viscosity: float, speed: float, load: float) -> float:

@@ -34,6 +34,8 @@ _SWITCHED = 4
 _LOST = 1e8
 # Rounds within which an error above one must fall.
 _STALLED = 8
+# Errors below this one are near the solution: more cells would not help.
+_NEAR = 1e-6
 
 
 def at_lift(film: Film, lift: float, speed: float, tolerance: float = 1e-12) -> State:
@@ -121,7 +123,7 @@ class LoadedFilm:
             state = self._moved(flow, state, *change)
         raise ConvergenceError(
             f"the film is balanced to {history[-1]:.1e}, not to {tolerance:.0e}, after "
-            f"{len(history)} rounds: too thin for its cells",
+            f"{len(history)} rounds: {_reason(history)}",
             history,
         )
 
@@ -146,6 +148,11 @@ class LoadedFilm:
                 break
             share /= 2
         return replace(state, s=s, lift=lift, bent=bent)
+
+
+def _reason(history: list[float]) -> str:
+    """Return why Newton's method ended: it came near and stands still, or never did."""
+    return "stagnates at round-off" if min(history) < _NEAR else "too thin for its cells"
 
 
 class _Step:

@@ -25,8 +25,6 @@ Field = NDArray[np.float64]
 
 # Where the equal cells begin and end along x, and half of their width, in units of l.
 _ALONG, _SQUEEZED, _ACROSS = (-2.5, 1.5), (-2.0, 2.0), 2.0
-# The ball must be larger than what is bent.
-_SMALLEST = 3.0
 # Coarsest cells per l, on which the speed is lowered from where the ball is rigid.
 _COARSEST = 8
 # Ratio of speeds, or of loads, from one film to the next, and the closest to one that is tried: on
@@ -34,8 +32,13 @@ _COARSEST = 8
 _RATIO, _CLOSEST, _NEAR_ENOUGH = 0.45, 0.9, 0.6
 # Share by which a load is below the next one, times the cells per l.
 _FALL = 2.0
-# Half-width of the cells in l: of the force of a rigid ball a thousandth lies beyond.
-_REACH = 1e3
+# Fewest cells per l.
+_FEWEST = 4
+# Half-widths of the cells in c. A rigid ball's force beyond r falls as c/r when it is entrained, as
+# c^2/r^2 when it is squeezed, where pressures far out drown in round-off: it grows as r^2.
+_REACH, _SQUEEZED_REACH = 1e3, 200.0
+# The least of them, in l.
+_AROUND = 20.0
 # Film of the start, in units of the displacement of the surface.
 _STIFF = 8.0
 
@@ -78,7 +81,7 @@ class Ball:
     @property
     def hertz_radius(self) -> float:
         """Radius of the dry contact."""
-        return float(np.cbrt(0.75 * self.load * self.radius / self.effective_modulus))
+        return formulas.hertz_radius(self.radius, self.effective_modulus, self.load)
 
 
 @dataclass(frozen=True)
@@ -152,24 +155,25 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     >>> round(1e6 * film.film_central, 1)
     13.7
     """
-    refuse(positive_faults(speed=speed) + count_faults(2, resolution=resolution))
-    reach = formulas.HALF_SOMMERFELD * ball.viscosity * speed * ball.radius**2 / ball.load
-    problem = _Scaled(ball, ball.hertz_radius + np.sqrt(2) * reach)
+    refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
+    rigid = formulas.sphere_film(ball.radius, ball.viscosity, speed, ball.load)
+    problem = _Scaled(ball, rigid)
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * problem.length)
     levels = _doubled(resolution)
     grid = problem.on(levels[0])
-    walk = _lowered(grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution))
+    walk, failure = _lowered(
+        grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution)
+    )
     for per_length in levels[1:]:
         coarse, grid = grid, problem.on(per_length)
         starts = [(at, _prolonged(coarse, film, grid)) for at, film in walk]
-        walk = _lowered(grid, starts, number, _closest(per_length, resolution))
-    reached, state = walk[-1] if walk else (np.inf, _rigid_start(grid, number)[1])
-    if reached != number:
+        walk, failed = _lowered(grid, starts, number, _closest(per_length, resolution))
+        failure = failed or failure
+    if failure is not None and not (walk and walk[-1][0] == number):
         raise ConvergenceError(
-            f"the film is too thin for its cells, {resolution} per {problem.length:.3g}",
-            state.history,
+            f"no film on {resolution} cells per {problem.length:.3g}: {failure}", failure.history
         )
-    return problem.film_of(grid, state, speed)
+    return problem.film_of(grid, walk[-1][1], speed)
 
 
 def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
@@ -201,15 +205,15 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
     >>> round(film.film_central / (6 * np.pi * 1e-4 * 1e-3 / 0.1), 2)
     1.0
     """
-    refuse(positive_faults(speed=speed) + count_faults(2, resolution=resolution))
+    refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = formulas.squeezed_film(ball.radius, ball.viscosity, speed, ball.load)
-    problem = _Scaled(ball, ball.hertz_radius + float(np.sqrt(2 * ball.radius * rigid)))
+    problem = _Scaled(ball, rigid)
     number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * problem.length**2)
     ratio = 1 - _FALL / resolution
     # a rigid film thick beside what it bends, w/(pi E* c): w^(3/2) < ...
     bent = max(_STIFF * problem.compliance / np.pi, np.finfo(float).tiny)
     share = float(min(ratio**4, (np.pi * number / 2) ** 0.6 / bent**0.4))
-    full = problem.on(resolution, _SQUEEZED)
+    full = problem.on(resolution, _SQUEEZED, _SQUEEZED_REACH)
     grid = full.under(share)
     state, before = _squeezed(grid, number), _squeezed(full.under(share * ratio), number)
     earlier: State | None = None
@@ -246,37 +250,40 @@ def _doubled(resolution: int) -> list[int]:
 class _Scaled:
     """A ball in units of its contact."""
 
-    def __init__(self, ball: Ball, length: float) -> None:
+    def __init__(self, ball: Ball, rigid_film: float) -> None:
+        length = formulas.contact_length(ball.radius, ball.effective_modulus, ball.load, rigid_film)
         self.ball, self.length = ball, length
-        if length * _SMALLEST > ball.radius:
-            raise ValueError(
-                f"the film or the contact reaches {length:.3g} around the middle: no ball of "
-                f"radius {ball.radius:.3g} is a paraboloid there"
-            )
         self.thickness = length**2 / ball.radius
         self.pressure = ball.load / length**2
         self.compliance = ball.load * ball.radius / (ball.effective_modulus * length**3)
 
-    @property
-    def reach(self) -> float:
-        """Half-width of the cells: the ball, where it is not farther than pressure is felt."""
-        return min(self.ball.radius / self.length, _REACH)
-
-    def on(self, per_length: int, along: tuple[float, float] = _ALONG) -> LoadedFilm:
+    def on(
+        self, per_length: int, along: tuple[float, float] = _ALONG, reach: float = _REACH
+    ) -> LoadedFilm:
         """Return the problem on cells, with a flooded inlet."""
         begins = self.ball.meniscus / self.length
-        cells = around_point(per_length, along, _ACROSS, self.reach, begins)
+        rigid = 1 - self.ball.hertz_radius / self.length
+        reach = max(_AROUND, reach * rigid)
+        cells = around_point(per_length, along, _ACROSS, reach, begins)
         film = Film(cells, lambda x, y: (x**2 + y**2) / 2)
         return LoadedFilm(film, Surface(cells, self.compliance, 1.0), 1.0)
+
+    def _shear(self, cells: Cells, rate: Field) -> float:
+        """Return the integral of a rate of shear over r < R, of cells that R cuts their share."""
+        x, y = cells.centres
+        end = self.ball.radius / self.length
+        inside = np.clip((end - np.hypot(x, y)) / np.maximum(*cells.widths) + 0.5, 0.0, 1.0)
+        # beyond the last cells full film before the ball alone, h = r^2/2R, where there is oil
+        oiled = min(end, self.ball.meniscus / self.length)
+        rest = 2 * np.pi * max(0.0, float(np.log(oiled / cells.x[-1])))
+        return float((cells.area * inside * rate).sum()) + rest
 
     def film_of(self, loaded: LoadedFilm, state: State, speed: float) -> PointFilm:
         """Return a film in the units of the ball."""
         cells = loaded.film.cells
         x, y = cells.centres
         thickness = loaded.film.thickness(state.lift, state.bent)
-        shear = (cells.area * (1 - state.vapour) / thickness)[np.hypot(x, y) < self.reach].sum()
-        # full film before the ball alone, h = r^2/2R, from the last cells on
-        shear += 2 * np.pi * np.log(self.ball.radius / self.length / self.reach)
+        shear = self._shear(cells, (1 - state.vapour) / thickness)
         drag = 0.5 * abs(float((state.pressure * cells.area * x).sum()))
         shear_unit = self.ball.viscosity * speed * self.ball.radius
         centre, least = _centre(cells, thickness), _least(thickness[cells.core])
@@ -286,7 +293,7 @@ class _Scaled:
             film_minimum=float(least * self.thickness),
             load=float((state.pressure * cells.area).sum()) * self.ball.load,
             penetration=float(-state.lift * self.thickness),
-            shear=float(shear) * shear_unit,
+            shear=shear * shear_unit,
             drag=float(drag) * self.ball.load * self.length / self.ball.radius,
             x=x.ravel() * self.length,
             y=y.ravel() * self.length,
@@ -317,8 +324,8 @@ def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
 
 def _lowered(
     loaded: LoadedFilm, starts: list[tuple[float, State]], number: float, closest: float
-) -> list[tuple[float, State]]:
-    """Lower the speed to a number, or as far as films go that the cells resolve.
+) -> tuple[list[tuple[float, State]], ConvergenceError | None]:
+    """Lower the speed to a number, or as far as films go that the cells resolve; and what ended it.
 
     Parameters
     ----------
@@ -330,21 +337,21 @@ def _lowered(
         Largest ratio of speeds that is tried.
     """
     films: list[tuple[float, State]] = []
-    ratio = _RATIO
+    ratio, failure = _RATIO, None
     while not films and starts:
         reached, start = starts.pop()
         try:
             films = [(reached, loaded.solve(Entrainment(reached), start))]
-        except ConvergenceError:
-            continue
+        except ConvergenceError as error:
+            failure = error
     while films and films[-1][0] != number and ratio <= closest:
         reached, state = films[-1]
         target = number if number >= reached * ratio else reached * ratio
         try:
             films.append((target, loaded.solve(Entrainment(target), state)))
-        except ConvergenceError:
-            ratio = float(np.sqrt(ratio))
-    return films
+        except ConvergenceError as error:
+            failure, ratio = error, float(np.sqrt(ratio))
+    return films, failure
 
 
 def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:

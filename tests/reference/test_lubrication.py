@@ -8,7 +8,7 @@ from reference.errors import ConvergenceError
 from reference.lubrication import formulas
 from reference.lubrication.cells import Cells, around_point, stretched
 from reference.lubrication.line import rigid_cylinder
-from reference.lubrication.loaded import LoadedFilm
+from reference.lubrication.loaded import LoadedFilm, at_lift
 from reference.lubrication.point import Ball, approach, entrain
 from reference.lubrication.reynolds import Film
 from reference.lubrication.surface import Surface
@@ -130,12 +130,31 @@ def test_a_rigid_ball_is_squeezed_as_in_closed_form():
     assert not film.vapour.any()
 
 
+@pytest.mark.parametrize("load", [0.01, 0.02, 0.04])
+def test_a_small_ball_is_squeezed_like_a_large_one(load):
+    """R is 3.6 to 7.3 reaches of the film: the paraboloid goes on beyond it, as its formula's."""
+    film = approach(Ball(0.01, 1e13, 1.0, load), 1e-3, 12)
+    # 0.4 % of cells, by second order; cut off at r = R it would be 2 to 10 % too thin
+    assert film.film_central == pytest.approx(
+        formulas.squeezed_film(0.01, 1.0, 1e-3, load), rel=6e-3
+    )
+
+
+def test_oil_from_a_meniscus_on_is_sheared_there_alone():
+    """The friction of a large, starved ball is positive and less than of a flooded one."""
+    flooded, starved = (
+        entrain(Ball(1.0, 1e16, 1e-6, 1.0, meniscus=far), 10.0, 8) for far in (np.inf, 1e-3)
+    )
+    assert 0 < starved.shear < flooded.shear
+
+
 def test_a_soft_ball_rides_on_the_film_of_hamrock_and_dowson():
-    """At the fastest speed of their fit; it falls with U^0.64, computed films with U^0.6."""
+    """At the fastest speed of the fit, within what fits of computed films scatter."""
     fit = formulas.SoftFit(0.01, 1e6, 1.0, 0.2)
     fast = entrain(SOFT, 1e-3, 16)
     assert fit.covers(1e-3)
-    assert fast.film_central == pytest.approx(1.055 * fit.central(1e-3), rel=0.02)
+    # a power law through films on coarse grids of 1978: within a tenth, not to its exponents
+    assert fast.film_central == pytest.approx(fit.central(1e-3), rel=0.1)
     assert fast.film_minimum == pytest.approx(fit.minimum(1e-3), rel=0.1)
     assert fast.load == pytest.approx(SOFT.load, rel=1e-9)
     assert fast.error < 1e-10
@@ -176,6 +195,24 @@ def test_too_thin_films_are_told_with_their_history():
     """Six decades below what eight cells resolve: no number, but an error."""
     with pytest.raises(ConvergenceError, match="too thin for its cells"):
         entrain(SOFT, 1e-8, 8)
+
+
+def test_stagnation_is_not_called_a_thin_film():
+    """Asked for more than round-off allows, Newton's method says so."""
+    cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
+    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 0.01, 1.0), 1.0)
+    start = at_lift(loaded.film, 1.0, 1.0)
+    carried = float((start.pressure * cells.area).sum())
+    with pytest.raises(ConvergenceError, match="stagnates at round-off"):
+        loaded.solve(Entrainment(1 / carried), start, tolerance=0.0)
+
+
+@pytest.mark.parametrize("solve", [entrain, approach])
+@pytest.mark.parametrize("resolution", [1, 2, 3])
+def test_too_few_cells_are_refused(solve, resolution):
+    """Steps of the load shrink with the cells: on two there would be no next step."""
+    with pytest.raises(ValueError, match=r"resolution must be .* 4"):
+        solve(SOFT, 1e-2, resolution)
 
 
 def test_arguments_are_refused_all_at_once():

@@ -7,9 +7,11 @@ from typing import Protocol
 
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.solver import Refused, needed
+from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
+from reference.lubrication.formulas import contact_length, sphere_film, squeezed_film
 
 PHYSICS = frozenset({"lubrication"})
 
@@ -64,14 +66,31 @@ class Oiled:
         Raises
         ------
         Refused
-            If no paraboloid is lubricated.
+            If no paraboloid is lubricated, or the ball is none as far as the film reaches.
         """
         table = needed(scene.lubrication, "no [lubrication]")
         reason = "films below round paraboloids only"
         indenter = needed(scene.indenter, reason)
         if indenter.shape != "paraboloid":
             raise Refused(reason)
-        return cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
+        oiled = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
+        oiled._require_paraboloid(scene)
+        return oiled
+
+    def _require_paraboloid(self, scene: Scene) -> None:
+        """Refuse balls that the thickest film, or the widest contact, of a scene reaches around."""
+        loads = loads_of(scene)
+        for value in (loads.values[0], loads.values[-1]):
+            if self.squeeze_speed is None:
+                normal = needed(loads.normal, "no load")
+                load, speed, rigid_film = float(normal.values[-1]), float(value), sphere_film
+            else:
+                load, speed, rigid_film = float(value), self.squeeze_speed, squeezed_film
+            film = rigid_film(self.radius, self.table.viscosity, speed, load)
+            try:
+                contact_length(self.radius, scene.effective_modulus, load, film)
+            except ValueError as error:
+                raise Refused(str(error)) from error
 
     def step(self, task: Task, value: float) -> tuple[float, float]:
         """Return load and speed of a step."""

@@ -76,6 +76,21 @@ def test_the_fit_is_refused_outside_its_range():
     assert isinstance(solver_for("closed_form", load_scene(SQUEEZED)), Refusal)
 
 
+@pytest.mark.parametrize("method", ["bem_fft", "reduced", "closed_form", "hamrock_dowson"])
+@pytest.mark.parametrize("forces", [[0.01, 10.0], [10.0, 1e9]])
+def test_no_method_answers_where_the_ball_is_no_paraboloid(method, forces):
+    """A film thicker than the ball at the first load, or a contact wider at the last one."""
+    if method == "hamrock_dowson":
+        tables = SOFT | {"lubrication": {"viscosity": 1.0, "speed": [1e-3, 1e3]}}
+    else:
+        loading = {"force": forces, "squeeze_speed": 0.1}
+        stiff = {"effective_modulus": 1e14}
+        tables = SQUEEZED | {"loading": loading, "half_space": stiff}
+    refusal = solver_for(method, load_scene(tables))
+    assert isinstance(refusal, Refusal)
+    assert "no ball of radius" in refusal.reason
+
+
 def test_methods_without_films_say_so():
     """Dry methods and shapes that are no paraboloids: a reason, no answer."""
     scene = load_scene(SOFT)
