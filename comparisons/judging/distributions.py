@@ -45,7 +45,7 @@ def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> flo
     """
     shares = [_share_below(histogram) for histogram in (values, reference)]
     mean = bins[0] + float(np.trapezoid(1 - shares[1], bins))
-    return float(np.trapezoid(np.abs(shares[0] - shares[1]), bins)) / mean
+    return float(np.trapezoid(np.abs(shares[0] - shares[1]), bins) / mean)
 
 
 def _share_below(histogram: np.ndarray) -> np.ndarray:

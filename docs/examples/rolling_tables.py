@@ -175,7 +175,7 @@ def carter_error(count: int, traction: float, share: float | None, nu: float = 0
     x = (np.arange(-count, count + 1) + 0.5) / count
     bound = MU * hertz(x, 1.0, np.pi * compliance.effective_modulus / 400)[:, None]
     creep = np.zeros((2, x.size, 1))
-    creep[0] = contact.creep(traction) * (moving_compliance(nu, share) if share else 1.0)
+    creep[0] = contact.creep(traction) * moving_compliance(nu, share)
     surface = PlaneSurface(x.size, 1 / count, compliance)
     if share is not None:
         surface = PlaneElements(x.size, 1 / count, compliance, nu, inertia=share)

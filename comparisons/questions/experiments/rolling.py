@@ -114,7 +114,7 @@ def _plane(
     cylinder = Carter(1.0, 1.0, _FRICTION)
     compliance = Compliance.of(0.25, poisson_ratio)
     force = np.pi * compliance.effective_modulus / 4
-    softer = moving_compliance(poisson_ratio, inertia) if inertia else 1.0
+    softer = moving_compliance(poisson_ratio, inertia)
 
     def on_cells(cells: int) -> float:
         x = (np.arange(-cells, cells + 1) + 0.5) / cells

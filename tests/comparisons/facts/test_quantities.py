@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from comparisons.facts.quantities import COMPARABLE, DEFAULT, FIELDS, QUANTITIES, derived, quantity
+from comparisons.facts.quantities import (
+    COMPARABLE,
+    DEFAULT,
+    DISTRIBUTIONS,
+    FIELDS,
+    QUANTITIES,
+    derived,
+    quantity,
+)
 
 SCENE = SimpleNamespace(effective_modulus=2.0)
 
@@ -49,7 +57,7 @@ def test_derived_curves_share_no_memory():
 
 def test_a_row_may_be_asked_for_compared_and_written_on_an_axis():
     assert set(DEFAULT) <= set(COMPARABLE) <= set(QUANTITIES)
-    assert set(FIELDS) & set(COMPARABLE) == {"pressure"}
+    assert set(FIELDS) & set(COMPARABLE) == {"pressure", *DISTRIBUTIONS}
     assert quantity("force").title("mN") == "force F / mN"
     assert quantity("angle_of_repose").title("") == "angle of repose"
 

@@ -77,7 +77,7 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     directory = tmp_path / "out"
     record = Study(ball, directory, command="roughline run test.toml").run()
     names = {path.name for path in directory.iterdir()}
-    assert names == {RESULTS, MEASURES, STUDY, FIELDS}
+    assert names == {RESULTS, MEASURES, STUDY, FIELDS, "ro-crate-metadata.json", "codemeta.json"}
     assert len(list((directory / FIELDS).glob("*.npz"))) == 5
     assert len(list((directory / FIELDS).glob("*.vtu"))) == 2  # the grids
     assert not record.interrupted
