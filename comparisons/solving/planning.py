@@ -47,6 +47,11 @@ DEAR = 20.0
 WORTH_SAYING = 5e7
 # What a method without a discretisation plans: nothing can refine it.
 EXACT = (1,)
+# Means of nonlinear curves differ by what is held: where the gap is, high peaks carry most force.
+MEANS_AT_EQUAL_GAP = (
+    "means over surfaces and lines are taken at equal mean gap, where the few with high peaks carry "
+    "most of the force: prescribe the force for means at equal force, which is another curve"
+)
 
 
 @dataclass(frozen=True)
@@ -283,6 +288,8 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     notes += _coarser_pictures(draft, methods)
     if scene.physics and realisations < total:
         notes.append(f"quick: {realisations} of {total} realisations (--full runs all of them)")
+    if isinstance(geometry, RoughGeometry) and loads.control == "mean_gap":
+        notes.append(MEANS_AT_EQUAL_GAP)
     if scene.counter_body is not None:
         notes.append("both bodies are elastic: their compliances 1/E* add")
     if scene.half_space.poisson_ratio is None and scene.viscoelastic is None:

@@ -36,18 +36,24 @@ UNFOLDED = 100_000  # columns, more than any line has
 
 
 def print_plans(plans: list[Plan]) -> None:
-    """Print what would be modelled, what is left out and why."""
+    """Print what would be modelled, what is left out and why; what is true of all, once."""
     from reports.tables.plans import plan as plan_table
 
     console = _console()
+    told: set[str] = set()
     for plan in plans:
         console.print(drawn(plan_table(plan)))
-        for effect, model in plan.switched_on:
-            console.print(f"  switched on: {effect} – {model}", markup=False, highlight=False)
-        for effect, reason in plan.left_out:
-            console.print(f"  left out: {effect} – {reason}", markup=False, highlight=False)
-        for note in plan.notes:
-            console.print(f"  note: {note}", markup=False, highlight=False)
+        lines = [
+            *(f"switched on: {effect} – {model}" for effect, model in plan.switched_on),
+            *(f"left out: {effect} – {reason}" for effect, reason in plan.left_out),
+            *(f"note: {note}" for note in plan.notes),
+        ]
+        for line in lines:
+            if line not in told:
+                console.print(f"  {line}", markup=False, highlight=False)
+        if told.intersection(lines):
+            console.print("  and as above", markup=False, highlight=False, style="dim")
+        told.update(lines)
         console.print()
 
 

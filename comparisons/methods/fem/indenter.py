@@ -58,7 +58,7 @@ class FemSolver(Solver[G]):
                 "does not use; 8-node elements are limited to 0.4999"
             )
         if scene.loading.control == "mean_gap":
-            raise Refused("no mean-gap control")
+            raise Refused("no mean-gap control on this mesh: use bem_fft, or prescribe the force")
         unfit = points_problem(scene) or solver_problem(scene)
         if unfit:
             raise Refused(unfit)

@@ -34,7 +34,7 @@ class BemDense(GridSolver[FreeOperator]):
         if scene.surface is not None and scene.surface.periodic:
             raise Refused("the kernel (19.3) is for a free half-space")
         if scene.loading.control == "mean_gap":
-            raise Refused("no mean-gap control on a free half-space with few contacts")
+            raise Refused("no mean-gap control: use bem_fft or fem, or prescribe the force")
         self.most_cells = scene.methods.bem_dense.max_cells
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:

@@ -51,7 +51,7 @@ class McaSolver(Solver[G]):
                 f"which is lost in their pair strains above {LARGEST_POISSON}"
             )
         if scene.loading.control == "mean_gap":
-            raise Refused("no mean-gap control")
+            raise Refused("no mean-gap control: use bem_fft or fem, or prescribe the force")
         if scene.surface is not None and scene.surface.periodic:
             raise Refused("models a free patch, not a periodic half-space")
         self.balance = scene.methods.mca.balance

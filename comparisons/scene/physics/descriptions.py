@@ -26,14 +26,14 @@ def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]
 
 def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
     """Yield the physics that a scene leaves out, with the reason."""
+    if scene.half_space.layers or scene.half_space.thickness is not None:
+        yield "slip and gaps between layers", "layers are bonded to what lies below"
+    if not scene.physics:
+        return  # memory, friction, adhesion and inertia were never in question
     if scene.viscoelastic is None:
         yield "memory of the material", "the scene is elastic, without relaxation"
     if scene.friction is None and scene.sliding is None:
         yield "tangential displacements at the surface", "no friction in the scene"
-    if scene.half_space.layers or scene.half_space.thickness is not None:
-        yield "slip and gaps between layers", "layers are bonded to what lies below"
-    if not scene.physics:
-        return
     if scene.friction is not None and scene.poisson_ratio != 0.5:
         effect = "tangential displacements due to pressure, in the reduced model"
         yield (

@@ -170,12 +170,23 @@ def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
     assert "contact stiffness, in the half-space methods" in plain
     assert "the surface beyond the geometric overlap" in plain
     assert "three quarters of the finite-element mesh" in plain
+    assert not {"memory of the material", "inertia"} & set(plain)  # never in question
     asked = left_out(scene(compare={"quantities": ["pressure", "stiffness"]}))
     assert "pressure fields" not in asked
     assert "contact stiffness, in the half-space methods" not in asked
     assert "the surface beyond the geometric overlap" not in left_out(rough())
     polygon = {"shape": "polygon_punch", "vertices": [[0, 0], [1e-3, 0], [0, 2e-3]]}
     assert "three quarters of the finite-element mesh" not in left_out(scene(indenter=polygon))
+
+
+def test_means_at_equal_gap_are_said_to_be_that_and_a_refusal_says_what_to_use(rough):
+    """The force at the mean gap of an ensemble hangs on its highest peaks: a third off on lines."""
+    (plan, *_) = plan_scene(rough(loading={"mean_gap": ["1 nm", "5 nm"]}))
+    assert any("at equal mean gap" in note for note in plan.notes)
+    refused = {part.method: part.reason for part in plan.methods}
+    assert "use bem_fft" in refused["bem_dense"]
+    (plan, *_) = plan_scene(rough())
+    assert not any("at equal mean gap" in note for note in plan.notes)
 
 
 def test_pressures_are_computed_only_if_asked_for(scene):

@@ -536,7 +536,7 @@ def test_a_plan_names_what_is_done_what_is_not_and_why_and_solves_nothing(
     for part in (
         "not run: no closed form is known for a square punch",
         "32, 64, 128",
-        "left out: memory of the material",
+        "left out: the surface beyond the geometric overlap",
         "not run: the kernel (19.3) is for a free half-space",
         "to begin with, ",
         " surfaces at 64, ",

@@ -88,6 +88,15 @@ def test_a_plan_is_a_table_with_a_reason_for_each_method_left_out(capsys, plans)
     assert "note: only E* is given" in told
 
 
+def test_what_is_true_of_several_plans_is_said_once(capsys, plans):
+    """A map and its patch share most of their notes."""
+    (plan,) = plans
+    terminal.print_plans([plan, replace(plan, notes=(*plan.notes, "cropped"))])
+    told = capsys.readouterr().out
+    assert told.count("note: only E* is given") == told.count("left out: pressure fields") == 1
+    assert told.count("note: cropped") == told.count("and as above") == 1
+
+
 def test_a_plan_says_which_resolutions_were_left_out(capsys, plans):
     (plan,) = plans
     some = replace(plan.methods[3], reason="left out 8: needs about 9 GB, and 1 GB are free")
