@@ -49,8 +49,8 @@ WORTH_SAYING = 5e7
 EXACT = (1,)
 # Means of nonlinear curves differ by what is held: where the gap is, high peaks carry most force.
 MEANS_AT_EQUAL_GAP = (
-    "means over surfaces and lines are taken at equal mean gap, where the few with high peaks carry "
-    "most of the force: prescribe the force for means at equal force, which is another curve"
+    "means over surfaces and lines are taken at equal mean gap, where the few with high peaks "
+    "carry most of the force: prescribe the force for means at equal force, which is another curve"
 )
 
 

@@ -40,7 +40,7 @@ def print_plans(plans: list[Plan]) -> None:
     from reports.tables.plans import plan as plan_table
 
     console = _console()
-    told: set[str] = set()
+    printed_lines: set[str] = set()
     for plan in plans:
         console.print(drawn(plan_table(plan)))
         lines = [
@@ -49,11 +49,11 @@ def print_plans(plans: list[Plan]) -> None:
             *(f"note: {note}" for note in plan.notes),
         ]
         for line in lines:
-            if line not in told:
+            if line not in printed_lines:
                 console.print(f"  {line}", markup=False, highlight=False)
-        if told.intersection(lines):
+        if printed_lines.intersection(lines):
             console.print("  and as above", markup=False, highlight=False, style="dim")
-        told.update(lines)
+        printed_lines.update(lines)
         console.print()
 
 

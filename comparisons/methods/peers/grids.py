@@ -41,7 +41,7 @@ class PeerSolver(Solver[Geometry]):
             raise Refused("sharp edges inside cells are not supported")
         self.periodic = scene.surface is not None and scene.surface.periodic
         if scene.loading.control == "mean_gap" and not self.periodic:
-            raise Refused("no mean-gap control on a free half-space: use bem_fft, or prescribe the force")
+            raise Refused("no mean-gap control on a free half-space: use bem_fft")
         self.options = options
         self.note = f"{press.versions(self.name)}, in its own process"
 
