@@ -3,7 +3,7 @@
 Run from the repository's root (ten minutes on one core; the table of memory alone takes several);
 the tables between the markers of the page are written anew, all or those that are named::
 
-    python docs/examples/particle_tables.py hertz shapes plastic waves rough speed memory
+    python docs/examples/particle_tables.py hertz shapes plastic first waves rough speed memory
 """
 
 # %%
@@ -23,11 +23,11 @@ from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.particles import Domain, Elastic, ParticleHalfSpace, equilibrium
 from reference.particles.motion import wave_speeds
-from reference.particles.plastic import PlasticHalfSpace
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "particles.md"
 NUMBERS = (2, 3, 4, 5, 6)
+COUNTS = (3, 4, 5, 6)
 RATIOS = (-0.5, 0.0, 0.3, 0.45, 0.49)
 # Automata per contact radius of the large body: a million.
 LARGE, FIRST_STEPS = 17.4, 40
@@ -111,30 +111,50 @@ def waves() -> list[list[str]]:
     return rows
 
 
+def dent(depth: float, method: str, number: int, quantity: str) -> dict[str, float]:
+    """Return force, dent and processor seconds of steel at a depth in units of 0.2126 um.
+
+    That is d_y of p0 = 1.60 Y, Y = 420 MPa; the force in units of Hertz's there.
+    """
+    keys = scene({"shape": "paraboloid", "radius": "10 mm"})
+    first, quantities = 0.2126e-6, ["force", "residual_depth"]
+    keys |= {"plasticity": {"yield_stress": "420 MPa"}, "loading": {"penetration": [first * depth]}}
+    wanted = [*quantities, "first_yield"] if quantity == "first_yield" else quantities
+    keys["compare"] = {"methods": ["fem", "mca", "closed_form"], "quantities": wanted}
+    (plan, *_) = plan_scene(make_scene(keys, "particles.toml", None))
+    start = time.process_time()
+    answer = execute(task_of(plan, method, number)).quantities
+    spent = time.process_time() - start
+    unit = 4 / 3 * 210e9 / 0.91 * np.sqrt(0.01) * first**1.5
+    values = {q: float(answer[q][0, 0]) for q in wanted}
+    return values | {"force": values["force"] / unit, "seconds": spent}
+
+
 def plastic() -> list[list[str]]:
-    """Return F/F_y of automata that flow, beside finite elements and Hertz."""
-    depths, nu, counts = (1.0, 2.0, 5.0, 10.0), 0.3, (3, 4, 5)
-    elements = {1.0: 1.0, 2.0: 2.78, 5.0: 10.05, 10.0: 25.5}
-    curves = [flowing(count, depths, nu) for count in counts]
-    rows = [["d/d_y", *(f"N = {n}" for n in counts), "elements", "Kogut & Etsion", "Hertz"]]
-    for place, depth in enumerate(depths):
-        fit = 1.03 * depth**1.425 if depth <= 6 else 1.40 * depth**1.263
-        row = [f"{depth:g}", *(f"{curve[place]:.3f}" for curve in curves)]
-        rows.append([*row, f"{elements[depth]:g}", f"{fit:.2f}", f"{depth**1.5:.2f}"])
+    """Return force and dent of automata that flow against finite elements, load by load."""
+    heads = [f"N = {n}" for n in COUNTS]
+    rows = [["d/d_y", "F/F_y", *heads, "d_res/d", *heads, "time", "elements"]]
+    for depth in (2.0, 5.0, 10.0, 20.0, 60.0):
+        truth = dent(depth, "fem", 8, "force")
+        ours = [dent(depth, "mca", n, "force") for n in COUNTS]
+        forces, left = (
+            [per_cent(dented[name] / truth[name] - 1) for dented in ours]
+            for name in ("force", "residual_depth")
+        )
+        share = truth["residual_depth"] / (0.2126e-6 * depth)
+        times = [f"{dented['seconds']:.1f} s" for dented in (ours[-1], truth)]
+        rows.append([f"{depth:g}", f"{truth['force']:.4g}", *forces, f"{share:.3f}", *left, *times])
     return rows
 
 
-def flowing(count: int, depths: tuple[float, ...], nu: float) -> list[float]:
-    """Return F/F_y of a ball, Y such that p0 = 1.60 Y at the first depth."""
-    radius, first = 10.0 * count, 0.1 * count / depths[-1]
-    effective = 1 / (1 - nu**2)
-    limit = 2 * effective / np.pi * np.sqrt(first / radius) / 1.60
-    domain = Domain((1.7 * count,) * 2, 2.5 * count)
-    body = PlasticHalfSpace(domain, nu, yield_stress=limit)
-    gap = (body.points**2).sum(axis=1) / (2 * radius)
-    scale = 4 / 3 * effective * np.sqrt(radius) * first**1.5
-    load = Load("penetration", [first * depth for depth in depths])
-    return [contact.force / scale for contact in body.press(gap, load)]
+def first() -> list[list[str]]:
+    """Return the penetration of first yield of automata and of elements against Hertz's field."""
+    exact = dent(0.5, "closed_form", 1, "first_yield")["first_yield"]
+    rows = [["N", "automata", "elements"]]
+    for number in COUNTS:
+        both = [dent(0.5, name, number, "first_yield")["first_yield"] for name in ("mca", "fem")]
+        rows.append([str(number), *(per_cent(value / exact - 1) for value in both)])
+    return rows
 
 
 def rough() -> list[list[str]]:
@@ -217,6 +237,7 @@ TABLES = {
     "hertz": hertz,
     "shapes": shapes,
     "plastic": plastic,
+    "first": first,
     "waves": waves,
     "rough": rough,
     "speed": speed,

@@ -193,7 +193,8 @@ class _Run:
         self.velocities[self.is_upper, 0] = given.speed
         begun = 0.5 * float((self.velocities[~held] ** 2).sum())
         pulls, energy = self._pulls()
-        history, largest, work = np.empty((steps, 2)), (0.0, pulls, self.places), 0.0
+        history, work = np.empty((steps, 2)), 0.0
+        largest = 0.0, self._stress(), self.places.copy()
         for number in range(steps):
             before = pulls[self.top, 0].sum()
             self.velocities[~held] += 0.5 * _STEP * pulls[~held]
@@ -235,11 +236,10 @@ class _Run:
         pairs = cKDTree(self.places).query_pairs(_LISTED, output_type="ndarray")
         self.pairs = np.sort(pairs, axis=1)
         keys = self.pairs @ count
-        order = np.argsort(kept)
-        place = np.minimum(np.searchsorted(kept[order], keys), kept.size - 1)
-        old = order[place]
-        self.bonded = kept[old] == keys
-        self.limits = np.where(self.bonded, limits[old], self._energies(keys.size))
+        self.limits = self._energies(keys.size)
+        _, old, new = np.intersect1d(kept, keys, assume_unique=True, return_indices=True)
+        self.bonded = np.isin(np.arange(keys.size), new)
+        self.limits[new] = limits[old]
         self._listed_at = self.places.copy()
 
     def _energies(self, count: int) -> Floats:

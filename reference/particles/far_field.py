@@ -22,6 +22,8 @@ SOURCE_STEP = 0.175
 USUAL_FEEDBACK = -0.2
 # Share of the far field that is tried where it leaves no contact.
 RETREAT = 0.5
+# Of the depth, what a contact has at least been pressed in beyond where it began.
+LEAST_WAY = 1e-3
 # Exponents n of F ~ d^n, the first to be tried and the range of those that are believed.
 USUAL_EXPONENT, EXPONENTS = 1.5, (0.8, 5.0)
 
@@ -130,11 +132,17 @@ class Search:
     def __init__(self, moved: Floats, sources: Floats, depth: float) -> None:
         self.moved, self.sources, self.depth = moved, sources, depth
         self.target: float | None = None
+        self.origin = 0.0
         self.force = float(sources.sum())
         self.history: list[float] = []
         self._before: tuple[float, float] | None = None
 
-    def towards(self, depth: float, target: float | None) -> Search:
+    def guess(self, origin: float, target: float) -> float:
+        """Return the depth at which a force is likely, where contact begins at `origin`."""
+        way = max(self.depth - origin, LEAST_WAY * self.depth)
+        return float(origin + way * (target / self.force) ** (1 / USUAL_EXPONENT))
+
+    def towards(self, depth: float, target: float | None, origin: float = 0.0) -> Search:
         """Return the search for the next load, from the state of this one.
 
         Parameters
@@ -143,10 +151,16 @@ class Search:
             The penetration, or a guess of it.
         target : float or None
             The force that is prescribed.
+        origin : float
+            The depth at which contact begins.
         """
-        growth = (depth / self.depth) ** USUAL_EXPONENT if target is None else target / self.force
+        if target is not None:
+            growth = target / self.force
+        else:
+            way = max(self.depth - origin, LEAST_WAY * self.depth)
+            growth = ((depth - origin) / way) ** USUAL_EXPONENT
         search = Search(self.moved, growth * self.sources, depth)
-        search.target = target
+        search.target, search.origin = target, origin
         return search
 
     def improve(self, sources: Floats, moved: Floats) -> bool:
@@ -178,12 +192,12 @@ class Search:
         self.sources = (sources - feedback * self.sources) / (1 - feedback)
 
     def _follow(self, sources: Floats, target: float) -> None:
-        """Follow F ~ d^n to the prescribed force."""
-        exponent = USUAL_EXPONENT
-        if self._before is not None and self.depth != self._before[0]:
-            depth, force = self._before
-            slope = np.log(self.force / force) / np.log(self.depth / depth)
+        """Follow F ~ (d - d0)^n to the prescribed force, d0 where contact begins."""
+        exponent, way = USUAL_EXPONENT, self.depth - self.origin
+        if self._before is not None and way != self._before[0]:
+            before, force = self._before
+            slope = np.log(self.force / force) / np.log(way / before)
             exponent = float(np.clip(slope, *EXPONENTS))
-        self._before = self.depth, self.force
-        self.depth *= (target / self.force) ** (1 / exponent)
+        self._before = way, self.force
+        self.depth = self.origin + way * (target / self.force) ** (1 / exponent)
         self.sources = sources * (target / self.force)

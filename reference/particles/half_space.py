@@ -19,8 +19,8 @@ from reference.errors import ConvergenceError
 from reference.fem.recovery import von_mises
 from reference.loads import Load
 from reference.particles.equilibrium import Floor, Rest, largest_stiffness, relax
-from reference.particles.far_field import USUAL_EXPONENT, Domain, FarField, Search
-from reference.particles.interaction import Automata, Elastic, components
+from reference.particles.far_field import Domain, FarField, Search
+from reference.particles.interaction import UNFLOWED, Automata, Elastic, components
 from reference.particles.packing import half_space_packing
 
 Floats = NDArray[np.float64]
@@ -52,6 +52,8 @@ class ParticleContact:
         Displacements in units of the spacing, and rotations, of all automata.
     traces : (n,) ndarray
         Their relative changes of volume.
+    flowed : (n, 3, 3) ndarray
+        Their plastic strains; none at all where none can flow.
     """
 
     penetration: float
@@ -63,6 +65,7 @@ class ParticleContact:
     history: list[float]
     moved: Floats
     traces: Floats
+    flowed: Floats
 
     @property
     def imbalance(self) -> float:
@@ -118,6 +121,7 @@ class ParticleHalfSpace:
         self._moved = np.zeros((len(packing.places), 6))
         self._traces = np.zeros(len(packing.places))
         self._forces = np.empty((packing.free, 6))
+        self.flowed = UNFLOWED
 
     @property
     def points(self) -> Floats:
@@ -132,17 +136,31 @@ class ParticleHalfSpace:
 
     def equivalent_stresses(self, contact: ParticleContact) -> Floats:
         """Return the von Mises stress (free,) of each automaton in a contact."""
-        tensors = self.stresses(contact.moved, contact.traces)
+        tensors = self.automata.stresses(contact.moved, contact.traces, contact.flowed)
         return self.youngs_modulus * von_mises(components(tensors))
 
-    def stresses(self, moved: Floats, traces: Floats) -> Floats:
-        """Return the stress tensors (free, 3, 3), in units of E."""
-        return self.automata.stresses(moved, traces)
+    def largest_stress(self, contact: ParticleContact) -> float:
+        """Return the largest von Mises stress, of the automata or between layers below the centre.
+
+        There it is the top of a parabola through the means of three layers: every second one has an
+        automaton on the axis, the others have four around it.
+        """
+        stresses = self.equivalent_stresses(contact)
+        places = self.automata.packing.places[: stresses.size]
+        axis = np.hypot(places[:, 0], places[:, 1]) < 0.75
+        depths, layer = np.unique(places[axis, 2].round(6), return_inverse=True)
+        means = np.bincount(layer, stresses[axis]) / np.bincount(layer)
+        k = int(np.clip(np.argmax(means), 1, len(depths) - 2))
+        before, middle, after = means[k - 1 : k + 2]
+        bend = before + after - 2 * middle
+        top = middle - (after - before) ** 2 / (8 * bend) if bend < 0 else middle
+        return float(max(top, stresses.max()))
 
     @cached_property
     def stiffest(self) -> float:
         """Largest eigenvalue of the stiffness, in scaled units."""
-        return largest_stiffness(self._resist, self._forces.size)
+        self._hold(None)
+        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._forces.size)
 
     def press(
         self, gap: ArrayLike, load: Load, *, balance: float = BALANCE
@@ -165,23 +183,37 @@ class ParticleHalfSpace:
         ConvergenceError
             If automata, far field and force do not come to agree.
         """
-        load.one_of("penetration", "force")
-        gap = np.asarray(gap, dtype=float) / self.spacing
-        if gap.shape != (self.automata.packing.surface,) or np.isnan(gap).any():
-            refuse([f"gap must have one number for each of {self.automata.packing.surface} points"])
-        forced = load.control == "force"
-        values = (
-            load.values / (self.youngs_modulus * self.spacing if forced else 1.0) / self.spacing
-        )
-        search = None
-        for value in values.tolist():
-            depth = self._winkler_depth(gap, value) if forced else value
-            if search is None:
-                search = self._first(gap, depth)
-            elif forced:
-                depth = search.depth * (value / search.force) ** (1 / USUAL_EXPONENT)
-            search = search.towards(depth, value if forced else None)
+        forced = load.one_of("penetration", "force") == "force"
+        gap, search = self._scaled_gap(gap), None
+        for value in (load.values / self._unit_of(load.control)).tolist():
+            search = self._begun(search, gap, value, 0.0, forced=forced)
             yield self._rounds(gap, search, balance)
+
+    def _unit_of(self, control: str) -> float:
+        """Return the unit of penetrations or forces."""
+        return self.spacing * (self.youngs_modulus * self.spacing if control == "force" else 1.0)
+
+    def _scaled_gap(self, gap: ArrayLike) -> Floats:
+        """Return the gap in spacings, after a check."""
+        scaled = np.asarray(gap, dtype=float) / self.spacing
+        count = self.automata.packing.surface
+        if scaled.shape != (count,) or np.isnan(scaled).any():
+            refuse([f"gap must have one number for each of {count} points"])
+        return scaled
+
+    def _begun(
+        self, search: Search | None, gap: Floats, value: float, origin: float, *, forced: bool
+    ) -> Search:
+        """Return where to look for the contact of a load, from the one before if there is one.
+
+        Without a force contact begins at the depth `origin`.
+        """
+        depth = origin + self._winkler_depth(gap, value) if forced else value
+        if search is None:
+            search = self._first(gap, depth)
+        elif forced:
+            depth = search.guess(origin, value)
+        return search.towards(depth, value if forced else None, origin)
 
     def _first(self, gap: Floats, depth: float) -> Search:
         """Return where to begin: nothing moved, the force of springs spread over the overlap."""
@@ -208,23 +240,24 @@ class ParticleHalfSpace:
 
     def _rest(self, gap: Floats, search: Search, balance: float) -> tuple[Rest, Numbers]:
         """Return the contact in a given far field, and which automata may touch."""
-        free, depth = self.automata.packing.free, search.depth
-        near = np.flatnonzero(gap < depth)
+        near = np.flatnonzero(gap < search.depth)
         if not near.size:
             raise ConvergenceError("the shape passes between the automata: their net is too coarse")
-        self._hold(search.sources)
-        self._moved[:free] = 0.0
-        load = self.automata.forces(self._moved, self._traces, self._forces).ravel().copy()
-        load += self._inner_load()
-        self._hold(None)
-        floor = Floor(6 * near + 2, depth - gap[near])
-        start = search.moved
-        rest = relax(self._resist, load, floor, start, tolerance=balance, stiffest=self.stiffest)
-        return rest, near
+        floor = Floor(6 * near + 2, search.depth - gap[near])
+        return self._relaxed(floor, search, balance), near
 
-    def _inner_load(self) -> Floats | float:
-        """Return the forces of automata at rest on each other: none, but after plastic flow."""
-        return 0.0
+    def _relaxed(self, floor: Floor, search: Search, balance: float) -> Rest:
+        """Return the equilibrium above a floor, in a given far field."""
+        none = np.zeros(self._forces.size)
+        self._hold(search.sources)
+        load = self._pulls(none, self.flowed).copy()
+        self._hold(None)
+        return relax(
+            lambda way: -self._pulls(way, UNFLOWED),
+            *(load, floor, search.moved),
+            tolerance=balance,
+            stiffest=self.stiffest,
+        )
 
     def _hold(self, sources: Floats | None) -> None:
         """Put the shell into the far field of some forces, or to rest."""
@@ -232,10 +265,10 @@ class ParticleHalfSpace:
         held = np.zeros((1, 7)) if sources is None else self.far.at_shell(sources)
         self._moved[free:], self._traces[free:] = held[:, :6], held[:, 6]
 
-    def _resist(self, way: Floats) -> Floats:
-        free = self.automata.packing.free
-        self._moved[:free] = way.reshape(-1, 6)
-        return -self.automata.forces(self._moved, self._traces, self._forces).ravel()
+    def _pulls(self, way: Floats, flowed: Floats) -> Floats:
+        """Return the forces of the automata on each other, those in the shell as they are held."""
+        self._moved[: self.automata.packing.free] = way.reshape(-1, 6)
+        return self.automata.forces(self._moved, self._traces, self._forces, flowed).ravel()
 
     @property
     def _scaled_modulus(self) -> float:
@@ -274,4 +307,5 @@ class ParticleHalfSpace:
             history=rest.history,
             moved=self._moved.copy(),
             traces=self._traces.copy(),
+            flowed=self.flowed.copy(),
         )

@@ -20,10 +20,14 @@ All of it is the derivative of an energy,
 so that the stiffness is symmetric; it is positive wherever the bulk modulus is. Automata that the
 surface cuts in half have V/2, half a face to each other, and tr = (sum_level eps + 2 sum_below
 eps)/4: that of the strain again.
+
+Automata that have flowed have a plastic strain e each, without change of volume; a bond has the
+mean of both ends, so that eps n + gamma becomes eps n + gamma - (e_i + e_j)/2 n.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,11 +35,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reference.arguments import poisson_faults, refuse
+from reference.halfspace import pieces
 from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME, Packing
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
+# Plastic strains of automata none of which has flowed.
+UNFLOWED = np.empty((0, 3, 3))
+# Automata in a piece that threads share (`reference.halfspace.pieces`).
+PIECE = 2**13
 # The order of `fem.recovery`.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
@@ -92,27 +101,43 @@ class Automata:
         traces : (n,) ndarray
             Of those that are held they are given, because their neighbours outside are not there.
         """
-        packing = self.packing
-        _strains(moved, packing.neighbours, packing.surface, traces[: packing.free])
+        near, surface, _ = self._bonds
+        free = self.packing.free
+        _shared(free, lambda *part: _strains(part, moved, near, surface, traces))
 
-    def forces(self, moved: Floats, traces: Floats, out: Floats) -> Floats:
-        """Write and return forces and torques (free, 6) on the automata that may move."""
+    def forces(
+        self, moved: Floats, traces: Floats, out: Floats, flowed: Floats = UNFLOWED
+    ) -> Floats:
+        """Write and return forces and torques (free, 6) on the automata that may move.
+
+        Parameters
+        ----------
+        moved, traces : ndarray
+            As for `strains`, which is called first.
+        out : (free, 6) ndarray
+        flowed : (n, 3, 3) ndarray
+            Plastic strains.
+        """
         self.strains(moved, traces)
-        moduli = self.material.shear, self.material.lame
-        _forces(moved, traces, self.packing.neighbours, self.packing.surface, moduli, out)
+        state, bonds = (moved, traces, flowed), self._bonds
+        _shared(len(out), lambda *part: _forces(part, state, bonds, out))
         return out
 
-    def stresses(self, moved: Floats, traces: Floats) -> Floats:
+    def stresses(self, moved: Floats, traces: Floats, flowed: Floats = UNFLOWED) -> Floats:
         """Return the stress tensors (free, 3, 3) in units of E.
 
         The mean of what pulls at the faces, sum n (force) r0/(2 V): of a homogeneous strain it is
         Hooke's stress.
         """
-        packing = self.packing
-        moduli = self.material.shear, self.material.lame
-        out = np.empty((packing.free, 3, 3))
-        _stresses(moved, traces, packing.neighbours, packing.surface, moduli, out)
+        out = np.empty((self.packing.free, 3, 3))
+        state, bonds = (moved, traces, flowed), self._bonds
+        _shared(len(out), lambda *part: _stresses(part, state, bonds, out))
         return out
+
+    @property
+    def _bonds(self) -> tuple[Integers, int, tuple[float, float]]:
+        moduli = self.material.shear, self.material.lame
+        return self.packing.neighbours, self.packing.surface, moduli
 
 
 def components(stresses: Floats) -> Floats:
@@ -125,9 +150,16 @@ def components(stresses: Floats) -> Floats:
     return np.stack([symmetric[:, a, b] for a, b in ENTRIES], axis=1)
 
 
-@njit(cache=True, error_model="numpy")
-def _strains(moved: Floats, neighbours: Integers, surface: int, out: Floats) -> None:
-    for i in range(len(out)):
+def _shared(count: int, work: Callable[[int, int], None]) -> None:
+    """Let threads share automata: each is written by one of them, from what none of them writes."""
+    pieces.over(count, PIECE, lambda part: work(part.start, part.stop))
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _strains(
+    part: tuple[int, int], moved: Floats, neighbours: Integers, surface: int, out: Floats
+) -> None:
+    for i in range(*part):
         total = 0.0
         for k in range(12):
             j = neighbours[i, k]
@@ -141,38 +173,43 @@ def _strains(moved: Floats, neighbours: Integers, surface: int, out: Floats) -> 
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _pull(
-    moved: Floats, i: int, j: int, k: int, shear: float
+    moved: Floats, flowed: Floats, i: int, j: int, k: int
 ) -> tuple[float, float, float]:  # pragma: no cover - compiled
-    """Return S (2 G eps n + tau) of a bond: all relative motion but the common rotation."""
+    """Return eps n + gamma of a bond: all relative motion but the common rotation and flow."""
     nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
     rx = 0.5 * (moved[j, 3] + moved[i, 3])
     ry = 0.5 * (moved[j, 4] + moved[i, 4])
     rz = 0.5 * (moved[j, 5] + moved[i, 5])
-    return (
-        shear * (moved[j, 0] - moved[i, 0] - (ry * nz - rz * ny)),
-        shear * (moved[j, 1] - moved[i, 1] - (rz * nx - rx * nz)),
-        shear * (moved[j, 2] - moved[i, 2] - (rx * ny - ry * nx)),
-    )
+    x = moved[j, 0] - moved[i, 0] - (ry * nz - rz * ny)
+    y = moved[j, 1] - moved[i, 1] - (rz * nx - rx * nz)
+    z = moved[j, 2] - moved[i, 2] - (rx * ny - ry * nx)
+    if len(flowed) > 0:
+        for b in range(3):
+            share = 0.5 * DIRECTIONS[k, b]
+            x -= share * (flowed[i, 0, b] + flowed[j, 0, b])
+            y -= share * (flowed[i, 1, b] + flowed[j, 1, b])
+            z -= share * (flowed[i, 2, b] + flowed[j, 2, b])
+    return x, y, z
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _forces(
-    moved: Floats,
-    traces: Floats,
-    neighbours: Integers,
-    surface: int,
-    moduli: tuple[float, float],
+    part: tuple[int, int],
+    state: tuple[Floats, Floats, Floats],
+    bonds: tuple[Integers, int, tuple[float, float]],
     out: Floats,
 ) -> None:
+    (moved, traces, flowed), (neighbours, surface, moduli) = state, bonds
     shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
-    for i in range(len(out)):
+    for i in range(*part):
         fx = fy = fz = mx = my = mz = 0.0
         for k in range(12):
             j = neighbours[i, k]
             if j < 0:
                 continue
             share = 0.5 if i < surface and k < LEVEL else 1.0
-            gx, gy, gz = _pull(moved, i, j, k, share * shear)
+            gx, gy, gz = _pull(moved, flowed, i, j, k)
+            gx, gy, gz = share * shear * gx, share * shear * gy, share * shear * gz
             mean = share * lame * (traces[i] + traces[j])
             nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
             fx += gx + mean * nx
@@ -185,17 +222,16 @@ def _forces(
         out[i, 3], out[i, 4], out[i, 5] = 0.5 * mx, 0.5 * my, 0.5 * mz
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _stresses(
-    moved: Floats,
-    traces: Floats,
-    neighbours: Integers,
-    surface: int,
-    moduli: tuple[float, float],
+    part: tuple[int, int],
+    state: tuple[Floats, Floats, Floats],
+    bonds: tuple[Integers, int, tuple[float, float]],
     out: Floats,
 ) -> None:
+    (moved, traces, flowed), (neighbours, surface, moduli) = state, bonds
     shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
-    for i in range(len(out)):
+    for i in range(*part):
         volume = 0.5 * VOLUME if i < surface else VOLUME
         out[i] = 0.0
         for k in range(12):
@@ -203,9 +239,9 @@ def _stresses(
             if j < 0:
                 continue
             share = (0.5 if i < surface and k < LEVEL else 1.0) * 0.5 / volume
-            pull = _pull(moved, i, j, k, share * shear)
+            pull = _pull(moved, flowed, i, j, k)
             mean = share * lame * (traces[i] + traces[j])
             for a in range(3):
                 for b in range(3):
-                    force = pull[b] + mean * DIRECTIONS[k, b]
+                    force = share * shear * pull[b] + mean * DIRECTIONS[k, b]
                     out[i, a, b] += DIRECTIONS[k, a] * force

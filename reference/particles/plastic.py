@@ -1,41 +1,39 @@
-"""Automata that yield: J2 plasticity by radial return on the stress of each automaton.
+r"""Automata that yield: J2 plasticity by radial return on the stress of each automaton.
 
-An automaton has a plastic strain e, without change of volume; a bond has the mean of both ends, so
-that its relative motion u_j - u_i less the common rotation becomes
+The stress s of an automaton, the mean of what pulls at its faces less what its plastic strain e
+relieves, is the force that works on this strain, dW/de = -V s: what the rule of flow has to limit.
+The increment of a load minimises elastic energy, dissipation and what hardening stores together, a
+convex problem. It is solved in turn for displacements and for plastic strains, those by the radial
+return of `reference.plastic.materials` from the trial stress
 
-    eps n + gamma - (e_i + e_j)/2 n.
-
-The stress of an automaton, the mean of what pulls at its faces, is then the force that works on
-its plastic strain, dW/de_i = -V s_i: what the rule of flow has to limit. It is perfectly plastic,
-|s| <= sqrt(2/3) Y for the deviator s, and the increment of a load minimises elastic energy and
-dissipation together, a convex problem. It is solved in turn for displacements and for plastic
-strains, those by
-
-    s' = s + 2 G (e - e_0),    e = e_0 + max(1 - sqrt(2/3) Y/|s'|, 0) s'/(2 G),
+    s' = s + 2 G (e - e_0),
 
 e_0 at the load before (J. C. Simo & T. J. R. Hughes, Computational Inelasticity, 1998, sec. 3.3).
 2 G is the largest stiffness that any pattern of plastic strains meets, and so each turn lowers the
-sum. Loads have to follow each other in small steps only where the direction of flow changes.
+sum: steps of a proximal gradient in the plastic strains, hastened by Nesterov's rule (A. Beck &
+M. Teboulle, SIAM J. Imaging Sci. 2 (2009) 183), which begins anew where it has gone too far. A load
+is solved where no strain would change its automaton's stress by more than a per cent of the yield
+stress; strains, displacements and force are then those of one and the same turn.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
-from numpy.typing import NDArray
+from collections.abc import Iterator
+from dataclasses import replace
 
-from reference.arguments import positive_faults, refuse
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from reference.errors import ConvergenceError
-from reference.particles.equilibrium import Rest
+from reference.loads import LoadPath
+from reference.particles.equilibrium import Floor, Rest
 from reference.particles.far_field import Domain, Search
-from reference.particles.half_space import ParticleContact, ParticleHalfSpace
-from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME
+from reference.particles.half_space import BALANCE, ParticleContact, ParticleHalfSpace
+from reference.plastic.materials import PlasticMaterial, plastic_step
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int32]
-Numbers = NDArray[np.int64]
 
-# Largest excess of a stress over the yield stress at the end, and turns until then.
+# Largest change of a stress that flow would still make, over the yield stress, and turns at most.
 EXCESS = 0.01
 MOST_TURNS = 400
 
@@ -45,80 +43,134 @@ class PlasticHalfSpace(ParticleHalfSpace):
 
     Parameters
     ----------
-    domain, poisson_ratio, spacing, youngs_modulus
-        As for `ParticleHalfSpace`.
-    yield_stress : float
-        Y in a tensile test, of the unit of Young's modulus.
+    domain : Domain
+    material : PlasticMaterial
+    spacing : float
+        Unit of length.
 
     Attributes
     ----------
-    plastic_strain : (n, 3, 3) ndarray
-        Of all automata, after the last load.
+    flowed : (n, 3, 3) ndarray
+        Plastic strains of all automata, after the last load.
+    amount : (n,) ndarray
+        What they have accumulated to.
     """
 
-    def __init__(
-        self,
-        domain: Domain,
-        poisson_ratio: float,
-        *,
-        yield_stress: float,
-        spacing: float = 1.0,
-        youngs_modulus: float = 1.0,
-    ) -> None:
-        refuse(positive_faults(yield_stress=yield_stress))
-        super().__init__(domain, poisson_ratio, spacing=spacing, youngs_modulus=youngs_modulus)
-        self.limit = np.sqrt(2 / 3) * yield_stress / youngs_modulus
-        self.plastic_strain = np.zeros((len(self.automata.packing.places), 3, 3))
-        self._before = self.plastic_strain.copy()
+    def __init__(self, domain: Domain, material: PlasticMaterial, *, spacing: float = 1.0) -> None:
+        elastic = material.elastic
+        modulus = elastic.youngs_modulus
+        super().__init__(domain, elastic.poisson_ratio, spacing=spacing, youngs_modulus=modulus)
+        self.material = material.scaled(modulus)
+        count = len(self.automata.packing.places)
+        self.flowed, self.amount = np.zeros((count, 3, 3)), np.zeros(count)
+        self._before = self.flowed, self.amount
 
-    def stresses(self, moved: Floats, traces: Floats) -> Floats:
-        """Return the stress tensors (free, 3, 3), in units of E."""
-        packing, shear = self.automata.packing, self.automata.material.shear
-        relieved = np.empty((packing.free, 3, 3))
-        _relief(self.plastic_strain, packing.neighbours, packing.surface, shear, relieved)
-        return self.automata.stresses(moved, traces) - relieved
+    def walk(
+        self, gap: ArrayLike, path: LoadPath, *, balance: float = BALANCE
+    ) -> Iterator[ParticleContact]:
+        """Yield the contact at each load of a path, up and down; without force where it is lost.
 
-    def _inner_load(self) -> Floats:
-        """Return the forces of plastic strains at rest."""
-        packing, shear = self.automata.packing, self.automata.material.shear
-        out = np.empty((packing.free, 6))
-        _forces_of(self.plastic_strain, packing.neighbours, packing.surface, shear, out)
-        return -out.ravel()
+        Parameters
+        ----------
+        gap, balance
+            As for `press`.
+        path : LoadPath
+            Penetrations, or forces of at least zero.
 
-    def _rest(self, gap: Floats, search: Search, balance: float) -> tuple[Rest, Numbers]:
-        """Relax and let flow in turn, until no stress is beyond the limit."""
-        history = []
+        Raises
+        ------
+        ValueError
+            If the gap does not fit, or the loads.
+        ConvergenceError
+            If automata, flow, far field and force do not come to agree.
+        """
+        forced = path.one_of("penetration", "force") == "force"
+        scale = self._unit_of(path.control)
+        gap = self._scaled_gap(gap)
+        search, largest = None, 0.0
+        for value in (path.values / scale).tolist():
+            origin = 0.0
+            if value < largest:  # down, or up from there: the dent has a depth
+                origin = self._lift_off(gap, balance).penetration / self.spacing
+            largest = max(largest, value)
+            if value <= (0.0 if forced else origin):
+                yield self._lift_off(gap, balance, depth=None if forced else value, keep=True)
+                search = None
+                continue
+            search = self._begun(search, gap, value, origin, forced=forced)
+            yield self._rounds(gap, search, balance)
+
+    def residual_depth(self, gap: ArrayLike, *, balance: float = BALANCE) -> float:
+        """Return the penetration at which contact would be lost if the shape were lifted off."""
+        return self._lift_off(self._scaled_gap(gap), balance).penetration
+
+    def _lift_off(
+        self, gap: Floats, balance: float, *, depth: float | None = None, keep: bool = False
+    ) -> ParticleContact:
+        """Return the body left alone, at a depth of the shape or where contact is lost."""
+        state = self.flowed, self.amount, self._before
+        none = np.zeros(0, dtype=np.int64)
+        search = Search(np.zeros(self._forces.size), np.zeros(self.far.shares.shape[1]), 0.0)
+        if self.amount.any():
+            rest = self._relaxed(Floor(none, np.zeros(0)), search, balance)
+        else:
+            rest = Rest(search.moved, np.zeros(0), np.zeros(0, dtype=bool), 0, [0.0])
+        left = self._contact((0.0, search.sources), rest, none, rest.steps)
+        if not keep:
+            self.flowed, self.amount, self._before = state
+        if depth is None:
+            depth = float(np.min(gap + left.displacement / self.spacing))
+        return replace(left, penetration=depth * self.spacing)
+
+    def _relaxed(self, floor: Floor, search: Search, balance: float) -> Rest:
+        """Relax and let flow in turn, until no automaton would flow any further."""
+        history: list[float] = []
+        steps, pace, last = 0, 1.0, self.flowed
         for _ in range(MOST_TURNS):
-            rest, near = super()._rest(gap, search, balance)
-            search.moved = rest.moved
-            history.append(self._flow(search))
-            if history[-1] <= EXCESS:
-                return rest, near
+            rest = super()._relaxed(floor, search, balance)
+            search.moved, steps = rest.moved, steps + rest.steps
+            strain, amount, off = self._returned(search)
+            history.append(off)
+            if off <= EXCESS:
+                return replace(rest, steps=steps)
+            begin_anew = len(history) > 1 and off > history[-2]
+            pace, before = 1.0 if begin_anew else pace, pace
+            pace = 0.5 * (1 + np.sqrt(1 + 4 * before**2))
+            ahead = 0.0 if begin_anew else (before - 1) / pace
+            self.flowed, last = strain + ahead * (strain - last), strain
+            self.amount = amount
         raise ConvergenceError(
-            f"stresses are {history[-1]:.1%} above the yield stress after {MOST_TURNS} turns",
+            f"stresses are {history[-1]:.1%} of the yield stress off after {MOST_TURNS} turns",
             history,
         )
 
-    def _flow(self, search: Search) -> float:
-        """Return the stresses to the limit; return the largest excess there was, over the limit."""
+    def _returned(self, search: Search) -> tuple[Floats, Floats, float]:
+        """Return plastic strains and amounts by radial return, and how far stresses were off.
+
+        That is the largest change of a stress over the yield stress; it is no less than what any
+        stress has in excess.
+        """
         free, double = self.automata.packing.free, 2 * self.automata.material.shear
         self._hold(search.sources)
         self._moved[:free] = search.moved.reshape(-1, 6)
         self.automata.strains(self._moved, self._traces)
-        stress = deviator(self.stresses(self._moved, self._traces))
+        stress = deviator(self.automata.stresses(self._moved, self._traces, self.flowed))
         self._hold(None)
-        excess = float(np.linalg.norm(stress, axis=(1, 2)).max()) / self.limit - 1
-        before = self._before[:free]
-        tried = stress + double * (self.plastic_strain[:free] - before)
-        size = np.linalg.norm(tried, axis=(1, 2))
-        share = np.maximum(1 - self.limit / np.maximum(size, self.limit), 0.0)
-        self.plastic_strain[:free] = before + share[:, None, None] * tried / double
-        return excess
+        begun, amount = self._before
+        tried = stress + double * (self.flowed[:free] - begun[:free])
+        size = np.sqrt(1.5) * np.linalg.norm(tried, axis=(1, 2))
+        more = plastic_step(self.material, size, amount[:free])
+        share = 1.5 * more / np.where(size > 0, size, 1.0)
+        strain, total = begun.copy(), amount.copy()
+        strain[:free] += share[:, None, None] * tried
+        total[:free] += more
+        change = double * np.linalg.norm(strain - self.flowed, axis=(1, 2)).max()
+        return strain, total, float(np.sqrt(1.5) * change / self.material.yield_stress)
 
     def _contact(
-        self, held: tuple[float, Floats], rest: Rest, near: Numbers, steps: int
+        self, held: tuple[float, Floats], rest: Rest, near: NDArray[np.int64], steps: int
     ) -> ParticleContact:
-        self._before = self.plastic_strain.copy()
+        self._before = self.flowed, self.amount
         return super()._contact(held, rest, near, steps)
 
 
@@ -126,56 +178,3 @@ def deviator(stresses: Floats) -> Floats:
     """Return the symmetric part of tensors (n, 3, 3) less its mean."""
     symmetric: Floats = 0.5 * (stresses + np.swapaxes(stresses, 1, 2))
     return symmetric - np.trace(symmetric, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def _bond(
-    strains: Floats, i: int, j: int, k: int, stiffness: float
-) -> tuple[float, float, float]:  # pragma: no cover - compiled
-    """Return the pull that a bond loses by the plastic strains of its ends."""
-    normal = DIRECTIONS[k]
-    x = y = z = 0.0
-    for b in range(3):
-        x += 0.5 * (strains[i, 0, b] + strains[j, 0, b]) * normal[b]
-        y += 0.5 * (strains[i, 1, b] + strains[j, 1, b]) * normal[b]
-        z += 0.5 * (strains[i, 2, b] + strains[j, 2, b]) * normal[b]
-    return stiffness * x, stiffness * y, stiffness * z
-
-
-@njit(cache=True, error_model="numpy")
-def _forces_of(
-    strains: Floats, neighbours: Integers, surface: int, shear: float, out: Floats
-) -> None:
-    stiffness = 2.0 * shear * FACE
-    for i in range(len(out)):
-        out[i] = 0.0
-        for k in range(12):
-            j = neighbours[i, k]
-            if j < 0:
-                continue
-            share = 0.5 if i < surface and k < LEVEL else 1.0
-            gx, gy, gz = _bond(strains, i, j, k, share * stiffness)
-            nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
-            out[i, 0] += gx
-            out[i, 1] += gy
-            out[i, 2] += gz
-            out[i, 3] += 0.5 * (ny * gz - nz * gy)
-            out[i, 4] += 0.5 * (nz * gx - nx * gz)
-            out[i, 5] += 0.5 * (nx * gy - ny * gx)
-
-
-@njit(cache=True, error_model="numpy")
-def _relief(strains: Floats, neighbours: Integers, surface: int, shear: float, out: Floats) -> None:
-    stiffness = 2.0 * shear * FACE
-    for i in range(len(out)):
-        volume = 0.5 * VOLUME if i < surface else VOLUME
-        out[i] = 0.0
-        for k in range(12):
-            j = neighbours[i, k]
-            if j < 0:
-                continue
-            share = (0.5 if i < surface and k < LEVEL else 1.0) * 0.5 / volume
-            pull = _bond(strains, i, j, k, share * stiffness)
-            for a in range(3):
-                for b in range(3):
-                    out[i, a, b] += DIRECTIONS[k, a] * pull[b]

@@ -134,7 +134,7 @@ def respond(material: PlasticMaterial, strain: Array, old: Points, *, tangent: b
     trial = 2 * shear * elastic @ _DEVIATOR
     norm = np.sqrt((trial[..., :3] ** 2).sum(-1) + 2 * trial[..., 3] ** 2)
     equivalent = np.sqrt(1.5) * norm
-    more = _plastic_step(material, equivalent, old.amount)
+    more = plastic_step(material, equivalent, old.amount)
     kept = 1 - 3 * shear * more / np.where(equivalent > 0, equivalent, 1.0)
     pressure = bulk * strain[..., :3].sum(-1)
     stress = kept[..., None] * trial + pressure[..., None] * _TRACE
@@ -150,7 +150,7 @@ def respond(material: PlasticMaterial, strain: Array, old: Points, *, tangent: b
     return Response(stress, points, matrix + bulk * np.outer(_TRACE, _TRACE))
 
 
-def _plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Array:
+def plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Array:
     """Return the plastic strain that brings the trial stress back to the flow stress."""
     more = np.zeros(trial.shape)
     active = trial > material.flow_stress(amount)[0]

@@ -37,6 +37,12 @@ def test_bonds_that_cannot_break_lose_nothing_and_nothing_is_worn():
     assert drag.spent == 0
 
 
+def test_asperities_that_never_meet_carry_nothing():
+    """The stress that is kept is that of the largest force: here of the bodies at rest."""
+    drag = Asperities(overlap=1e-9, speed=0.4, radius=3.0, height=2.0, healing=0.9).drag(0)
+    assert drag.stress.shape == (len(drag.places), 6)
+
+
 @pytest.mark.slow
 def test_a_seed_draws_the_same_pass_again():
     given = Asperities(overlap=0.5, speed=0.3, radius=3.0, height=2.0)

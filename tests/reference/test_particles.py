@@ -7,12 +7,15 @@ from scipy.spatial.transform import Rotation
 
 from reference.closed_form import paraboloid
 from reference.errors import ConvergenceError
-from reference.loads import Load
+from reference.fem.elasticity import Material
+from reference.halfspace import pieces
+from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace
 from reference.particles.equilibrium import Floor, largest_stiffness, relax
 from reference.particles.motion import MASSES, Motion, wave_speeds, wave_stiffness
 from reference.particles.packing import DIRECTIONS, Packing, half_space_packing, periodic_packing
 from reference.particles.plastic import PlasticHalfSpace
+from reference.plastic.materials import PlasticMaterial
 
 RNG = np.random.default_rng(1)
 
@@ -279,43 +282,93 @@ def test_twelve_neighbours_at_one_spacing():
 
 # --- plastic flow -----------------------------------------------------------------------------
 
+RADIUS, FIRST = 30.0, 0.06
+
+
+def yielding(domain=((3.5, 3.5), 4.0), hardening=0.0):
+    """Return a body that first yields at a depth of 0.06 below a ball, and the gap."""
+    limit = 2 / 0.91 / np.pi * np.sqrt(FIRST / RADIUS) / 1.60
+    material = PlasticMaterial(Material(1.0, 0.3), limit, hardening)
+    body = PlasticHalfSpace(Domain(*domain), material)
+    return body, (body.points**2).sum(axis=1) / (2 * RADIUS)
+
+
+def walked(body, gap, *depths):
+    """Contacts at penetrations in units of that of first yield."""
+    path = LoadPath("penetration", FIRST * np.array(depths))
+    return list(body.walk(gap, path))
+
+
+@pytest.fixture(scope="module")
+def dented():
+    body, gap = yielding(((5.0, 5.0), 7.0))
+    return body, gap, walked(body, gap, 0.7, 2, 5, 3)
+
 
 def test_plastic_strain_relieves_the_stress_of_a_homogeneous_strain():
     """A strain that is all plastic, without change of volume, leaves no stress and no force."""
-    body = PlasticHalfSpace(Domain((2.5, 2.5), 2.5), 0.3, yield_stress=1.0)
-    packing = body.automata.packing
+    automata = free_automata()
     strain = np.array([[1.0, 0.5, 0.0], [0.5, -2.0, 0.3], [0.0, 0.3, 1.0]])
-    body.plastic_strain[:] = strain
-    moved = np.zeros((len(packing.places), 6))
-    moved[:, :3] = packing.places @ strain
-    stresses = body.stresses(moved, np.zeros(len(moved)))
-    assert_allclose(stresses, 0, atol=1e-13)
-    pulls = np.empty((packing.free, 6))
-    body.automata.forces(moved, np.zeros(len(moved)), pulls)
-    assert_allclose(pulls.ravel() + body._inner_load(), 0, atol=1e-13)
+    moved, traces = at(automata, strain, 0.0)
+    flowed = np.broadcast_to(strain, (len(moved), 3, 3)).copy()
+    assert_allclose(automata.stresses(moved, traces, flowed), 0, atol=1e-13)
+    pulls = automata.forces(moved, traces, np.empty((automata.packing.free, 6)), flowed)
+    assert_allclose(pulls, 0, atol=1e-13)
 
 
-def test_below_first_yield_nothing_flows_and_beyond_it_the_force_is_that_of_finite_elements():
-    """J2 finite elements have F/F_y = 2.78 and 10.05 at d/d_y = 2 and 5; Hertz 2.83 and 11.2.
+def test_a_yielding_path_has_the_forces_and_the_dent_of_finite_elements(dented):
+    """J2 elements have F/F_y = 2.774 and 10.03 at d/d_y = 2 and 5 and a dent of 0.247 of 5 d_y.
 
-    Three automata per radius: 3 %. No stress is above the yield stress by more than a per cent.
+    Three automata per radius: 5 % of the force, 7 of the dent. Unloading is elastic.
     """
-    radius, first, nu = 30.0, 0.06, 0.3
-    limit = 2 / (1 - nu**2) / np.pi * np.sqrt(first / radius) / 1.60
-    body = PlasticHalfSpace(Domain((5.0, 5.0), 7.0), nu, yield_stress=limit)
-    gap = (body.points**2).sum(axis=1) / (2 * radius)
-    scale = 4 / 3 / (1 - nu**2) * np.sqrt(radius) * first**1.5
-    loads = Load("penetration", [0.7 * first, 2 * first, 5 * first])
-    contacts = body.press(gap, loads)
-    elastic = next(contacts)
-    assert not body.plastic_strain.any()
-    yielded, deep = contacts
-    assert body.equivalent_stresses(deep).max() <= 1.01 * limit
-    assert_allclose(np.trace(body.plastic_strain, axis1=1, axis2=2), 0, atol=1e-15)
-    assert_allclose([yielded.force / scale, deep.force / scale], [2.78, 10.05], rtol=0.04)
-    assert elastic.force < yielded.force < deep.force
+    body, gap, (below, early, deep, less) = dented
+    scale = 4 / 3 / 0.91 * np.sqrt(RADIUS) * FIRST**1.5
+    assert not below.flowed.any()
+    assert_allclose([early.force / scale, deep.force / scale], [2.774, 10.03], rtol=0.05)
+    assert_allclose(np.trace(deep.flowed, axis1=1, axis2=2), 0, atol=1e-15)
+    assert_allclose(less.flowed, deep.flowed, atol=1e-3 * np.abs(deep.flowed).max())
+    assert 0 < less.force < deep.force
+    assert_allclose(body.residual_depth(gap) / FIRST, 0.247 * 5, rtol=0.08)
 
 
-def test_a_yield_stress_must_be_positive():
-    with pytest.raises(ValueError, match="yield_stress must be positive"):
-        PlasticHalfSpace(Domain((3.0, 3.0), 3.0), 0.3, yield_stress=0.0)
+def test_force_and_plastic_strain_are_those_of_one_state(dented):
+    """What is returned is in balance with its own plastic strains, and no stress is beyond yield.
+
+    Before, the strains were a turn further than the force, and out of balance by 4e-3 of it.
+    """
+    body, _, (*_, deep, _) = dented
+    packing = body.automata.packing
+    traces = deep.traces.copy()
+    pulls = body.automata.forces(deep.moved, traces, np.empty((packing.free, 6)), deep.flowed)
+    pulls[: packing.surface, 2] += deep.reactions
+    assert np.linalg.norm(pulls) < 2e-6 * np.linalg.norm(deep.reactions)
+    stresses = body.equivalent_stresses(deep)
+    assert 0.99 <= stresses.max() / body.material.yield_stress <= 1.01
+
+
+def test_hardening_makes_the_force_larger():
+    soft, hard = (walked(*yielding(hardening=h), 5)[0].force for h in (0.0, 0.5))
+    elastic = (4 / 3 / 0.91) * np.sqrt(RADIUS) * (5 * FIRST) ** 1.5
+    assert 1.02 * soft < hard < elastic
+
+
+def test_forces_are_inverted_along_a_path_until_contact_is_lost():
+    body, gap = yielding()
+    *contacts, lost = walked(body, gap, 3, 1.5, 0.1)
+    assert lost.force == 0
+    body, gap = yielding()
+    forces = [contact.force for contact in contacts]
+    depths = [c.penetration / FIRST for c in body.walk(gap, LoadPath("force", [*forces, 0.0]))]
+    assert_allclose(depths[:2], [3, 1.5], rtol=5e-3)
+    assert_allclose(depths[2], body.residual_depth(gap) / FIRST, rtol=1e-12)
+
+
+def test_threads_change_no_digit(monkeypatch):
+    """Each automaton is computed by one thread, from what none of them writes."""
+    monkeypatch.setattr("reference.particles.interaction.PIECE", 100)
+    answers = []
+    for number in (1, 3):
+        with pieces.threads(number):
+            answers += walked(*yielding(), 1.5)
+    assert np.array_equal(answers[0].reactions, answers[1].reactions)
+    assert np.array_equal(answers[0].flowed, answers[1].flowed)

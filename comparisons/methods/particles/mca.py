@@ -135,7 +135,7 @@ class Mca(McaSolver[IndenterGeometry]):
             body, gap = self._placed(domain, radius / task.resolution)
             pressed = Load(task.loads.control, [load])
             for contact in body.press(gap, pressed, balance=self.balance):
-                yield contact_step(task, body, contact, _net(body, gap, domain))
+                yield contact_step(task, body, contact, net_of(body, gap, domain))
 
     def _domain(self, depth: float, radius: float, resolution: int) -> Domain:
         half_x, half_y = (half / radius for half in self.indenter.reach(1.05 * depth))
@@ -234,7 +234,7 @@ def _points(geometry: RoughGeometry, resolution: int) -> tuple[int, int]:
     return resolution, ny * resolution // nx
 
 
-def _net(body: ParticleHalfSpace, gap: np.ndarray, domain: Domain) -> tuple[np.ndarray, Grid]:
+def net_of(body: ParticleHalfSpace, gap: np.ndarray, domain: Domain) -> tuple[np.ndarray, Grid]:
     """Return the automata around an indenter's overlap, and the grid of cells around them."""
     nx, ny = (int(half) for half in domain.loaded)
     shape = 2 * nx + 1, 2 * ny + 1

@@ -40,9 +40,10 @@ def contact_step(
         "penetration": contact.penetration,
         "force": contact.force,
         "contact_area_raw": counted,
-        "contact_area": located_area(cells),
-        "energy": contact.energy,
+        "contact_area": counted,
     }
+    if not contact.flowed.any():  # elastic: the pressure falls to zero at the edge as a root
+        values |= {"contact_area": located_area(cells), "energy": contact.energy}
     face = None if task.scene.indenter is None else task.scene.indenter.face_area
     if face is not None:
         values["contact_area"] = face

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.indenters import Indenter
 from comparisons.scene.physics.tables.plasticity import Plasticity
 from comparisons.scene.scene import Scene
-from reference.plastic.materials import yield_depth, yield_pressure
+from reduced.loads import Load
+from reduced.profiles.equivalents import Profile
+from reduced.springs.indent import indent
+from reduced.springs.line import Springs
+from reference.fem.elasticity import Material
+from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure
 
 PHYSICS = frozenset({"plasticity"})
 ONLY_INDENTERS = "for single indenters on a plane"
+# Mean pressures over Y at which a contact first yields, and beyond which it is fully plastic.
+FIRST_PRESSURE, _FULL_PRESSURE = 1.07, 2.7
 
 
 def tables_of(scene: Scene) -> tuple[Indenter, Plasticity]:
@@ -48,3 +57,31 @@ def depth_of_yield(scene: Scene, radius: float) -> float:
     plasticity = needed(scene.plasticity, "no [plasticity]")
     pressure = yield_pressure(scene.poisson_ratio) * plasticity.yield_stress
     return yield_depth(radius, scene.effective_modulus, pressure)
+
+
+def material_of(scene: Scene) -> PlasticMaterial:
+    """Return elastic constants, yield stress and hardening of the half-space."""
+    plasticity = needed(scene.plasticity, "no [plasticity]")
+    exponent = plasticity.hardening_exponent
+    return PlasticMaterial(
+        Material(*scene.elastic_constants),
+        plasticity.yield_stress,
+        exponent or plasticity.hardening,
+        "power" if exponent else "linear",
+    )
+
+
+def estimated_radius(scene: Scene, profile: Profile, control: str, load: float) -> float:
+    """Estimate a contact radius, between that of Hertz and that of a rigid-plastic body."""
+    indenter, plasticity = tables_of(scene)
+    contact = indent(Springs(profile, scene.effective_modulus), Load(control, load))
+    radius, force = float(contact.contact_radius[0]), float(contact.force[0])
+    over = force / (np.pi * radius**2) / (FIRST_PRESSURE * plasticity.yield_stress)
+    if over <= 1:
+        return radius
+    if control == "force":
+        return max(
+            radius, float(np.sqrt(force / (np.pi * _FULL_PRESSURE * plasticity.yield_stress)))
+        )
+    widest = float(np.sqrt(np.prod(indenter.reach(load))))
+    return float(radius * (widest / radius) ** min(1.0, 2 * np.log10(over) / 3))

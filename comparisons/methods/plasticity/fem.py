@@ -8,7 +8,13 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
-from comparisons.methods.plasticity.ball import PHYSICS, tables_of
+from comparisons.methods.plasticity.ball import (
+    FIRST_PRESSURE,
+    PHYSICS,
+    estimated_radius,
+    material_of,
+    tables_of,
+)
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
@@ -19,14 +25,12 @@ from reduced.loads import Load
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.errors import ConvergenceError
-from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material
+from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.recovery import von_mises
 from reference.loads import LoadPath
-from reference.plastic import Moment, OutgrownError, PlasticMaterial, Walk
+from reference.plastic import Moment, OutgrownError, Walk
 from reference.plastic.first_yield import first_yield
 
-# Mean pressures over Y at which a contact first yields, and beyond which it is fully plastic.
-_FIRST, _FULL = 1.07, 2.7
 # Meshes resolve contacts down to this share of the largest.
 _SMALLEST = 1 / 3
 # Meshes are widened where a contact turns out larger than estimated.
@@ -46,16 +50,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
         self.indenter, self.plasticity = tables_of(scene)
         if not self.indenter.axisymmetric:
             raise Refused("plasticity on finite elements: round shapes only")
-        modulus, nu = scene.elastic_constants
+        _, nu = scene.elastic_constants
         if nu > LARGEST_POISSON_RATIO:
             raise Refused(f"nu = {nu:g}: displacement elements are limited to 0.4999")
-        exponent = self.plasticity.hardening_exponent
-        self.material = PlasticMaterial(
-            Material(modulus, nu),
-            self.plasticity.yield_stress,
-            exponent or self.plasticity.hardening,
-            "power" if exponent else "linear",
-        )
+        self.material = material_of(scene)
         self.profile = equivalent_profile(self.indenter)
         if self.indenter.shape == "cone":
             self.note = "below a sharp tip the half-space yields at once: no first_yield"
@@ -152,7 +150,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
         contact = indent(Springs(self.profile, self.scene.effective_modulus), _load(task))
         force = float(contact.force[-1])
         mean = force / (np.pi * float(contact.contact_radius[-1]) ** 2)
-        start = float(contact.penetration[-1]) * (_FIRST * self.plasticity.yield_stress / mean) ** 2
+        start = (
+            float(contact.penetration[-1])
+            * (FIRST_PRESSURE * self.plasticity.yield_stress / mean) ** 2
+        )
         try:
             depth = first_yield(
                 self.material,
@@ -168,21 +169,11 @@ class FemPlasticity(Solver[IndenterGeometry]):
     def _radii(self, task: Task[IndenterGeometry]) -> tuple[float, float]:
         """Estimate the contact radii at the smallest and the largest load."""
         values = task.loads.values[task.loads.values > 0]
-        radii = [self._radius(task.loads.control, float(v)) for v in (values.min(), values.max())]
+        radii = [
+            estimated_radius(self.scene, self.profile, task.loads.control, float(v))
+            for v in (values.min(), values.max())
+        ]
         return radii[0], radii[1]
-
-    def _radius(self, control: str, load: float) -> float:
-        """Estimate a contact radius, between that of Hertz and that of a rigid-plastic body."""
-        contact = indent(Springs(self.profile, self.scene.effective_modulus), Load(control, load))
-        radius, force = float(contact.contact_radius[0]), float(contact.force[0])
-        yield_stress = self.plasticity.yield_stress
-        over = force / (np.pi * radius**2) / (_FIRST * yield_stress)
-        if over <= 1:
-            return radius
-        if control == "force":
-            return max(radius, float(np.sqrt(force / (np.pi * _FULL * yield_stress))))
-        widest = self.indenter.reach(load)[0]
-        return float(radius * (widest / radius) ** min(1.0, 2 * np.log10(over) / 3))
 
     def _gap(self, r: np.ndarray) -> np.ndarray:
         return self.indenter.gap(r, np.zeros(r.shape))

@@ -7,7 +7,8 @@ import numpy as np
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment
 from reference.closed_form import paraboloid
-from reference.loads import Load
+from reference.fem.elasticity import Material
+from reference.loads import Load, LoadPath
 from reference.particles import (
     Automata,
     Domain,
@@ -19,6 +20,7 @@ from reference.particles import (
 from reference.particles.bonds import Asperities
 from reference.particles.motion import Motion, wave_speeds
 from reference.particles.plastic import PlasticHalfSpace
+from reference.plastic.materials import PlasticMaterial, yield_pressure
 
 ROUND_OFF = 1e-12
 DIRECTIONS = 200
@@ -94,7 +96,7 @@ def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     errors = [_onset(poisson_ratio, number) for number in numbers]
     details: dict[str, float | str] = {
         "automata per contact radius": float(numbers[-1]),
-        "Hertz: p0/Y": 1 / _hertz_stress(poisson_ratio),
+        "Hertz: p0/Y": yield_pressure(poisson_ratio),
     }
     return Finding(errors[-1], float(np.ptp(errors)), details)
 
@@ -102,18 +104,9 @@ def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
 def _onset(poisson_ratio: float, per_radius: int) -> float:
     """Return the relative error of p0/Y at first yield, p0 that of Hertz at equal depth."""
     body, contact = _contact(poisson_ratio, per_radius)
-    places = body.automata.packing.places[: body.automata.packing.free]
-    # on the axis in every second layer; the four around it in between
-    near = np.hypot(places[:, 0], places[:, 1]) < 0.75
-    depths, layer = np.unique(places[near, 2].round(6), return_inverse=True)
-    stresses = body.equivalent_stresses(contact)[near]
-    means = np.bincount(layer, stresses) / np.bincount(layer)
-    k = int(np.clip(np.argmax(means), 1, len(depths) - 2))
-    largest = means[k] - (means[k + 1] - means[k - 1]) ** 2 / (
-        8 * (means[k + 1] + means[k - 1] - 2 * means[k])
-    )
+    largest = body.largest_stress(contact)
     peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
-    return float(peak / largest * _hertz_stress(poisson_ratio)) - 1
+    return peak / largest / yield_pressure(poisson_ratio) - 1
 
 
 def _plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
@@ -143,14 +136,12 @@ def _flowed(poisson_ratio: float, per_radius: int, depth: float) -> float:
     first = 0.1 * per_radius / depth
     effective = 1 / (1 - poisson_ratio**2)
     peak = 2 * effective / np.pi * np.sqrt(first / radius)
-    body = PlasticHalfSpace(
-        Domain((1.7 * per_radius,) * 2, 2.5 * per_radius),
-        poisson_ratio,
-        yield_stress=peak * _hertz_stress(poisson_ratio),
-    )
+    limit = peak / yield_pressure(poisson_ratio)
+    material = PlasticMaterial(Material(1.0, poisson_ratio), limit)
+    body = PlasticHalfSpace(Domain((1.7 * per_radius,) * 2, 2.5 * per_radius), material)
     gap = (body.points**2).sum(axis=1) / (2 * radius)
     depths = first * np.geomspace(1, depth, 4)
-    *_, last = body.press(gap, Load("penetration", depths))
+    *_, last = body.walk(gap, LoadPath("penetration", depths))
     return last.force / float(paraboloid(radius, effective).force(first))
 
 
@@ -185,13 +176,6 @@ def _wear(
     }
     errors = np.array([drag.imbalance for drag in passes])
     return Finding(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
-
-
-def _hertz_stress(poisson_ratio: float) -> float:
-    """Return the largest von Mises stress over p0 (Johnson 1985, eq. 3.45)."""
-    z = np.linspace(0.01, 2.0, 20_000)
-    radial = (1 + poisson_ratio) * (1 - z * np.arctan(1 / z)) - 0.5 / (1 + z**2)
-    return float(np.abs(1 / (1 + z**2) - radial).max())
 
 
 def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float]:
