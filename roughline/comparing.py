@@ -16,8 +16,8 @@ from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
-from comparisons.solving.planning import Effort, plan_scene
-from comparisons.solving.plans import Source, refuse_unsolvable
+from comparisons.solving.plan import Effort
+from comparisons.solving.planning import Source, plan_scene, refuse_unsolvable
 from reports.tables.judged import methods_table
 from reports.tables.scene import lost_solves
 from roughline import notebook

@@ -11,8 +11,8 @@ import pandas as pd
 
 from comparisons.scene.scene import Scene, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
-from comparisons.solving import planning
-from comparisons.solving.plans import Source
+from comparisons.solving.plan import Plan as ScenePlan
+from comparisons.solving.planning import Source, plan_scene
 from reports.tables.frames import frame
 from reports.tables.lists import scenes
 from reports.tables.plans import plan as plan_table
@@ -76,11 +76,11 @@ class Plan:
 
     Attributes
     ----------
-    plans : list of comparisons.solving.planning.Plan
+    plans : list of comparisons.solving.plan.Plan
         One, or two for a large measured map: the second is a patch that all methods can solve.
     """
 
-    plans: list[planning.Plan]
+    plans: list[ScenePlan]
 
     @property
     def left_out(self) -> dict[str, str]:
@@ -141,7 +141,7 @@ def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
     >>> plan("paraboloid", "closed_form", "reduced").table().query("supported").method.tolist()
     ['closed_form', 'reduced']
     """
-    return Plan(planning.plan_scene(scene_of(scene, methods), "full" if full else "quick"))
+    return Plan(plan_scene(scene_of(scene, methods), "full" if full else "quick"))
 
 
 def scene_of(source: Source, methods: tuple[str, ...], **compare: Any) -> Scene:

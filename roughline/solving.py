@@ -12,7 +12,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
-from comparisons.solving.plans import Source
+from comparisons.solving.planning import Source
 from reports.plots.curves import solution_figure
 from reports.tables.solution import load_steps, shown_columns
 from roughline import notebook

@@ -15,8 +15,8 @@ from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results.decisions import judged_methods
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.jobs import Done
-from comparisons.solving.planning import Effort
-from comparisons.solving.plans import Source, plan_all
+from comparisons.solving.plan import Effort
+from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
 from reports.cli.workers import Workers
 from reports.tables.judged import answers

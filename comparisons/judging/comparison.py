@@ -20,7 +20,7 @@ from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
 from comparisons.methods.normal.proved import enclosures_asked_for
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solution, Solved
 
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.

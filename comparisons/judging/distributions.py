@@ -19,7 +19,7 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE, combined
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.distributions import edges
 from comparisons.tasks.solution import Solution, Solved
 

@@ -8,7 +8,7 @@ from comparisons.facts.quantities import DISTRIBUTIONS
 from comparisons.judging.distributions import TrueDistribution, distribution_measures
 from comparisons.judging.pressures import TruePressure, pressure_measures
 from comparisons.judging.truth import Truth
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
 
 

@@ -17,7 +17,7 @@ from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.scene.polygons import distance_to_outline
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
 from reference.closed_form import ClosedForm
 

@@ -8,7 +8,8 @@ from dataclasses import replace
 from comparisons.facts.methods import growth
 from comparisons.facts.quantities import FIELDS
 from comparisons.judging.truth import Truth, choose_truth
-from comparisons.solving.planning import MethodPlan, Plan, refusal
+from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 
 SHARE = 0.2

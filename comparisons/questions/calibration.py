@@ -37,7 +37,8 @@ from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.scene.scene import make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
-from comparisons.solving.planning import Plan, plan_scene
+from comparisons.solving.plan import Plan
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution, Solved
 
 FITTING: dict[str, dict[str, Any]] = {

@@ -33,7 +33,7 @@ from comparisons.solving.executors import Executor, executor_for
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.inquiries import Inquiries, Inquiry
 from comparisons.solving.jobs import Done
-from comparisons.solving.planning import Effort
+from comparisons.solving.plan import Effort
 
 A = TypeVar("A")
 R = TypeVar("R")

@@ -19,7 +19,8 @@ from comparisons.questions.study import Study
 from comparisons.results.runs import MOVED
 from comparisons.results.store import FIELDS, StudyRecord, load_study, save_study
 from comparisons.scene.scene import Scene, parse_scene, validated
-from comparisons.solving.planning import MethodPlan, Plan, plan_from
+from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.planning import plan_from
 from comparisons.tasks.archive import load_solution
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

@@ -26,7 +26,8 @@ from comparisons.questions.calibration_cases import Case
 from comparisons.results.confidence import ROUGH_SURFACES as QUANTITIES
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.planning import Plan, plan_scene
+from comparisons.solving.plan import Plan
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solved
 
 POINTS, LEVELS, TRUTH = 16, (16, 32, 64), 512

@@ -24,7 +24,8 @@ from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.answers import solve_blocks
-from comparisons.solving.planning import Plan, plan_scene, single_resolution, task_of
+from comparisons.solving.plan import Plan, task_of
+from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges
 from comparisons.tasks.solution import Solution
 from reference.halfspace import pieces

@@ -31,7 +31,7 @@ from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.planning import Effort, Plan
+from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task

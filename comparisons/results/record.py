@@ -15,7 +15,7 @@ from comparisons.machine import versions, versions_text
 from comparisons.results.advice import advise
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
 
 

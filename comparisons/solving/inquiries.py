@@ -16,7 +16,7 @@ from comparisons.solving.answers import Answers, curve_job, value_of
 from comparisons.solving.executors.base import Executor, SerialExecutor
 from comparisons.solving.forecast import Forecast, Remaining
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 
 A = TypeVar("A")

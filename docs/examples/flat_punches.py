@@ -12,7 +12,8 @@ import numpy as np
 from comparisons.judging.truth import choose_truth
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 LEVELS = (16, 32, 64, 128)
 CORNERS = {

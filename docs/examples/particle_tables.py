@@ -18,7 +18,8 @@ import numpy as np
 
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.particles import Domain, Elastic, ParticleHalfSpace, equilibrium

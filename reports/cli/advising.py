@@ -11,7 +11,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.decisions import asked_in_vain
 from comparisons.results.record import record_scene
-from comparisons.solving.planning import Effort, Plan
+from comparisons.solving.plan import Effort, Plan
 from reports.cli import terminal
 
 FINE = 0

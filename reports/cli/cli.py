@@ -27,7 +27,7 @@ from reports.cli.workers import ALONE, Workers
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.solving.planning import Effort, Plan
+    from comparisons.solving.plan import Effort, Plan
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
@@ -146,7 +146,7 @@ def run(
     """
     from comparisons.questions.study import WHOLE, Study
     from comparisons.results.decisions import asked_in_vain
-    from comparisons.solving.plans import plan_all
+    from comparisons.solving.planning import plan_all
     from reports.cli import terminal
     from reports.cli.live import watched
 
@@ -333,8 +333,7 @@ def advise(
         Print one JSON object.
     """
     from comparisons.scene.scene import load_scene
-    from comparisons.solving.planning import plan_scene
-    from comparisons.solving.plans import refuse_unsolvable
+    from comparisons.solving.planning import plan_scene, refuse_unsolvable
     from reports.cli import advising
 
     method_files.load()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from comparisons.results.advice import Advice
     from comparisons.results.runs import RunComparison
     from comparisons.results.store import StudyRecord
-    from comparisons.solving.planning import Plan
+    from comparisons.solving.plan import Plan
     from comparisons.tasks.task import Task
     from reports.tables.table import Table
 

@@ -8,7 +8,7 @@ from comparisons import formatting as fmt
 from comparisons.judging.ensembles import ensemble_text
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.solving.planning import Plan
+from comparisons.solving.plan import Plan
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Table, table

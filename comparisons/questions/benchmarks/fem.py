@@ -24,7 +24,8 @@ from comparisons.methods import runner
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.scene.scene import parse_scene
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference import fem
 from reference.fem import pardiso
 from reference.fem.sparse import stiffness_matrix

@@ -24,7 +24,8 @@ from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.scene.scene import load_scene
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
+from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.planning import plan_scene, refusal
 from comparisons.tasks.solution import Solved
 
 # Largest time in seconds of a further refinement of the reference at full effort.

@@ -15,7 +15,8 @@ from comparisons.facts.methods import GRID, MODEL
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {

@@ -13,7 +13,7 @@ from comparisons.scene.fields import Length, fail
 from comparisons.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from comparisons.solving.planning import Plan
+    from comparisons.solving.plan import Plan
 
 Curves = dict[str, np.ndarray]
 

@@ -46,8 +46,9 @@ from comparisons.solving.answers import solve_job
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
+from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
-from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
+from comparisons.solving.planning import plan_scene, refusal, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 

@@ -24,7 +24,8 @@ from comparisons.results.header import Header
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.planning import Plan, plan_scene
+from comparisons.solving.plan import Plan
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solved
 
 CHECK_SCENES = (*SINGLE, "rough-periodic")

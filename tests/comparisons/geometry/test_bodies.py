@@ -15,7 +15,8 @@ from comparisons.questions.single import solve_scene
 from comparisons.results.vtu import mesh_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 E, NU, R = 1e9, 0.3, 0.1

@@ -10,7 +10,8 @@ import pytest
 from comparisons.judging.truth import truths
 from comparisons.methods.registry import solver_for
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference.halfspace import PeriodicOperator, fft
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press

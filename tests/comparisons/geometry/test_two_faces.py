@@ -9,7 +9,8 @@ from comparisons.geometry.prepare import prepare
 from comparisons.methods.normal.reduced_lines import line_spectrum
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 FIRST = {
     "kind": "self_affine",

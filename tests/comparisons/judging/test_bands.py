@@ -9,7 +9,8 @@ from comparisons.judging.bands import FEWEST
 from comparisons.judging.comparison import compare
 from comparisons.results.decisions import Verdict
 from comparisons.scene.scene import load_scene
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
 AREA = "contact_area"

@@ -10,7 +10,8 @@ from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged, ensemb
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.uncertainty import SHARE_RULE
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
 NAMES = ("contact_area", "penetration", "mean_gap", "stiffness")

@@ -8,7 +8,8 @@ import pytest
 from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.truth import choose_truth
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
 COMPARABLE = {"quantities": ["force", "pressure"]}

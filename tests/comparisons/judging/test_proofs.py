@@ -21,7 +21,8 @@ from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference import closed_form
 from reports.cli.terminal import print_study
 from reports.plots.curves import PROVED, curve

@@ -11,7 +11,8 @@ import pytest
 
 from comparisons.facts.methods import growth
 from comparisons.judging.refinement import BUDGET, refinements
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}

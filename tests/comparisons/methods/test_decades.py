@@ -12,7 +12,8 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.scene.scene import SceneError
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 DECADES = {"from": 1e-12, "to": 1e3, "steps": 6, "spacing": "log"}
 

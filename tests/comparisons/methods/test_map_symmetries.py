@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference import surfaces
 
 SIDE = 1e-6

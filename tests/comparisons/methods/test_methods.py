@@ -13,7 +13,8 @@ from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reports.cli.cli import run_command
 
 # Coarse enough to be quick: these tests compare a method with itself.

@@ -17,7 +17,8 @@ from comparisons.results.store import load_study
 from comparisons.scene.scene import load_scene
 from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 # Surfaces or lines of an ensemble that are solved again: each is what it was, or none would be.
 AGAIN = 3

@@ -9,7 +9,7 @@ from pathlib import Path
 from comparisons.questions.study import Study
 from comparisons.results.crate import codemeta, describe, relist
 from comparisons.results.folder import CODEMETA, CRATE, PAGE
-from comparisons.solving.plans import plan_all
+from comparisons.solving.planning import plan_all
 
 ROOT = Path(__file__).parents[3]
 CONE = {"compare.methods": ["closed_form"], "compare.quantities": ["force"]}

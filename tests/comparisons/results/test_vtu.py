@@ -8,7 +8,8 @@ import pytest
 
 from comparisons.results.vtu import write_fields
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 COMPARABLE = {"quantities": ["force", "pressure"]}
 

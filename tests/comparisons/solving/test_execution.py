@@ -16,7 +16,8 @@ from comparisons.methods.solver import Solver
 from comparisons.scene.scene import load_scene
 from comparisons.solving import execution
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks import solution as tasks_solution
 from comparisons.tasks.archive import load_solution, save_solution
 from comparisons.tasks.solution import Solution

@@ -9,7 +9,8 @@ import pytest
 
 from comparisons.facts.methods import METHODS
 from comparisons.solving.forecast import Forecast, Kind
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 
 @pytest.fixture

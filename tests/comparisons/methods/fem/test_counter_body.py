@@ -9,7 +9,8 @@ import pytest
 
 from comparisons.scene.scene import SceneError, make_scene, parse_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 TABLES = {
     "name": "two-bodies",

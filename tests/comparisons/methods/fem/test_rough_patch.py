@@ -9,7 +9,8 @@ import pytest
 
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 MAP = Path(__file__).resolve().parents[5] / "shared" / "data" / "di-6.di"
 BLOCKS = 4  # a side: what the grids resolve of the pressure

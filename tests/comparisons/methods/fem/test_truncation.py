@@ -9,7 +9,8 @@ from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods.fem import indenter as adapter
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference import fem
 from reference.loads import Load
 

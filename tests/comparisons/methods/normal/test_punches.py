@@ -15,7 +15,8 @@ from comparisons.judging.truth import choose_truth
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
 ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]

@@ -8,7 +8,8 @@ from comparisons.results.checks import field_problems
 from comparisons.results.vtu import mesh_of
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, refusal, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene, refusal
 from reports.pictures import pictures, turning
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}

@@ -20,7 +20,8 @@ from comparisons.peers.press import Problem
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.solution import Press

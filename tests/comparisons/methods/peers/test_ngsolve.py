@@ -12,7 +12,8 @@ from comparisons.methods.peers import ngsolve
 from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
 needs_ngsolve = pytest.mark.skipif(
     util.find_spec("ngsolve") is None, reason="NGSolve is in the extra `peers`"

@@ -38,7 +38,8 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import answer_of
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.archive import arrays_of
 from comparisons.tasks.solution import Solution
 from reports.cli.cli import run_command
