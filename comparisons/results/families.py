@@ -7,7 +7,8 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from comparisons.results.store import SceneRecord, once
-from comparisons.scene.indenters import AnyIndenter, Indenter
+from comparisons.scene.indenters import AnyIndenter
+from comparisons.scene.indenters.indenter import Indenter
 
 ROUND, FLAT, OTHER = "axisymmetric bodies", "flat punches that are not round", "other bodies"
 LAYERED = "layered and graded half-spaces"

@@ -19,7 +19,7 @@ from unittest import mock
 import numpy as np
 
 from comparisons.questions.experiments import EXPERIMENTS, proved
-from comparisons.scene.indenters import PolygonPunch
+from comparisons.scene.indenters.punches import PolygonPunch
 from reference import closed_form, surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
 from reference.bounds.extension import Extension

@@ -16,7 +16,8 @@ from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.closed_form import ClosedForm
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters import Indenter, PowerLaw
+from comparisons.scene.indenters.axisymmetric import PowerLaw
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.scene.indenters import Indenter
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.adhesion import Adhesion
 from reference.errors import ConvergenceError

@@ -12,7 +12,9 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.fem import punch_mesh
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters import Ellipsoid, EllipticPunch, Indenter
+from comparisons.scene.indenters.ellipsoid import Ellipsoid
+from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.punches import EllipticPunch
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task

@@ -12,7 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.scene.indenters import Indenter, PolygonPunch
+from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.punches import PolygonPunch
 from comparisons.scene.polygons import distance_to_outline
 from reference import fem
 

@@ -9,7 +9,7 @@ import numpy as np
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.radial import profile_fields, unit_rings
 from comparisons.methods.solver import Solver, needed
-from comparisons.scene.indenters import Indenter
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

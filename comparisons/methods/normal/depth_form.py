@@ -9,7 +9,8 @@ import numpy as np
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters import Cone, Cylinder, Indenter, Paraboloid, PowerLaw
+from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

@@ -17,7 +17,10 @@ from scipy.spatial import ConvexHull
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
 from comparisons.methods.solver import Refused
-from comparisons.scene import indenters
+from comparisons.scene.indenters import axisymmetric as round_shapes
+from comparisons.scene.indenters.ellipsoid import Ellipsoid
+from comparisons.scene.indenters.indenter import Indenter
+from comparisons.scene.indenters.punches import EllipticPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from reference.bounds import axisymmetric, bodies, homogeneous, punches
@@ -163,7 +166,7 @@ def proof_of(scene: Scene) -> Proof:
     return _proof(scene.indenter, scene.effective_modulus, finer)
 
 
-def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
+def _proof(indenter: Indenter, modulus: float, finer: float) -> Proof:
     profile, cells = _profile(indenter), round(_ROUND * finer)
     if profile is not None and profile.degree is None:
         return Proof(
@@ -176,7 +179,7 @@ def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
         )
     if profile is not None:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)
-    if isinstance(indenter, indenters.Ellipsoid):
+    if isinstance(indenter, Ellipsoid):
         body = bodies.Paraboloid(indenter.radius_x, indenter.radius_y)
         x, y = body.punch(1).extents
         _check_slender("contact", max(x, y) / min(x, y), _SLENDER_CONTACT)
@@ -189,16 +192,16 @@ def _more(cells: tuple[int, int], finer: float) -> tuple[int, int]:
     return round(cells[0] * finer), round(cells[1] * finer)
 
 
-def _profile(indenter: indenters.Indenter) -> Profile | None:
-    if isinstance(indenter, indenters.Paraboloid):
+def _profile(indenter: Indenter) -> Profile | None:
+    if isinstance(indenter, round_shapes.Paraboloid):
         return paraboloid(indenter.radius)
-    if isinstance(indenter, indenters.Sphere):
+    if isinstance(indenter, round_shapes.Sphere):
         return Sphere(indenter.radius)
-    if isinstance(indenter, indenters.Cone):
+    if isinstance(indenter, round_shapes.Cone):
         return cone(indenter.slope)
-    if isinstance(indenter, indenters.RoundedPunch):
+    if isinstance(indenter, round_shapes.RoundedPunch):
         return RoundedPunch(indenter.flat_radius, indenter.edge_radius)
-    if isinstance(indenter, indenters.PowerLaw):
+    if isinstance(indenter, round_shapes.PowerLaw):
         if indenter.exponent < 1:
             raise Refused("the bounds are for convex bodies, f = c r^n with n >= 1")
         return PowerLaw(indenter.exponent, indenter.coefficient)
@@ -253,19 +256,19 @@ def _punch(unit: Callable[[], Interval], modulus: float) -> Proof:
 
 
 @lru_cache(maxsize=32)
-def _stiffness(indenter: indenters.Indenter, finer: float) -> Interval:
-    if isinstance(indenter, indenters.Cylinder):
+def _stiffness(indenter: Indenter, finer: float) -> Interval:
+    if isinstance(indenter, round_shapes.Cylinder):
         return axisymmetric.disc_stiffness(indenter.radius, 1.0, cells=round(_ROUND * finer))
-    if isinstance(indenter, indenters.EllipticPunch):
+    if isinstance(indenter, EllipticPunch):
         # its closed form bounds from both sides: the pressure moves the whole face by the same
         k = elliptic_stiffness(*indenter.semi_axes)
         return Interval(below(k, _INTEGRAL), above(k, _INTEGRAL))
     return punches.enclosed(_corners(indenter), _more(_FACE, finer))
 
 
-def _check_outline(indenter: indenters.Indenter) -> None:
+def _check_outline(indenter: Indenter) -> None:
     """Raise `Refused` for a punch whose outline the bounds do not take."""
-    if isinstance(indenter, indenters.Cylinder | indenters.EllipticPunch):
+    if isinstance(indenter, round_shapes.Cylinder | EllipticPunch):
         return
     if indenter.outline is None:
         shape = str(indenter.model_dump()["shape"]).replace("_", " ")
@@ -288,6 +291,6 @@ def _check_slender(part: str, ratio: float, most: float) -> None:
         )
 
 
-def _corners(indenter: indenters.Indenter) -> list[tuple[float, float]]:
+def _corners(indenter: Indenter) -> list[tuple[float, float]]:
     assert indenter.outline is not None
     return [(float(x), float(y)) for x, y in indenter.outline]

@@ -11,7 +11,7 @@ from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.normal.radial import profile_fields, unit_rings
 from comparisons.methods.normal.reduced_bed import bed_of
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.indenters import Indenter
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.methods.solver import Refused, needed
-from comparisons.scene.indenters import Indenter
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.plasticity import Plasticity
 from comparisons.scene.scene import Scene
 from reduced.loads import Load

@@ -22,7 +22,7 @@ from comparisons.facts.quantities import quantity
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import ClaimRecord
-from comparisons.scene.indenters import EllipticPunch, RightAngledPunch
+from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from reference.closed_form.maugis import maugis_parameter

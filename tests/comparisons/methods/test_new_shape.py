@@ -11,7 +11,7 @@ from comparisons.geometry.prepare import equivalent_profile, prepare
 from comparisons.methods.adhesion.contact import adhesive_form_of
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.scene.indenters import Indenter
+from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import SceneError, load_scene
 
 

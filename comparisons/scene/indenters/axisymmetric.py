@@ -1,0 +1,154 @@
+"""Round shapes with a formula f(r)."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import field_validator, model_validator
+
+from comparisons.scene.fields import Length, Positive, fail
+from comparisons.scene.indenters.indenter import Axisymmetric
+from comparisons.scene.units import NUMBER, Dimension, to_si
+
+
+class Paraboloid(Axisymmetric):
+    """f = r^2 / (2 R)."""
+
+    shape: Literal["paraboloid"]
+    radius: Length
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return r^2 / (2 R)."""
+        return r**2 / (2 * self.radius)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return sqrt(2 R d)."""
+        return float(np.sqrt(2 * self.radius * penetration))
+
+
+class Sphere(Axisymmetric):
+    """f = R - sqrt(R^2 - r^2), up to the equator."""
+
+    shape: Literal["sphere"]
+    radius: Length
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return the sphere's gap, in the form that keeps its digits near the apex."""
+        ratio = np.asarray(r) / self.radius
+        with np.errstate(invalid="ignore"):
+            height = self.radius * ratio**2 / (1 + np.sqrt(1 - ratio**2))
+        return np.where(ratio <= 1, height, np.inf)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return sqrt(d (2 R - d)), at most R."""
+        depth = min(penetration, self.radius)
+        return float(np.sqrt(depth * (2 * self.radius - depth)))
+
+
+class Cone(Axisymmetric):
+    """f = slope * r; the slope is the tangent of the angle between flank and surface."""
+
+    shape: Literal["cone"]
+    slope: Positive
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return slope * r."""
+        return self.slope * r
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return d / slope."""
+        return penetration / self.slope
+
+
+class PowerLaw(Axisymmetric):
+    """f = coefficient * r^exponent; the coefficient has the unit m^(1 - exponent)."""
+
+    shape: Literal["power_law"]
+    exponent: Positive
+    coefficient: float
+
+    @field_validator("exponent")
+    @classmethod
+    def _monotone_slope(cls, value: float) -> float:
+        if not 0.1 <= value <= 100:
+            raise fail("expected an exponent from 0.1 to 100", value)
+        return value
+
+    @model_validator(mode="before")
+    @classmethod
+    def _coefficient_with_unit(cls, data: Any) -> Any:
+        """Convert the coefficient here, because its unit depends on the exponent."""
+        if not isinstance(data, dict) or not isinstance(data.get("coefficient"), str):
+            return data
+        try:
+            exponent = to_si(data.get("exponent"), NUMBER)
+            if not exponent.is_integer():
+                return data
+            dimension = Dimension(length=1 - int(exponent))
+            return data | {"coefficient": to_si(data["coefficient"], dimension)}
+        except ValueError:
+            return data
+
+    @field_validator("coefficient", mode="before")
+    @classmethod
+    def _positive_coefficient(cls, value: Any) -> float:
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not sys.float_info.min <= value < sys.float_info.max:
+            raise fail(
+                "expected a positive number in m^(1 - exponent), or a text with that unit"
+                ' (for an integer exponent) such as "1e6 m^-2" for exponent 3',
+                value,
+            )
+        return float(value)
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return coefficient * r^exponent; inf, which never touches, where it overflows."""
+        with np.errstate(over="ignore"):
+            return self.coefficient * np.asarray(r) ** self.exponent
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return (d / coefficient)^(1 / exponent)."""
+        return float((penetration / self.coefficient) ** (1 / self.exponent))
+
+
+class Cylinder(Axisymmetric):
+    """A flat circular punch."""
+
+    shape: Literal["cylinder"]
+    radius: Length
+
+    @property
+    def face_area(self) -> float:
+        """Area of the circle."""
+        return float(np.pi * self.radius**2)
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return 0 on the face and inf outside."""
+        return np.where(np.asarray(r) <= self.radius, 0.0, np.inf)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return the radius of the face, at any depth."""
+        return self.radius
+
+
+class RoundedPunch(Axisymmetric):
+    """Flat to r = b, then (r - b)^2 / (2 R)."""
+
+    shape: Literal["rounded_punch"]
+    flat_radius: Length
+    edge_radius: Length
+
+    @property
+    def flat_within(self) -> float:
+        """The radius b."""
+        return self.flat_radius
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return the height beyond the flat part."""
+        return np.maximum(np.asarray(r) - self.flat_radius, 0) ** 2 / (2 * self.edge_radius)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return b + sqrt(2 R d)."""
+        return float(self.flat_radius + np.sqrt(2 * self.edge_radius * penetration))

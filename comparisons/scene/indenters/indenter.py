@@ -1,0 +1,121 @@
+"""What every indenter has, and every round one."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+
+class Indenter(BaseModel):
+    """What every shape has; its subclasses in this room are the catalogue."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+    shape: str
+
+    @property
+    def in_words(self) -> str:
+        """The shape in words."""
+        return self.shape.replace("_", " ")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Its sizes, by the names that functions of the shape take them by."""
+        return self.model_dump(exclude={"shape"})
+
+    def made_by(self, room: ModuleType, **more: float) -> Any:
+        """Return what a module's public function of the shape's name makes; None without one."""
+        if self.shape not in room.__all__:
+            return None
+        return getattr(room, self.shape)(**self.parameters, **more)
+
+    @property
+    def regular(self) -> bool:
+        """Whether errors of grids were measured on its like: no corners, no kinks of a table."""
+        return True
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the gap depends on the radius only."""
+        return True
+
+    @property
+    def quarter_symmetric(self) -> bool:
+        """Whether x = 0 and y = 0 are planes of symmetry."""
+        return True
+
+    @property
+    def even(self) -> tuple[bool, bool]:
+        """Whether the gap is even in x, and in y: x = 0, y = 0 are planes of symmetry."""
+        return (self.quarter_symmetric, self.quarter_symmetric)
+
+    @property
+    def face_area(self) -> float | None:
+        """Area of a flat face, None where there is none, or one with a rounded edge."""
+        return None
+
+    @property
+    def flat(self) -> bool:
+        """Whether the contact is the whole flat face at any load."""
+        return self.face_area is not None
+
+    @property
+    def outline(self) -> np.ndarray | None:
+        """Corners (n, 2) of a flat face with straight sharp edges, else None."""
+        return None
+
+    @property
+    def flat_within(self) -> float:
+        """Radius of a flat part inside a rounded edge, 0 where there is none."""
+        return 0.0
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the initial gap at the points (x, y)."""
+        raise NotImplementedError
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return half-widths in x and y of the region where the gap is below `penetration`.
+
+        Contact can only be inside this geometric overlap, because the surface of a half-space
+        without adhesion never rises above its undeformed level.
+        """
+        raise NotImplementedError
+
+
+class Axisymmetric(Indenter):
+    """A shape given by f(r)."""
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
+        """Return f(r)."""
+        raise NotImplementedError
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return f(sqrt(x^2 + y^2))."""
+        return self.radial_gap(np.hypot(x, y))
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return r with f(r) = penetration."""
+        raise NotImplementedError
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return the overlap radius in both directions."""
+        radius = self.overlap_radius(penetration)
+        return radius, radius
+
+
+class RigidPlane(Indenter):
+    """What presses where a scene has a [body] and no [indenter]: no scene file names it."""
+
+    shape: Literal["plane"] = "plane"
+
+    @property
+    def axisymmetric(self) -> bool:
+        """No: its contact has the shape of the body."""
+        return False
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return zeros."""
+        return np.zeros(np.shape(x))
