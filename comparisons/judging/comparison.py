@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,62 +53,66 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     """
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     levels = {method: Levels.of(solved, method) for method, _ in solved}
-    rows = [
-        row
+    tables = [
+        table
         for method, resolution in solved
-        for row in _solution_rows(plan, levels[method], resolution, truth)
+        for table in _solution_tables(plan, levels[method], resolution, truth)
     ]
-    rows += [
-        _refusal_row(plan, planned.method, planned.reason)
+    tables += [
+        pd.DataFrame([_refusal_row(plan, planned.method, planned.reason)])
         for planned in plan.methods
         if not planned.supported
     ]
+    table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()
     sides = {} if truth is None else enclosures_asked_for(plan.scene, plan.loads)
     if truth is not None and sides:
         verification = verified(truth, sides, time.perf_counter() - started)
-        for row in rows:
-            if (row["method"], row["resolution"]) == (truth.method, truth.resolution):
-                row |= {name: float(values[int(row["step"])]) for name, values in sides.items()}
+        own = (table["method"] == truth.method) & (table["resolution"] == truth.resolution)
+        steps = table.loc[own, "step"].astype(int)
+        for name, values in sides.items():
+            table.loc[own, name] = values[steps]
     measures = [
         row
         for method, resolution in solved
         for row in _measure_rows(plan, solved, levels[method], resolution, truth)
     ]
-    table = pd.DataFrame([constants | row for row in rows])
-    last = [name for name in constants if name in table]
-    table = table[[*(name for name in table if name not in constants), *last]]
+    # The columns of the machine come last, as far as no solution knows its own.
+    for name, value in constants.items():
+        known = table.pop(name).fillna(value) if name in table else value
+        table[name] = known
     distributions = pd.DataFrame(distribution_rows(plan, solved))
     return Comparison(truth, table, pd.DataFrame(measures), verification, distributions)
 
 
-def _solution_rows(
+def _solution_tables(
     plan: Plan, levels: Levels, resolution: int, truth: Truth | None
-) -> list[dict[str, Any]]:
-    """Return the rows of the first MOST_REALISATIONS surfaces, and of the mean over all."""
-    rows = []
+) -> Iterator[pd.DataFrame]:
+    """Yield the rows of the first MOST_REALISATIONS surfaces, and of the mean over all."""
     solution = levels.solutions[resolution]
     count = len(solution.converged)
+    shown = slice(min(count, MOST_REALISATIONS))
     common = _common(plan, levels.method, resolution, solution)
-    for k in range(min(count, MOST_REALISATIONS)):
-        curves = {name: values[k] for name, values in solution.quantities.items()}
-        rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, truth)
-        for step, row in enumerate(rows[-len(plan.loads.values) :]):
-            row["iterations"] = int(solution.iterations[k, step])
-            row["violation"] = float(solution.violation[k, step])
-            row["converged"] = bool(solution.converged[k, step])
-            row["reason"] = solution.reasons.get((k, step), "")
+    curves = {name: values[shown] for name, values in solution.quantities.items()}
+    names = [str(k) for k in range(count)][shown]
+    reasons = np.full(solution.converged[shown].shape, "", dtype=object)
+    for (k, step), reason in solution.reasons.items():
+        if k < len(reasons):
+            reasons[k, step] = reason
+    own = {
+        "iterations": solution.iterations[shown].ravel(),
+        "violation": solution.violation[shown].ravel(),
+        "converged": solution.converged[shown].ravel(),
+        "reason": reasons.ravel(),
+    }
+    yield pd.DataFrame(common | _columns(plan, curves, names, common, truth) | own)
     if count > 1:
-        curves = levels.curves(resolution)
-        errors = {name: levels.standard_error(name, resolution) for name in curves}
-        mean = _curve_rows(plan, curves, common | {"realisation": "mean"}, truth)
-        for step, row in enumerate(mean):
-            row["converged"] = bool(solution.converged[:, step].all())
-            for name, values in errors.items():
-                row[f"stderr_{name}"] = float(values[step])
-        rows += mean
-    return rows
+        means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
+        own = {"converged": solution.converged.all(axis=0)} | {
+            f"stderr_{name}": levels.standard_error(name, resolution) for name in means
+        }
+        yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth) | own)
 
 
 def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dict[str, Any]:
@@ -128,40 +133,40 @@ def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dic
     }
 
 
-def _curve_rows(
+def _columns(
     plan: Plan,
     curves: dict[str, np.ndarray],
+    realisations: list[str],
     common: dict[str, Any],
     truth: Truth | None,
-) -> list[dict[str, Any]]:
-    steps = len(plan.loads.values)
-    rows = [common | {"step": step} for step in range(steps)]
-    is_truth = truth is not None and (
-        (truth.method, truth.resolution) == (common["method"], common["resolution"])
-    )
-    for step, row in enumerate(rows):
-        for name, values in curves.items():
-            row[name] = float(values[step])
-        # What is prescribed stands in the row of a step that failed, too.
-        for name, values in plan.loads.columns.items():
-            if not np.isfinite(row.get(name, np.nan)):
-                row[name] = float(values[step])
-        row["reference"] = "" if truth is None else truth.label
+) -> dict[str, Any]:
+    """Return values, errors and bars of some realisations, step by step; curves are (m, k)."""
+    steps, count = len(plan.loads.values), len(realisations)
+    columns: dict[str, Any] = {
+        "realisation": np.repeat(np.array(realisations, dtype=object), steps),
+        "step": np.tile(np.arange(steps), count),
+    }
+    columns |= {name: values.astype(float).ravel() for name, values in curves.items()}
+    # What is prescribed stands in the row of a step that failed, too.
+    for name, values in plan.loads.columns.items():
+        prescribed = np.tile(np.asarray(values, dtype=float), count)
+        solved = columns.get(name, np.full(len(prescribed), np.nan))
+        columns[name] = np.where(np.isfinite(solved), solved, prescribed)
+    columns["reference"] = "" if truth is None else truth.label
     if truth is None:
-        return rows
-    compared = [n for n in plan.compared if truth.knows(n)]
+        return columns
+    is_truth = (truth.method, truth.resolution) == (common["method"], common["resolution"])
+    widest = np.full(steps, np.nan)
     for name in CURVES:
         if not truth.knows(name, curves):
             continue
         bar = truth.bar(name)
         error = truth.errors(curves, name, main_axis(truth.axis, name))
-        for step, row in enumerate(rows):
-            row[f"error_{name}"] = float("nan") if is_truth else float(error[step])
-            row[f"reference_uncertainty_{name}"] = float(bar[step])
-    for row in rows:
-        bars = [row.get(f"reference_uncertainty_{name}", np.nan) for name in compared]
-        row["reference_uncertainty"] = max((b for b in bars if np.isfinite(b)), default=np.nan)
-    return rows
+        columns[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error.ravel()
+        columns[f"reference_uncertainty_{name}"] = np.tile(bar, count)
+        if name in plan.compared:
+            widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
+    return columns | {"reference_uncertainty": np.tile(widest, count)}
 
 
 def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:

@@ -94,11 +94,12 @@ class Truth:
     def errors(self, curves: Curves, name: str, at: str) -> np.ndarray:
         """Return the signed relative error of a quantity at equal `at`, per load step.
 
-        At the prescribed load the values are compared step by step; at the other one the truth
-        is interpolated. NaN where either does not know the quantity.
+        Curves are (k,), or (m, k) of several realisations. At the prescribed load the values are
+        compared step by step; at the other one the truth is interpolated. NaN where either does
+        not know the quantity.
         """
         if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
-            return np.full(self.solution.converged.shape[1], np.nan)
+            return np.full_like(curves.get(name, self.solution.converged[0]), np.nan, dtype=float)
         if at == self.axis:
             return relative_error(curves[name], self.curves[name], path=self.path)
         return relative_error(curves[name], self.value(name, at, curves[at]))

@@ -32,6 +32,8 @@ Complex = NDArray[np.complex128]
 
 # Waves over 2 pi that a field decays over before it is nothing.
 _REACH = 24.0
+# Lengths of waves that differ by less than this part of the largest are the same.
+_DIGITS = 2.0**45
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,14 @@ class Inside:
     depth: float
     displacement: Array
     stress: Array
+
+    def cut(self, nx: int, ny: int) -> Inside:
+        """Return the fields below the first cells of either side."""
+        return Inside(
+            self.depth,
+            self.displacement[:, :nx, :ny].copy(),
+            self.stress[:, :nx, :ny].copy(),
+        )
 
     @property
     def von_mises(self) -> Array:
@@ -96,14 +106,26 @@ def inside(
         faults.append("depths must be positive and increase")
     refuse(faults)
     waves = _Waves.of(pressure, spacing)
+    lengths, wave = _different(waves.length)
     parts = _cut(body, depths)
-    matrices, below = _upwards(body, parts, waves.length)
-    traction = np.zeros((waves.length.size, 2))
+    matrices, below = _upwards(body, parts, lengths)
+    traction = np.zeros((lengths.size, 2))
     traction[:, 1] = -1.0  # of unit pressure
     for (_, material, depth), matrix, compliance in zip(parts, matrices, below, strict=True):
         traction = (matrix @ traction[:, :, None])[:, :, 0]
         if depth in depths:
-            yield waves.fields(depth, material, traction, compliance)
+            moved = (compliance @ traction[:, :, None])[:, :, 0]
+            yield waves.fields(depth, material, traction[wave], moved[wave])
+
+
+def _different(lengths: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Return the lengths that differ, and for each of all the place of its like.
+
+    Bodies are isotropic, so that waves of one length have one state: some seventh of a square grid.
+    """
+    keys = np.rint(lengths * (_DIGITS / lengths.max()))
+    _, first, wave = np.unique(keys, return_index=True, return_inverse=True)
+    return lengths[first], wave
 
 
 @dataclass(frozen=True)
@@ -126,11 +148,11 @@ class _Waves:
         return cls(pressure.shape, amplitude, safe, *directions)
 
     def fields(
-        self, depth: float, material: Material, traction: Array, compliance: Array
+        self, depth: float, material: Material, traction: Array, displacement: Array
     ) -> Inside:
-        """Return the fields of states of unit pressure."""
+        """Return the fields of states of unit pressure; displacements in units of 1/(G q)."""
         nu, modulus = material.poisson_ratio, shear_modulus(material)
-        moved = (compliance @ traction[:, :, None])[:, :, 0] / (modulus * self.length[:, None])
+        moved = displacement / (modulus * self.length[:, None])
         shear, normal = traction.T.copy()
         stretch = modulus * self.length * moved[:, 0]
         along = 2 * stretch / (1 - nu) + nu / (1 - nu) * normal
@@ -148,17 +170,15 @@ class _Waves:
             -1j * c * shear,
             c * s * (along - across),
         )
-        displacement = (-1j * c * moved[:, 0], -1j * s * moved[:, 0], moved[:, 1])
-        return Inside(depth, self._back(displacement), self._back(stress))
+        shift = (-1j * c * moved[:, 0], -1j * s * moved[:, 0], moved[:, 1])
+        return Inside(depth, self._back(shift), self._back(stress))
 
     def _back(self, factors: Sequence[NDArray[Any]]) -> Array:
         half = self.shape[0], self.shape[1] // 2 + 1
-        return np.array(
-            [
-                fft.irfft2((self.amplitude * part).reshape(half), self.shape, workers=1)
-                for part in factors
-            ]
-        )
+        fields = np.empty((len(factors), *self.shape))
+        for field, part in zip(fields, factors, strict=True):
+            field[:] = fft.irfft2((self.amplitude * part).reshape(half), self.shape, workers=1)
+        return fields
 
 
 Part = tuple[float, Material, float]

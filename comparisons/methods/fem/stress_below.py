@@ -41,15 +41,14 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     if not contact.operator.periodic:
         pressure = np.zeros([_PADDED * n for n in shape])
         pressure[: shape[0], : shape[1]] = contact.pressure
-    fields = list(inside(body, pressure, spacing, depths))
-    part = [slice(0, n) for n in shape]
-    highest = max(fields, key=lambda field: field.von_mises[tuple(part)].max())
-    stress = highest.von_mises[tuple(part)]
-    peak = np.unravel_index(int(stress.argmax()), shape)
+    fields = [field.cut(*shape) for field in inside(body, pressure, spacing, depths)]
+    stresses = [field.von_mises for field in fields]
+    highest = max(stresses, key=np.max)
+    peak = np.unravel_index(int(highest.argmax()), shape)
     kept = [_kept(n, int(at), scene.rough) for n, at in zip(shape, peak, strict=True)]
-    return _mesh(fields, kept, grid) | {
+    return _mesh(fields, stresses, kept, grid) | {
         "von_mises_depth": np.array([field.depth for field in fields]),
-        "von_mises_highest": np.array([f.von_mises[tuple(part)].max() for f in fields]),
+        "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }
 
 
@@ -81,7 +80,9 @@ def _kept(size: int, peak: int, rough: bool) -> np.ndarray:
     return np.arange(first, first + _SHOWN)
 
 
-def _mesh(fields: list[Inside], kept: list[np.ndarray], grid: Grid) -> dict[str, np.ndarray]:
+def _mesh(
+    fields: list[Inside], stresses: list[np.ndarray], kept: list[np.ndarray], grid: Grid
+) -> dict[str, np.ndarray]:
     """Return hexahedra between the centres of cells and the depths; z points into the body."""
     x, y = (
         start + (cells + 0.5) * step
@@ -102,5 +103,5 @@ def _mesh(fields: list[Inside], kept: list[np.ndarray], grid: Grid) -> dict[str,
         "mesh_points": points.reshape(-1, 3),
         "mesh_cells": np.stack([corner.ravel() for corner in corners], axis=-1),
         "mesh_displacement": np.array(moved).reshape(-1, 3),
-        "mesh_von_mises": np.array([f.von_mises[where] for f in fields]).ravel(),
+        "mesh_von_mises": np.array([stress[where] for stress in stresses]).ravel(),
     }
