@@ -47,7 +47,7 @@ def compile_apart(task: Task) -> float:
         with _alone(folder / "roughline.lock"):
             if mark.exists():
                 return 0.0
-            outcome = parent.run(_WORK, task, seconds=_SECONDS)
+            outcome = parent.run(_WORK, task, seconds=_SECONDS, reuse=_WORK)
             if outcome.ok:
                 mark.touch()
             return outcome.seconds

@@ -138,9 +138,9 @@ def _shift(mask, pressure, gap, spacing, periodic, way):
         for j in range(mask.shape[1]):
             if not mask[i, j]:
                 continue
-            place_along = i if axis == 0 else j
+            own = i if axis == 0 else j
             beside = _along(i, j, axis, side, size)
-            if not periodic and (place_along + side < 0 or place_along + side >= size):
+            if not periodic and (own + side < 0 or own + side >= size):
                 crossings += 1  # the rim of the patch is an end
                 continue
             if mask[beside]:
@@ -153,10 +153,10 @@ def _shift(mask, pressure, gap, spacing, periodic, way):
                 continue
             located += 1
             steep = (
-                _slope(mask, i, j, axis, periodic) + _slope(mask, *beside, axis, periodic)
+                _slope(mask, (i, j), axis, periodic) + _slope(mask, beside, axis, periodic)
             ) / spacing[axis]
             across = (
-                _slope(mask, i, j, 1 - axis, periodic) + _slope(mask, *beside, 1 - axis, periodic)
+                _slope(mask, (i, j), 1 - axis, periodic) + _slope(mask, beside, 1 - axis, periodic)
             ) / spacing[1 - axis]
             square = steep**2 / max(steep**2 + across**2, _TINY)
             cosine = max(np.sqrt(square), _LEAST_COSINE)
@@ -172,13 +172,13 @@ def _along(i, j, axis, steps, size):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _slope(mask, i, j, axis, periodic):
+def _slope(mask, cell, axis, periodic):
     """Return the gradient of the mask, in cells (Sobel filter), along the normal of the rim."""
     total = 0.0
     for step in (-1, 0, 1):
         for side in (-1, 1):
             row, column = (side, step) if axis == 0 else (step, side)
-            row, column = i + row, j + column
+            row, column = cell[0] + row, cell[1] + column
             if periodic:
                 row, column = row % mask.shape[0], column % mask.shape[1]
             else:
