@@ -95,10 +95,10 @@ class LineFilm:
 
 @dataclass(frozen=True)
 class _State:
-    """Pressure or, negative, vapour in every cell; the lift; the displacement of the springs."""
+    """Pressure or, negative, vapour in every cell, and the separation."""
 
     s: np.ndarray
-    lift: float
+    separation: float
     error: float = np.inf
 
 
@@ -131,11 +131,11 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
     line = _Line(ball, np.sqrt(2) * reach, ENTRAINED, _edges(resolution, _REACH))
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * line.length)
     reached, state = line.start(number)
-    state, ratio = line.solved(_Drawn(reached), state, 1.0), _RATIO
+    state, ratio = line.solved(_Entrained(reached), state, 1.0), _RATIO
     while reached != number:
         target = number if number >= reached * ratio else reached * ratio
         try:
-            state, reached = line.solved(_Drawn(target), state, 1.0), target
+            state, reached = line.solved(_Entrained(target), state, 1.0), target
         except ConvergenceError:
             ratio = float(np.sqrt(ratio))
             if ratio > _CLOSEST:
@@ -158,8 +158,8 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
     while share < 1:
         share = min(1.0, share / ratio)
         earlier, before = before, state
-        guess = _State(before.s, before.lift - 0.8 * (earlier.lift - before.lift))
-        state = line.solved(_Pressed(number, line, before, earlier), guess, share)
+        guess = _State(before.s, before.separation - 0.8 * (earlier.separation - before.separation))
+        state = line.solved(_Squeezed(number, line, before, earlier), guess, share)
     return line.film(state, speed)
 
 
@@ -197,43 +197,43 @@ class _Line:
     def faces(self, state: _State, w: np.ndarray) -> np.ndarray:
         """Return the film in the faces."""
         ends = np.concatenate([w[:1], (w[1:] + w[:-1]) / 2, w[-1:]])
-        return self.face_gap + state.lift + ends
+        return self.face_gap + state.separation + ends
 
     def start(self, number: float) -> tuple[float, _State]:
         """Return a speed at or above a number, and the film of a ball that bends little there."""
-        for lift in 0.5 * 2.0 ** np.arange(_TRIED):
-            s = np.where(self.x < 0, -self.x / (self.gap + lift) ** 2, -0.5)
-            flow, state = _Drawn(1.0), _State(s, lift)
+        for separation in 0.5 * 2.0 ** np.arange(_TRIED):
+            s = np.where(self.x < 0, -self.x / (self.gap + separation) ** 2, -0.5)
+            flow, state = _Entrained(1.0), _State(s, separation)
             rigid = np.zeros(s.size)
             for _ in range(_ROUNDS):
                 bands = flow.slopes(self, state, rigid, np.zeros(s.size))[0]
                 s = state.s - solve_banded((1, 1), bands, flow.balance(self, state, rigid))
-                settled, state = not ((s > 0) != (state.s > 0)).any(), _State(s, lift)
+                settled, state = not ((s > 0) != (state.s > 0)).any(), _State(s, separation)
                 if settled:
                     break
             p = np.maximum(state.s, 0.0)
             carried = float(self.springs(p)[0] @ self.dx) / self.softness
             speed = 1 / (np.sqrt(carried) if self.ball.rule == "local" else carried)
             bent = float(self.springs(speed * p)[0].max())
-            if speed >= number and bent < _STIFF * lift:
-                return speed, _State(np.where(s > 0, speed * s, s), lift)
+            if speed >= number and bent < _STIFF * separation:
+                return speed, _State(np.where(s > 0, speed * s, s), separation)
         raise ConvergenceError("no ball so high that it is as good as rigid", [])
 
     def squeezed(self, number: float, ratio: float) -> tuple[float, _State, _State]:
         """Return a light load, the film that carries it, and that of a lighter one, both rigid."""
 
-        def at(lift: float) -> tuple[float, float, _State]:
-            p = number / 4 / (self.gap + lift) ** 2
+        def at(separation: float) -> tuple[float, float, _State]:
+            p = number / 4 / (self.gap + separation) ** 2
             w = self.springs(p)[0]
-            return float(w @ self.dx) / self.softness, float(w.max()), _State(p, lift)
+            return float(w @ self.dx) / self.softness, float(w.max()), _State(p, separation)
 
-        for lift in 1e-3 * 1.1 ** np.arange(_TRIED):
-            share, bent, state = at(lift)
-            if share < ratio**2 and bent < _STIFF * lift:
-                return share, at(lift / ratio)[2], state
+        for separation in 1e-3 * 1.1 ** np.arange(_TRIED):
+            share, bent, state = at(separation)
+            if share < ratio**2 and bent < _STIFF * separation:
+                return share, at(separation / ratio)[2], state
         raise ConvergenceError("no load so light that the ball is as good as rigid", [])
 
-    def solved(self, flow: _Drawn | _Pressed, start: _State, share: float) -> _State:
+    def solved(self, flow: _Entrained | _Squeezed, start: _State, share: float) -> _State:
         """Return the film that carries a share of the load, by Newton's method."""
         state, history = start, []
         for _ in range(_ROUNDS):
@@ -245,12 +245,12 @@ class _Line:
             )
             history.append(error)
             if error <= _TOLERANCE:
-                return _State(state.s, state.lift, error)
+                return _State(state.s, state.separation, error)
             if not error <= _LOST:
                 break
-            bands, by_lift = flow.slopes(self, state, w, slope)
+            bands, by_separation = flow.slopes(self, state, w, slope)
             try:
-                part, answer = solve_banded((1, 1), bands, np.array([mass, by_lift]).T).T
+                part, answer = solve_banded((1, 1), bands, np.array([mass, by_separation]).T).T
             except np.linalg.LinAlgError:
                 break
             push = slope * self.dx / self.softness
@@ -263,34 +263,34 @@ class _Line:
 
     def _moved(
         self,
-        flow: _Drawn | _Pressed,
+        flow: _Entrained | _Squeezed,
         state: _State,
         w: np.ndarray,
         change: tuple[np.ndarray, float],
     ) -> _State:
         """Return the state after a step, shortened where the film would become too thin."""
-        before, share = self.gap + state.lift + w, 1.0
+        before, share = self.gap + state.separation + w, 1.0
         for _ in range(40):
-            s, lift = state.s + share * change[0], state.lift + share * change[1]
-            after = self.gap + lift + self.springs(np.maximum(s, 0.0))[0]
-            if (after > _KEPT * before).all() and flow.admits(lift):
+            s, separation = state.s + share * change[0], state.separation + share * change[1]
+            after = self.gap + separation + self.springs(np.maximum(s, 0.0))[0]
+            if (after > _KEPT * before).all() and flow.admits(separation):
                 break
             share /= 2
-        return _State(s, lift)
+        return _State(s, separation)
 
     def film(self, state: _State, speed: float) -> LineFilm:
         """Return a film in the units of the ball."""
         ball, unit = self.ball, self.length**2 / self.ball.radius
         p = np.maximum(state.s, 0.0)
         w, _ = self.springs(p)
-        h, q = self.gap + state.lift + w, w / self.softness
+        h, q = self.gap + state.separation + w, w / self.softness
         strip = np.divide(q, p, out=np.zeros(p.size), where=p > 0)
         strip *= np.clip((self.end - np.abs(self.x)) / self.dx + 0.5, 0.0, 1.0)  # below the ball
         return LineFilm(
             film_central=float(np.interp(0.0, self.x, h)) * unit,
             film_minimum=_least(h) * unit,
             load=float(q @ self.dx) * ball.load,
-            penetration=-state.lift * unit,
+            penetration=-state.separation * unit,
             shear=float((strip / h) @ self.dx) * ball.viscosity * speed * ball.radius,
             drag=abs(float((q * self.x) @ self.dx)) * ball.load * self.length / ball.radius,
             x=self.x * self.length,
@@ -302,7 +302,7 @@ class _Line:
 
 
 @dataclass(frozen=True)
-class _Drawn:
+class _Entrained:
     """A film that surfaces draw along x: L = 12 eta U."""
 
     speed: float
@@ -312,13 +312,13 @@ class _Drawn:
         h = line.faces(state, w)
         flow = self.speed * h - line.conductance * h**3 * _steps(state.s)
         vapour = np.maximum(-state.s, 0.0)
-        flow[1:] -= self.speed * vapour * (line.gap + state.lift + w)
+        flow[1:] -= self.speed * vapour * (line.gap + state.separation + w)
         return np.diff(flow)
 
     def slopes(
         self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the three diagonals of the derivative by s, and the derivative by the lift."""
+        """Return the three diagonals of the derivative by s, and that by the separation."""
         h = line.faces(state, w)
         full = state.s > 0
         vapour = np.maximum(-state.s, 0.0)
@@ -329,25 +329,25 @@ class _Drawn:
         before[-1] *= 2
         # of each face by the s of the cells on its two sides
         left = np.where(full, by_p[1:] + before[1:] * slope, 0.0)
-        left += self.speed * np.where(full, 0.0, line.gap + state.lift + w)
+        left += self.speed * np.where(full, 0.0, line.gap + state.separation + w)
         right = np.where(full, -by_p[:-1] + after[:-1] * slope, 0.0)
         bands = np.array([right, left - right, -left])
-        by_lift = by_h.copy()
-        by_lift[1:] -= self.speed * vapour
-        return bands, np.diff(by_lift)
+        by_separation = by_h.copy()
+        by_separation[1:] -= self.speed * vapour
+        return bands, np.diff(by_separation)
 
     def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
         """Return what flows through each cell."""
-        return self.speed * (line.gap + state.lift + w) + _driven(line, state, w)
+        return self.speed * (line.gap + state.separation + w) + _driven(line, state, w)
 
-    def admits(self, lift: float) -> bool:
+    def admits(self, separation: float) -> bool:
         """Whether there is such a flow: always."""
         return True
 
 
 @dataclass(frozen=True)
-class _Pressed:
-    """A step of bodies that approach at V, L = 12 eta V: the lift is the clock."""
+class _Squeezed:
+    """A step of bodies that approach at V, L = 12 eta V: the separation is the clock."""
 
     speed: float
     line: _Line
@@ -356,37 +356,37 @@ class _Pressed:
 
     def balance(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
         """Return what flows out of each cell, and what the thicker film keeps."""
-        flow = _Drawn(0.0).balance(line, state, w)
-        weights = self._weights(self.before.lift - state.lift)
+        flow = _Entrained(0.0).balance(line, state, w)
+        weights = self._weights(self.before.separation - state.separation)
         return flow + self.speed * line.dx * (weights @ self._films(state, w))
 
     def slopes(
         self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return derivatives as of a film that is drawn along."""
-        bands, by_lift = _Drawn(0.0).slopes(line, state, w, slope)
-        fall = self.before.lift - state.lift
+        bands, by_separation = _Entrained(0.0).slopes(line, state, w, slope)
+        fall = self.before.separation - state.separation
         step, kept = 1e-6 * fall, self.speed * line.dx
         own = self._weights(fall)[0]
         turned = (self._weights(fall + step) - self._weights(fall - step)) / (2 * step)
         bands[1] += kept * own * slope
-        return bands, by_lift + kept * (own - turned @ self._films(state, w))
+        return bands, by_separation + kept * (own - turned @ self._films(state, w))
 
     def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
         """Return what the approach presses out of each cell, and what flows."""
         return self.speed * line.dx + _driven(line, state, w)
 
-    def admits(self, lift: float) -> bool:
+    def admits(self, separation: float) -> bool:
         """Whether the bodies have come closer."""
-        return lift < self.before.lift
+        return separation < self.before.separation
 
     def _films(self, state: _State, w: np.ndarray) -> np.ndarray:
-        past = [self.line.springs(s.s)[0] + s.lift for s in (self.before, self.earlier)]
-        return self.line.gap + np.array([w + state.lift, *past])
+        past = [self.line.springs(s.s)[0] + s.separation for s in (self.before, self.earlier)]
+        return self.line.gap + np.array([w + state.separation, *past])
 
     def _weights(self, fall: float) -> np.ndarray:
         """Return the weights of three films in a backward difference of second order, times V."""
-        last = self.earlier.lift - self.before.lift
+        last = self.earlier.separation - self.before.separation
         both = fall + last
         return np.array(
             [(fall + both) / (fall * both), -both / (fall * last), fall / (last * both)]

@@ -17,6 +17,13 @@ carries W = (24/5) (pi/sqrt 2) eta U R^(3/2)/h0^(1/2) = 10.66 eta U R^(3/2)/h0^(
     h_min/R = 2.80 (eta U/(E' R))^0.65 (W/(E' R^2))^-0.21,    E' = 2 E*,
 
 a fit to computed films at speeds 5e-9 to 5e-8 and loads 2e-4 to 2e-3 in these units.
+
+**Softer and slower**: the film is made where Hertz's pressure begins, p = A sqrt(x), as below a
+long cylinder, and carried through (Snoeijer, Eggers & Venner, Phys. Fluids 25 (2013) 101705):
+
+    h_c = 0.5122 (12 eta U)^(3/5) E*^(1/5) A^(-4/5),    A = 2 sqrt(2 a) E*/(pi R),
+
+so that h_c/R goes as 3.55 (eta U/(E' R))^0.6 (W/(E' R^2))^-0.133.
 """
 
 from __future__ import annotations
@@ -30,6 +37,8 @@ from reference.arguments import positive_faults, refuse
 CYLINDER = 4.894968493913368
 RUPTURE = 0.4751299200930561
 HALF_SOMMERFELD = 24 / 5 * np.pi / np.sqrt(2)
+# Of the film behind the inlet of a contact that is large beside it; to 1e-4, by the tests.
+INLET = 0.5122
 # Speeds and loads that the fit was made for.
 SPEEDS, LOADS = (5e-9, 5e-8), (2e-4, 2e-3)
 # A ball is a paraboloid over this many lengths of the contact.
@@ -110,6 +119,15 @@ def contact_length(
 def sphere_film(radius: float, viscosity: float, speed: float, load: float) -> float:
     """Return h0 of an entrained rigid sphere by the half-Sommerfeld condition."""
     return (HALF_SOMMERFELD * viscosity * speed * radius**1.5 / load) ** 2
+
+
+def soft_limit(
+    radius: float, effective_modulus: float, viscosity: float, speed: float, load: float
+) -> float:
+    """Return the central film of a ball so soft that its inlet is small beside the contact."""
+    contact = hertz_radius(radius, effective_modulus, load)
+    rise = 2 * np.sqrt(2 * contact) * effective_modulus / (np.pi * radius)
+    return float(INLET * (12 * viscosity * speed) ** 0.6 * effective_modulus**0.2 * rise**-0.8)
 
 
 def squeezed_film(radius: float, viscosity: float, speed: float, load: float) -> float:

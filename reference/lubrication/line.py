@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.lubrication import formulas
 from reference.lubrication.cells import around_line
-from reference.lubrication.loaded import at_lift
+from reference.lubrication.loaded import rigid_film_at
 from reference.lubrication.reynolds import Film
 
 Field = NDArray[np.float64]
@@ -73,12 +73,14 @@ def rigid_cylinder(resolution: int, *, inlet: float = np.inf, reach: float = 1e3
     refuse(faults)
     cells = around_line(resolution, reach)
     film = Film(cells, lambda x, y: x**2 + 0 * y, inlet)
-    state = at_lift(film, 1.0, 1.0)
+    state = rigid_film_at(film, 1.0, 1.0)
     x, pressure = cells.centres[0].ravel(), state.pressure.ravel()
     last = int(np.flatnonzero(pressure)[-1])
     before, root = np.sqrt(pressure[last - 1]), np.sqrt(pressure[last])
-    oil = film.carried(state.vapour, 1.0, state.bent, film.faces(1.0, state.bent)[0]).ravel()
-    driven = (film.along.conductance * film.faces(1.0, state.bent)[0] ** 3).ravel()
+    oil = film.carried(
+        state.vapour, 1.0, state.displacement, film.faces(1.0, state.displacement)[0]
+    ).ravel()
+    driven = (film.along.conductance * film.faces(1.0, state.displacement)[0] ** 3).ravel()
     return LineFilm(
         load=24 * float(pressure @ cells.area.ravel()),
         rupture=float(x[last] + (x[last] - x[last - 1]) * root / (before - root)),

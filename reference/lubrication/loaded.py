@@ -1,6 +1,6 @@
 """A film that carries a given load on a deforming surface: Newton's method on all of it at once.
 
-Unknowns are the film's s in every cell and the lift between the bodies; the equations are the
+Unknowns are the film's s in every cell and the separation between the bodies; the equations are the
 balance of mass in every cell and that of forces. The Jacobian of the flow is exact. What the
 pressure bends is a convolution (`halfspace.operators`), so that steps are found by GMRES,
 preconditioned by a sparse factorisation in which a cell bends its neighbours only.
@@ -27,7 +27,7 @@ Field = NDArray[np.float64]
 _KEPT = 0.35
 _ROUNDS = 30
 # Steps of GMRES after which the factorisation is renewed, and most of them.
-_PATIENCE, _MOST = 25, 200
+_PATIENCE, _MOST = 25, 60
 # Cells that may rupture or heal before it is renewed.
 _SWITCHED = 4
 # Errors beyond the least one by this factor are a divergence.
@@ -38,7 +38,7 @@ _STALLED = 8
 _NEAR = 1e-6
 
 
-def at_lift(film: Film, lift: float, speed: float, tolerance: float = 1e-12) -> State:
+def rigid_film_at(film: Film, separation: float, speed: float, tolerance: float = 1e-12) -> State:
     """Return the film between rigid bodies at a given distance, drawn along at L.
 
     With the gap given the equations are linear but for where the film ruptures: each round solves
@@ -52,9 +52,9 @@ def at_lift(film: Film, lift: float, speed: float, tolerance: float = 1e-12) -> 
     """
     rigid = np.zeros(film.gap.shape)
     flow = Entrainment(speed)
-    gap = film.thickness(lift, rigid)
+    gap = film.thickness(separation, rigid)
     full = (film.cells.centres[0] < 0) & (gap < film.inlet)
-    state = State(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), lift, rigid)
+    state = State(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), separation, rigid)
     history: list[float] = []
     # oil that does not fit through fills the gap upstream, a cell in each round
     for rounds in range(_ROUNDS + film.gap.shape[0]):
@@ -101,7 +101,7 @@ class LoadedFilm:
         ConvergenceError
             With the history of errors.
         """
-        state = replace(start, bent=self.surface.bent(start.pressure))
+        state = replace(start, displacement=self.surface.displacement(start.pressure))
         history: list[float] = []
         step: _Step | None = None
         for rounds in range(_ROUNDS):
@@ -133,21 +133,32 @@ class LoadedFilm:
         Far out, where the gap is wide, pressures that are zero to round-off drive more than the
         surfaces carry.
         """
-        driven = self.film.driven(state.pressure, state.lift, state.bent)
+        driven = self.film.driven(state.pressure, state.separation, state.displacement)
         return flow.carried(self.film, state) + driven
 
     def _moved(self, flow: Transport, state: State, change: Field, rise: float) -> State:
         """Return the state after a step, shortened where the film would become too thin."""
-        before = self.film.thickness(state.lift, state.bent)
+        before = self.film.thickness(state.separation, state.displacement)
         share = 1.0
         for _ in range(30):
-            s, lift = state.s + share * change, state.lift + share * rise
-            bent = self.surface.bent(np.maximum(s, 0.0))
-            thick = (self.film.thickness(lift, bent) > _KEPT * before).all()
-            if thick and flow.admits(lift):
+            s, separation = (
+                _crossed(state.s, state.s + share * change),
+                state.separation + share * rise,
+            )
+            displacement = self.surface.displacement(np.maximum(s, 0.0))
+            thick = (self.film.thickness(separation, displacement) > _KEPT * before).all()
+            if thick and flow.admits(separation):
                 break
             share /= 2
-        return replace(state, s=s, lift=lift, bent=bent)
+        return replace(state, s=s, separation=separation, displacement=displacement)
+
+
+def _crossed(before: Field, after: Field) -> Field:
+    """Return a step's s, halted at zero where a cell ruptures or heals.
+
+    A slope of p says nothing of theta, nor the reverse: far before the contact p is 1e-9 of theta.
+    """
+    return np.where((before > 0) != (after > 0), np.copysign(np.finfo(float).tiny, after), after)
 
 
 def _reason(history: list[float]) -> str:
@@ -162,10 +173,10 @@ class _Step:
         self.loaded, self.flow = loaded, flow
         self.slow = False
         self.renew(state)
-        near = self.slopes.bent @ loaded.near @ sparse.diags(self.positive)
+        near = self.slopes.displacement @ loaded.near @ sparse.diags(self.positive)
         self.factors = _factors(self.slopes.s + near)
         self.factored = self.positive
-        self.response = self.factors.solve(self.slopes.lift)
+        self.response = self.factors.solve(self.slopes.separation)
         self.weight = float(self.push @ self.response)
 
     def stale(self, state: State) -> bool:
@@ -182,7 +193,7 @@ class _Step:
         self.push = self.loaded.film.cells.area.ravel() * self.positive
 
     def solve(self, mass: Field, force: float, accuracy: float) -> tuple[Field, float]:
-        """Return the changes of s and of the lift."""
+        """Return the changes of s and of the separation."""
         size = mass.size + 1
         counts: list[float] = []
         answer, unfinished = gmres(
@@ -201,12 +212,16 @@ class _Step:
     def _apply(self, vector: Field) -> Field:
         change, rise = vector[:-1], vector[-1]
         pressed = (self.positive * change).reshape(self.loaded.film.cells.shape)
-        bent = self.loaded.surface.respond(pressed).ravel()
-        mass = self.slopes.s @ change + self.slopes.bent @ bent + self.slopes.lift * rise
+        displacement = self.loaded.surface.respond(pressed).ravel()
+        mass = (
+            self.slopes.s @ change
+            + self.slopes.displacement @ displacement
+            + self.slopes.separation * rise
+        )
         return np.append(mass, self.push @ change) / self.scale
 
     def _precondition(self, vector: Field) -> Field:
-        """Eliminate the lift by the force."""
+        """Eliminate the separation by the force."""
         right = vector * self.scale
         part = self.factors.solve(right[:-1])
         rise = (self.push @ part - right[-1]) / self.weight

@@ -16,7 +16,7 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
 from reference.lubrication.cells import Cells, around_point
-from reference.lubrication.loaded import LoadedFilm, at_lift
+from reference.lubrication.loaded import LoadedFilm, rigid_film_at
 from reference.lubrication.reynolds import Film
 from reference.lubrication.surface import Surface
 from reference.lubrication.transport import Approach, Entrainment, State
@@ -161,19 +161,19 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * problem.length)
     levels = _doubled(resolution)
     grid = problem.on(levels[0])
-    walk, failure = _lowered(
+    films, failure = _lowered(
         grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution)
     )
     for per_length in levels[1:]:
         coarse, grid = grid, problem.on(per_length)
-        starts = [(at, _prolonged(coarse, film, grid)) for at, film in walk]
-        walk, failed = _lowered(grid, starts, number, _closest(per_length, resolution))
+        starts = [(at, _prolonged(coarse, film, grid)) for at, film in films]
+        films, failed = _lowered(grid, starts, number, _closest(per_length, resolution))
         failure = failed or failure
-    if failure is not None and not (walk and walk[-1][0] == number):
+    if failure is not None and not (films and films[-1][0] == number):
         raise ConvergenceError(
             f"no film on {resolution} cells per {problem.length:.3g}: {failure}", failure.history
         )
-    return problem.film_of(grid, walk[-1][1], speed)
+    return problem.film_of(grid, films[-1][1], speed)
 
 
 def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
@@ -211,8 +211,8 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
     number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * problem.length**2)
     ratio = 1 - _FALL / resolution
     # a rigid film thick beside what it bends, w/(pi E* c): w^(3/2) < ...
-    bent = max(_STIFF * problem.compliance / np.pi, np.finfo(float).tiny)
-    share = float(min(ratio**4, (np.pi * number / 2) ** 0.6 / bent**0.4))
+    displacement = max(_STIFF * problem.compliance / np.pi, np.finfo(float).tiny)
+    share = float(min(ratio**4, (np.pi * number / 2) ** 0.6 / displacement**0.4))
     full = problem.on(resolution, _SQUEEZED, _SQUEEZED_REACH)
     grid = full.under(share)
     state, before = _squeezed(grid, number), _squeezed(full.under(share * ratio), number)
@@ -221,17 +221,17 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
         share = min(1.0, share / ratio)
         earlier, before, state = before, state, state
         grid = full.under(share)
-        guess = before.lift - 0.8 * (earlier.lift - before.lift)
-        start = State(before.s, guess, before.bent)
+        guess = before.separation - 0.8 * (earlier.separation - before.separation)
+        start = State(before.s, guess, before.displacement)
         state = grid.solve(Approach(number, before, earlier), start)
     return problem.film_of(grid, state, speed)
 
 
 def _squeezed(loaded: LoadedFilm, number: float) -> State:
     """Return the film of a rigid ball under a load: p = 3 eta V R/h^2."""
-    lift = np.pi * number / (2 * loaded.load)
-    s = number / 4 / (loaded.film.gap + lift) ** 2
-    return State(s, lift, loaded.surface.bent(s))
+    separation = np.pi * number / (2 * loaded.load)
+    s = number / 4 / (loaded.film.gap + separation) ** 2
+    return State(s, separation, loaded.surface.displacement(s))
 
 
 def _closest(per_length: int, resolution: int) -> float:
@@ -274,15 +274,15 @@ class _Scaled:
         end = self.ball.radius / self.length
         inside = np.clip((end - np.hypot(x, y)) / np.maximum(*cells.widths) + 0.5, 0.0, 1.0)
         # beyond the last cells full film before the ball alone, h = r^2/2R, where there is oil
-        oiled = min(end, self.ball.meniscus / self.length)
-        rest = 2 * np.pi * max(0.0, float(np.log(oiled / cells.x[-1])))
+        full = min(end, self.ball.meniscus / self.length)
+        rest = 2 * np.pi * max(0.0, float(np.log(full / cells.x[-1])))
         return float((cells.area * inside * rate).sum()) + rest
 
     def film_of(self, loaded: LoadedFilm, state: State, speed: float) -> PointFilm:
         """Return a film in the units of the ball."""
         cells = loaded.film.cells
         x, y = cells.centres
-        thickness = loaded.film.thickness(state.lift, state.bent)
+        thickness = loaded.film.thickness(state.separation, state.displacement)
         shear = self._shear(cells, (1 - state.vapour) / thickness)
         drag = 0.5 * abs(float((state.pressure * cells.area * x).sum()))
         shear_unit = self.ball.viscosity * speed * self.ball.radius
@@ -292,7 +292,7 @@ class _Scaled:
             film_central=float(centre * self.thickness),
             film_minimum=float(least * self.thickness),
             load=float((state.pressure * cells.area).sum()) * self.ball.load,
-            penetration=float(-state.lift * self.thickness),
+            penetration=float(-state.separation * self.thickness),
             shear=shear * shear_unit,
             drag=float(drag) * self.ball.load * self.length / self.ball.radius,
             x=x.ravel() * self.length,
@@ -312,14 +312,15 @@ def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
 
     The film must be thicker than what it bends, F/(pi E* c) with c = sqrt(2 h0).
     """
-    bent = loaded.surface.compliance / np.pi
-    lift = max(
-        (number * formulas.HALF_SOMMERFELD / 12) ** 2, (_STIFF * bent / np.sqrt(2)) ** (2 / 3)
+    displacement = loaded.surface.compliance / np.pi
+    separation = max(
+        (number * formulas.HALF_SOMMERFELD / 12) ** 2,
+        (_STIFF * displacement / np.sqrt(2)) ** (2 / 3),
     )
-    rigid = at_lift(loaded.film, lift, 1.0)
+    rigid = rigid_film_at(loaded.film, separation, 1.0)
     carried = float((rigid.pressure * loaded.film.cells.area).sum())
     s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)
-    return 1 / carried, State(s, lift, rigid.bent)
+    return 1 / carried, State(s, separation, rigid.displacement)
 
 
 def _lowered(
@@ -360,10 +361,10 @@ def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:
     for axis in (0, 1):
         source, target = (grid.film.cells.centres[axis].ravel() for grid in (coarse, fine))
         s = np.apply_along_axis(lambda line: np.interp(target, source, line), axis, s)  # noqa: B023
-    bent = fine.surface.bent(np.maximum(s, 0.0))
-    least = 0.7 * float(coarse.film.thickness(state.lift, state.bent).min())
-    short = least - float(fine.film.thickness(state.lift, bent).min())
-    return State(s, state.lift + max(0.0, short), bent)
+    displacement = fine.surface.displacement(np.maximum(s, 0.0))
+    least = 0.7 * float(coarse.film.thickness(state.separation, state.displacement).min())
+    short = least - float(fine.film.thickness(state.separation, displacement).min())
+    return State(s, state.separation + max(0.0, short), displacement)
 
 
 def _centre(cells: Cells, thickness: Field) -> float:

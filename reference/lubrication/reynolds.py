@@ -68,61 +68,63 @@ class Film:
             across[:, -1] = 0.0
         self.across = Faces(gap(x, cells.y[None, :]), across)
 
-    def balance(self, s: Field, lift: float, bent: Field, speed: float) -> Field:
+    def balance(self, s: Field, separation: float, displacement: Field, speed: float) -> Field:
         """Return what flows out of each cell, per time.
 
         Parameters
         ----------
         s : ndarray
             p where positive, -theta where negative.
-        lift : float
+        separation : float
             Height that is added to the gap.
-        bent : ndarray
+        displacement : ndarray
             Displacement of the surface, which is added to the gap.
         speed : float
             L.
         """
         p, vapour = np.maximum(s, 0.0), np.maximum(-s, 0.0)
-        hx, hy = self.faces(lift, bent)
+        hx, hy = self.faces(separation, displacement)
         along = -self.along.conductance * hx**3 * _steps(p, 0)
         across = -self.across.conductance * hy**3 * _steps(p, 1)
-        along += speed * self.cells.widths[1] * self.carried(vapour, lift, bent, hx)
+        along += speed * self.cells.widths[1] * self.carried(vapour, separation, displacement, hx)
         return np.diff(along, axis=0) + np.diff(across, axis=1)
 
-    def driven(self, p: Field, lift: float, bent: Field) -> Field:
+    def driven(self, p: Field, separation: float, displacement: Field) -> Field:
         """Return how much a pressure in a cell would drive out of it, were there none around."""
-        hx, hy = self.faces(lift, bent)
+        hx, hy = self.faces(separation, displacement)
         along, across = self.along.conductance * hx**3, self.across.conductance * hy**3
         return p * (along[1:] + along[:-1] + across[:, 1:] + across[:, :-1])
 
-    def carried(self, vapour: Field, lift: float, bent: Field, hx: Field) -> Field:
+    def carried(self, vapour: Field, separation: float, displacement: Field, hx: Field) -> Field:
         """Return the thickness of oil that is carried through the faces along x."""
         oil = hx.copy()
-        oil[1:] -= vapour * (self.gap + lift + bent)
+        oil[1:] -= vapour * (self.gap + separation + displacement)
         oil[0] = np.minimum(oil[0], self.inlet)
         return oil
 
-    def faces(self, lift: float, bent: Field) -> tuple[Field, Field]:
+    def faces(self, separation: float, displacement: Field) -> tuple[Field, Field]:
         """Return the gap in the faces along x and y."""
-        return self.along.gap + lift + _middles(bent, 0), self.across.gap + lift + _middles(bent, 1)
+        return self.along.gap + separation + _middles(
+            displacement, 0
+        ), self.across.gap + separation + _middles(displacement, 1)
 
-    def thickness(self, lift: float, bent: Field) -> Field:
+    def thickness(self, separation: float, displacement: Field) -> Field:
         """Return the gap in the middle of the cells."""
-        return self.gap + lift + bent
+        return self.gap + separation + displacement
 
     @cached_property
     def _index(self) -> NDArray[np.intp]:
         return np.arange(self.gap.size).reshape(self.gap.shape)
 
     def derivatives(
-        self, s: Field, lift: float, bent: Field, speed: float
+        self, s: Field, separation: float, displacement: Field, speed: float
     ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return the derivatives of the balance by s and by the displacement of each cell.
 
-        That by the lift is the sum of the columns of the second.
+        That by the separation is the sum of the columns of the second.
         """
         p, vapour = np.maximum(s, 0.0), np.maximum(-s, 0.0)
-        hx, hy = self.faces(lift, bent)
+        hx, hy = self.faces(separation, displacement)
         dy = self.cells.widths[1]
         by_p = self._differences(0, -self.along.conductance * hx**3)
         by_p = by_p + self._differences(1, -self.across.conductance * hy**3)
@@ -132,7 +134,7 @@ class Film:
         full[0] = hx[0] < self.inlet
         by_u = self._means(0, slope_x + speed * dy * full) + self._means(1, slope_y)
         upstream = np.zeros(hx.shape)
-        upstream[1:] = speed * dy * self.thickness(lift, bent)
+        upstream[1:] = speed * dy * self.thickness(separation, displacement)
         by_vapour = self._upstream(-upstream)
         upstream[1:] = speed * dy * vapour
         by_u = by_u + self._upstream(-upstream)

@@ -46,7 +46,7 @@ class Surface:
         other.load, other.far = load, self.far * (load / self.load)
         return other
 
-    def bent(self, pressure: Field) -> Field:
+    def displacement(self, pressure: Field) -> Field:
         """Return the displacement of all cells under a pressure."""
         return self.far + self.respond(pressure)
 

@@ -22,9 +22,9 @@ class State:
     ----------
     s : ndarray
         p where positive, -theta where negative.
-    lift : float
+    separation : float
         Height that is added to the gap of the undeformed bodies at first touch.
-    bent : ndarray
+    displacement : ndarray
         Displacement of the surface.
     error : float
         Largest imbalance: of mass in a cell, relative to what is carried through its faces, or of
@@ -36,8 +36,8 @@ class State:
     """
 
     s: Field = field(repr=False)
-    lift: float
-    bent: Field = field(repr=False)
+    separation: float
+    displacement: Field = field(repr=False)
     error: float = np.inf
     rounds: int = 0
     history: list[float] = field(default_factory=list, repr=False)
@@ -54,11 +54,11 @@ class State:
 
 
 class Slopes(NamedTuple):
-    """Derivatives of the balance by s, by the displacement of each cell, and by the lift."""
+    """Derivatives of the balance by s, by the displacement of each cell, and by the separation."""
 
     s: sparse.csr_matrix
-    bent: sparse.csr_matrix
-    lift: Field
+    displacement: sparse.csr_matrix
+    separation: Field
 
 
 class Transport(Protocol):
@@ -73,8 +73,8 @@ class Transport(Protocol):
     def carried(self, film: Film, state: State) -> Field:
         """Return the flow that the balance of each cell is compared with."""
 
-    def admits(self, lift: float) -> bool:
-        """Whether there is such a flow with such a lift."""
+    def admits(self, separation: float) -> bool:
+        """Whether there is such a flow with such a separation."""
 
 
 @dataclass(frozen=True)
@@ -85,19 +85,23 @@ class Entrainment:
 
     def balance(self, film: Film, state: State) -> Field:
         """Return what leaves each cell per time."""
-        return film.balance(state.s, state.lift, state.bent, self.speed)
+        return film.balance(state.s, state.separation, state.displacement, self.speed)
 
     def slopes(self, film: Film, state: State) -> Slopes:
         """Return its derivatives."""
-        by_s, by_bent = film.derivatives(state.s, state.lift, state.bent, self.speed)
-        return Slopes(by_s, by_bent, np.asarray(by_bent.sum(axis=1)).ravel())
+        by_s, by_displacement = film.derivatives(
+            state.s, state.separation, state.displacement, self.speed
+        )
+        return Slopes(by_s, by_displacement, np.asarray(by_displacement.sum(axis=1)).ravel())
 
     def carried(self, film: Film, state: State) -> Field:
         """Return what is carried through a face of each cell."""
-        return self.speed * film.cells.widths[1] * film.thickness(state.lift, state.bent)
+        return (
+            self.speed * film.cells.widths[1] * film.thickness(state.separation, state.displacement)
+        )
 
-    def admits(self, lift: float) -> bool:
-        """Whether there is such a flow with such a lift: always."""
+    def admits(self, separation: float) -> bool:
+        """Whether there is such a flow with such a separation: always."""
         return True
 
 
@@ -105,8 +109,8 @@ class Entrainment:
 class Approach:
     """Bodies that approach at a speed V, L = 12 eta V: a step from earlier films to the next.
 
-    The lift is the clock: it falls by V dt. Its derivative is a backward difference of second order
-    on steps of any size (of first order where only one earlier film is known).
+    The separation is the clock: it falls by V dt. Its derivative is a backward difference of second
+    order on steps of any size (of first order where only one earlier film is known).
 
     Attributes
     ----------
@@ -123,8 +127,8 @@ class Approach:
 
     def balance(self, film: Film, state: State) -> Field:
         """Return what leaves each cell per time: what flows, and what the thicker film keeps."""
-        flow = film.balance(state.s, state.lift, state.bent, 0.0)
-        fall = self.before.lift - state.lift
+        flow = film.balance(state.s, state.separation, state.displacement, 0.0)
+        fall = self.before.separation - state.separation
         own, *others = self._weights(fall)
         kept = own * _oil(film, state)
         for weight, past in zip(others, (self.before, self.earlier), strict=False):
@@ -133,9 +137,9 @@ class Approach:
         return flow + self.speed * film.cells.area / film.cells.copies * kept
 
     def slopes(self, film: Film, state: State) -> Slopes:
-        """Return its derivatives; that by the lift includes the weights of the difference."""
-        by_s, by_bent = film.derivatives(state.s, state.lift, state.bent, 0.0)
-        fall = self.before.lift - state.lift
+        """Return its derivatives; that by the separation includes the weights of the difference."""
+        by_s, by_displacement = film.derivatives(state.s, state.separation, state.displacement, 0.0)
+        fall = self.before.separation - state.separation
         step = 1e-6 * fall
         area = (self.speed * film.cells.area / film.cells.copies).ravel()
         own, *_ = self._weights(fall)
@@ -144,30 +148,30 @@ class Approach:
         turned = sum((a - b) / (2 * step) * q for a, b, q in zip(later, sooner, oil, strict=True))
         by_oil = area * own
         empty = (state.s <= 0).ravel()
-        thickness = film.thickness(state.lift, state.bent).ravel()
+        thickness = film.thickness(state.separation, state.displacement).ravel()
         by_s = by_s + sparse.diags(np.where(empty, by_oil * thickness, 0.0))
         stored = sparse.diags(by_oil * (1 - state.vapour).ravel())
-        by_bent = by_bent + stored
-        by_lift = np.asarray(by_bent.sum(axis=1)).ravel() - area * np.ravel(turned)
-        return Slopes(by_s.tocsr(), by_bent.tocsr(), by_lift)
+        by_displacement = by_displacement + stored
+        by_separation = np.asarray(by_displacement.sum(axis=1)).ravel() - area * np.ravel(turned)
+        return Slopes(by_s.tocsr(), by_displacement.tocsr(), by_separation)
 
     def carried(self, film: Film, state: State) -> Field:
         """Return what the approach presses out of each cell."""
         return np.broadcast_to(self.speed * film.cells.area / film.cells.copies, film.gap.shape)
 
-    def admits(self, lift: float) -> bool:
+    def admits(self, separation: float) -> bool:
         """Whether the bodies have come closer."""
-        return lift < self.before.lift
+        return separation < self.before.separation
 
     def _weights(self, fall: float) -> tuple[float, ...]:
         """Return the weights of this film and earlier ones in d(oil)/dt over V."""
         if self.earlier is None:
             return 1 / fall, -1 / fall
-        last = self.earlier.lift - self.before.lift
+        last = self.earlier.separation - self.before.separation
         both = fall + last
         return (fall + both) / (fall * both), -both / (fall * last), fall / (last * both)
 
 
 def _oil(film: Film, state: State) -> Field:
     """Return the thickness of oil in each cell."""
-    return (1 - state.vapour) * film.thickness(state.lift, state.bent)
+    return (1 - state.vapour) * film.thickness(state.separation, state.displacement)

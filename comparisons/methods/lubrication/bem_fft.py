@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.lubrication.films import PHYSICS, Oiled
+from comparisons.methods.lubrication.films import PHYSICS, LubricatedBall
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
@@ -24,7 +24,7 @@ class GridFilm(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.oiled = Oiled.of(scene)
+        self.contact = LubricatedBall.of(scene)
         self.note = "resolution: cells per Hertz radius and reach of a rigid film together"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
@@ -53,15 +53,15 @@ class GridFilm(Solver[IndenterGeometry]):
         yield Row(partial(self._films, task))
 
     def _films(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        table, modulus = self.oiled.table, self.scene.effective_modulus
+        table, modulus = self.contact.table, self.scene.effective_modulus
         meniscus = np.inf if table.meniscus is None else table.meniscus
-        solve = entrain if self.oiled.squeeze_speed is None else approach
+        solve = entrain if self.contact.squeeze_speed is None else approach
         for value in values:
-            load, speed = self.oiled.step(task, float(value))
-            ball = Ball(self.oiled.radius, modulus, table.viscosity, load, meniscus)
+            load, speed = self.contact.step(task, float(value))
+            ball = Ball(self.contact.radius, modulus, table.viscosity, load, meniscus)
             film = solve(ball, speed, task.resolution)
             yield Step(
-                self.oiled.quantities(film),
+                self.contact.quantities(film),
                 iterations=film.rounds,
                 violation=film.error,
                 unknowns=film.pressure.size + 1,

@@ -45,7 +45,7 @@ class Film(Protocol):
 
 
 @dataclass(frozen=True)
-class Oiled:
+class LubricatedBall:
     """The ball and the oil of a scene.
 
     Attributes
@@ -60,7 +60,7 @@ class Oiled:
     squeeze_speed: float | None
 
     @classmethod
-    def of(cls, scene: Scene) -> Oiled:
+    def of(cls, scene: Scene) -> LubricatedBall:
         """Return those of a scene.
 
         Raises
@@ -73,9 +73,9 @@ class Oiled:
         indenter = needed(scene.indenter, reason)
         if indenter.shape != "paraboloid":
             raise Refused(reason)
-        oiled = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
-        oiled._require_paraboloid(scene)
-        return oiled
+        ball = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
+        ball._require_paraboloid(scene)
+        return ball
 
     def _require_paraboloid(self, scene: Scene) -> None:
         """Refuse balls that the thickest film, or the widest contact, of a scene reaches around."""

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.lubrication.films import PHYSICS, Oiled
+from comparisons.methods.lubrication.films import PHYSICS, LubricatedBall
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
@@ -32,8 +32,8 @@ class ReducedFilm(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.oiled = Oiled.of(scene)
-        if self.oiled.table.meniscus is not None:
+        self.contact = LubricatedBall.of(scene)
+        if self.contact.table.meniscus is not None:
             raise Refused("the line is flooded")
         self.film = scene.methods.reduced.film
         self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
@@ -47,10 +47,12 @@ class ReducedFilm(Solver[IndenterGeometry]):
         yield Row(partial(self._films, task))
 
     def _films(self, task: Task, values: np.ndarray) -> Iterator[Step]:
-        solve = entrain if self.oiled.squeeze_speed is None else approach
+        solve = entrain if self.contact.squeeze_speed is None else approach
         for value in values:
-            load, speed = self.oiled.step(task, float(value))
-            viscosity, modulus = self.oiled.table.viscosity, self.scene.effective_modulus
-            ball = Ball(self.oiled.radius, modulus, viscosity, load, self.film)
+            load, speed = self.contact.step(task, float(value))
+            viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
+            ball = Ball(self.contact.radius, modulus, viscosity, load, self.film)
             film = solve(ball, speed, task.resolution)
-            yield Step(self.oiled.quantities(film), violation=film.error, unknowns=film.x.size + 1)
+            yield Step(
+                self.contact.quantities(film), violation=film.error, unknowns=film.x.size + 1
+            )

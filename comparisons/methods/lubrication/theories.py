@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.lubrication.films import PHYSICS, Oiled
+from comparisons.methods.lubrication.films import PHYSICS, LubricatedBall
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene
@@ -25,8 +25,8 @@ class Formula(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.oiled = Oiled.of(scene)
-        if self.oiled.table.meniscus is not None:
+        self.contact = LubricatedBall.of(scene)
+        if self.contact.table.meniscus is not None:
             raise Refused("the formula is for a flooded inlet")
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
@@ -37,7 +37,7 @@ class Formula(Solver[IndenterGeometry]):
         """Evaluate all steps."""
         solution = Solution.empty(task, unknowns=1)
         for step, value in enumerate(task.loads.values):
-            load, speed = self.oiled.step(task, float(value))
+            load, speed = self.contact.step(task, float(value))
             films = self.films(load, speed)
             solution.put((0, step), films | {"lubrication_force": load, "force": load})
         return solution
@@ -54,19 +54,19 @@ class ClosedFormFilm(Formula):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        speed = self.oiled.squeeze_speed
+        speed = self.contact.squeeze_speed
         if speed is None:
             raise Refused("no closed form of an entrained film that conserves mass")
         load = float(loads_of(scene).values[-1])
-        film = squeezed_film(self.oiled.radius, self.oiled.table.viscosity, speed, load)
+        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
         # the load over a reach sqrt(2 R h) bends the half-space by F/(pi E* r)
-        bent = load / (np.pi * scene.effective_modulus * np.sqrt(2 * self.oiled.radius * film))
+        bent = load / (np.pi * scene.effective_modulus * np.sqrt(2 * self.contact.radius * film))
         if bent > 0.1 * scene.compare.tolerance * film:
             raise Refused("the film bends the half-space, and the formula is of rigid bodies")
 
     def films(self, load: float, speed: float) -> dict[str, float]:
         """Return the film of a rigid ball."""
-        film = squeezed_film(self.oiled.radius, self.oiled.table.viscosity, speed, load)
+        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
         return {"film_central": film, "film_minimum": film}
 
 
@@ -79,7 +79,7 @@ class HamrockDowson(Formula):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        if self.oiled.squeeze_speed is not None:
+        if self.contact.squeeze_speed is not None:
             raise Refused("a fit of entrained films")
         loads = loads_of(scene)
         assert loads.normal is not None
@@ -91,8 +91,8 @@ class HamrockDowson(Formula):
             )
 
     def _fit(self, load: float) -> SoftFit:
-        modulus, oiled = self.scene.effective_modulus, self.oiled
-        return SoftFit(oiled.radius, modulus, oiled.table.viscosity, load)
+        modulus, contact = self.scene.effective_modulus, self.contact
+        return SoftFit(contact.radius, modulus, contact.table.viscosity, load)
 
     def films(self, load: float, speed: float) -> dict[str, float]:
         """Return the fitted films."""

@@ -6,7 +6,13 @@ import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reference.lubrication.formulas import CYLINDER, RUPTURE, sphere_film
+from reference.lubrication.formulas import (
+    CYLINDER,
+    RUPTURE,
+    SoftFit,
+    soft_limit,
+    sphere_film,
+)
 from reference.lubrication.line import rigid_cylinder
 from reference.lubrication.point import Ball, entrain
 
@@ -35,6 +41,26 @@ def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
     return Finding(half / fine - 1, abs(half / fine - half / coarse), {"film": fine, "half": half})
 
 
+def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
+    """Compare formulas with the central film of a ball on rubber at a speed in mm/s.
+
+    Cells are of second order; the bar is the whole last change.
+    """
+    one_of("by", by, "fit", "limit")
+    above("speed", speed, 0)
+    ball = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+    cells = (16, 24) if effort == "quick" else (32, 48)
+    coarse, fine = (entrain(ball, 1e-3 * speed, n).film_central for n in cells)
+    film = fine - (coarse - fine) / (1.5**2 - 1)
+    bodies = (ball.radius, ball.effective_modulus, ball.viscosity)
+    if by == "fit":
+        formula = SoftFit(*bodies, ball.load).central(1e-3 * speed)
+    else:
+        formula = soft_limit(*bodies, 1e-3 * speed, ball.load)
+    bar = abs(fine - coarse) / film * formula / film
+    return Finding(formula / film - 1, bar, {"film": film, "formula": formula})
+
+
 EXPERIMENTS = (
     experiment(
         "film-cylinder",
@@ -49,5 +75,12 @@ EXPERIMENTS = (
         "cells per sqrt(2 R h0)",
         "cells",
         _sphere,
+    ),
+    experiment(
+        "film-soft",
+        "Central film of a ball on rubber by a fit, and by the limit of soft contacts",
+        "speed in mm/s",
+        "speed",
+        _soft,
     ),
 )

@@ -98,7 +98,7 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     if "friction" not in tables:
         for name in tangential:
             yield f"loading.{name}: expected a [friction] table, which transmits tangential loads"
-    yield from _oiled(data, normal)
+    yield from _lubricated(data, normal)
     if "sliding" in tables and "viscoelastic" not in tables:
         yield "sliding: expected [viscoelastic]: an elastic body slides without loss"
     yield from _times(loading, tables, normal)
@@ -117,7 +117,7 @@ def _rolls(
         yield "rolling: expected an [indenter]: a rough roller has no steady state"
 
 
-def _oiled(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:
+def _lubricated(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:
     table, loading = data.get("lubrication"), data.get("loading", {})
     squeezed = "squeeze_speed" in loading
     if "lubrication" not in data:
