@@ -15,6 +15,7 @@ PHYSICS = (
     *("friction-rubber", "friction-steel", "friction-rough"),
     *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
     *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber", "plastic-ball"),
+    "plastic-rough",
     *("coated-ball", "layer-on-base", "graded-ball"),
     *("soft-ball-film", "squeezed-ball"),
 )

@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons.scene.physics.tables.plasticity import HARDNESS
 from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import HARDNESS, YieldingSprings
+from reduced.plasticity.caps import YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.fem.elasticity import Material

@@ -28,9 +28,6 @@ from reduced.profiles.section import Profile
 
 Reading = Literal["stress", "elastic_root", "none"]
 READINGS: tuple[Reading, ...] = ("stress", "elastic_root", "none")
-# H/Y of full yield: 2.8 under a rigid ball by Tabor (1951), 2.84 between a deformable ball and a
-# rigid flat while a << R (Jackson & Green 2005).
-HARDNESS = 2.84
 _BISECTIONS = 200
 
 
@@ -101,18 +98,10 @@ class YieldingSprings:
             # sqrt(delta_y), and with it the cap of either reading.
             self.root = np.pi * hardness / effective_modulus * np.sqrt(_radius(profile, x) / 2)
 
-    def elastic_limit(self, deflection: np.ndarray) -> np.ndarray:
-        """Return the largest elastic deflection of the springs, f/(E* dx), at a total one."""
-        if self.reading == "none":
-            return np.full(deflection.shape, np.inf)
-        if self.reading == "elastic_root":
-            return np.broadcast_to(self.root**2, deflection.shape)
-        return self.root * np.sqrt(np.maximum(deflection, 0.0))
-
     def elastic(self, penetration: float, lost: np.ndarray) -> np.ndarray:
         """Return the elastic deflections at a penetration."""
         total = penetration - self.gap
-        return np.clip(total - lost, 0.0, self.elastic_limit(total))
+        return np.clip(total - lost, 0.0, elastic_limit(self.reading, self.root, total))
 
     def force(self, penetration: float, lost: np.ndarray) -> float:
         """Return the force of both halves."""
@@ -172,6 +161,18 @@ class YieldingSprings:
                 break
             low, high = (middle, high) if self.force(middle, lost) < force else (low, middle)
         return high
+
+
+def elastic_limit(reading: Reading, root: np.ndarray, deflection: np.ndarray) -> np.ndarray:
+    """Return the largest elastic deflection of springs, f/(E* dx), at a total one.
+
+    `root` is that of delta_y, (pi H/E*) sqrt(R1/2); infinite where there is no radius.
+    """
+    if reading == "none":
+        return np.full(deflection.shape, np.inf)
+    if reading == "elastic_root":
+        return np.broadcast_to(root**2, deflection.shape)
+    return root * np.sqrt(np.maximum(deflection, np.finfo(float).tiny))
 
 
 def first_yield(profile: Profile, effective_modulus: float, pressure: float) -> float:

@@ -147,15 +147,13 @@ def line_stress(
     if contacts.points.size == 0:
         return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, contacts)
     if rule == "own_curvature":
-        curvature = _curvature(line)[contacts.points]
+        bend = curvature(line)[contacts.points]
     else:
         deepest = np.zeros(contacts.lengths.size)
         np.maximum.at(deepest, contacts.region, contacts.deflection)
-        curvature = (8 * deepest / contacts.lengths / contacts.lengths)[contacts.region]
-    valid = curvature > 0
-    stress = (
-        effective_modulus / np.pi * np.sqrt(2 * contacts.deflection * np.where(valid, curvature, 0))
-    )
+        bend = (8 * deepest / contacts.lengths / contacts.lengths)[contacts.region]
+    valid = bend > 0
+    stress = effective_modulus / np.pi * np.sqrt(2 * contacts.deflection * np.where(valid, bend, 0))
     return LineStress(stress, valid, float(np.mean(~valid)), contacts)
 
 
@@ -173,8 +171,12 @@ def _reach(
     return part if periodic else np.where(off_line, 0.5, part)
 
 
-def _curvature(line: RoughLines) -> np.ndarray:
-    """Return -h'' by second differences; 0 (no radius) at the ends of a free line."""
+def curvature(line: RoughLines) -> np.ndarray:
+    """Return -h'' of a single line by second differences; 0 (no radius) at the ends of a free one.
+
+    >>> curvature(RoughLines([0.0, 1.0, 0.0, 0.0], 0.5)).tolist()
+    [-4.0, 8.0, -4.0, 0.0]
+    """
     h, spacing = line.single(), line.spacing
     second = (2 * h - np.roll(h, 1) - np.roll(h, -1)) / spacing / spacing
     if not line.periodic:

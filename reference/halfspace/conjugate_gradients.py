@@ -2,7 +2,8 @@
 
 minimise  1/2 p.K p - p.(d - g)  over p >= 0,
 
-with given d, or with given sum of p, in which case d is the multiplier of that constraint. The
+with given d, or with given sum of p, in which case d is the multiplier of that constraint. Where a
+body yields, with given d, over 0 <= p <= cap. The
 contact set changes in every iteration, as in I. A. Polonsky and L. M. Keer, Wear 231 (1999) 206,
 and V. Rey, G. Anciaux and J.-F. Molinari, Comput. Mech. 60 (2017) 69. `descent` iterates on a
 correction of the pressure; here the residual of the sum is recomputed in double precision until it
@@ -54,7 +55,8 @@ _RIM = 8
 class Problem:
     """Gap (infinite where contact is impossible), and one load: a depth, or a total of pressures.
 
-    If not `unilateral`, cells of finite gap stay in contact for any sign of their pressure.
+    If not `unilateral`, cells of finite gap stay in contact for any sign of their pressure. Cells
+    whose pressure is the `cap` may overlap; it takes a depth.
     """
 
     operator: HalfSpace
@@ -62,13 +64,16 @@ class Problem:
     depth: float | None = None
     total: float | None = None
     unilateral: bool = True
+    cap: float = np.inf
 
     @classmethod
-    def of(cls, operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
+    def of(
+        cls, operator: HalfSpace, gap: Field, kind: str, value: float, cap: float = np.inf
+    ) -> Problem:
         """Return the problem of a gap under a depth or a force."""
         gap = np.ascontiguousarray(gap)
         if kind == "penetration":
-            return cls(operator, gap, depth=value)
+            return cls(operator, gap, depth=value, cap=cap)
         return cls(operator, gap, total=value / operator.cell_area)
 
 
@@ -122,7 +127,7 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
         With the violations of all iterations, if no stage reaches the tolerance.
     """
     tolerance, max_iterations = effort.tolerance, effort.max_iterations
-    _over(_admit, start, problem.gap, problem.unilateral)
+    _over(_admit, start, problem.gap, problem.unilateral, problem.cap)
     state = State(start, _NOTHING, problem.depth or 0.0)
     if _refresh(problem, state, tolerance):
         return state
@@ -163,7 +168,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     if problem.depth is None:
         total, count = (sum(part[k] for part in loaded) for k in (0, 1))
         state.depth = total / count if count else np.nan
-    state.worst = max(_over(_violation, *maps, problem.unilateral, state.depth))
+    state.worst = max(_over(_violation, *maps, problem.unilateral, state.depth, problem.cap))
     if not np.isfinite([state.worst, state.depth]).all():
         raise ConvergenceError("the contact iteration exceeded the range of numbers", state.history)
     return state.violation <= max(tolerance, _rounding(problem, state))
@@ -192,11 +197,13 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
     _over(_prepare, *maps, (problem.unilateral, state.depth, length, pressure_unit))
     del maps
     state.displacement = _NOTHING
+    cap = float(np.asarray(problem.cap / pressure_unit, stage.dtype))
     iteration = descent.Descent(
         *(clearance.reshape(-1), lower.reshape(-1), operator.convolution(stage.dtype)),
         None if stage.plain else _preconditioner(operator, stage.dtype),
         problem.total is not None,
         _settling(operator) if operator.periodic and problem.total is None else 0.0,
+        cap,
     )
     outcome = iteration.run(
         _goal(state, stage, effort.tolerance) / length,
@@ -209,7 +216,8 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
     else:
         state.double += iteration.convolutions
     state.history += iteration.history
-    _over(_accept, state.pressure, iteration.correction, lower, problem.unilateral, pressure_unit)
+    bounds = problem.unilateral, pressure_unit, problem.cap, lower.dtype.type(cap)
+    _over(_accept, state.pressure, iteration.correction, lower, bounds)
     return outcome
 
 
@@ -283,9 +291,10 @@ def _over(work: Callable[..., Any], *arguments: Any) -> list[Any]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _admit(pressure, gap, unilateral):
-    """Take away pressure where contact is impossible, and tension."""
+def _admit(pressure, gap, unilateral, cap):
+    """Take away pressure where contact is impossible, tension, and what is above the cap."""
     for k in range(gap.size):
+        pressure[k] = min(pressure[k], cap)
         if gap[k] == np.inf or (unilateral and pressure[k] < 0):
             pressure[k] = 0.0
 
@@ -303,15 +312,17 @@ def _displace(displacement, pressure, gap, unit):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _violation(displacement, pressure, gap, unilateral, depth):
-    """Return the largest clearance of loaded cells or overlap of others."""
+def _violation(displacement, pressure, gap, unilateral, depth, cap):
+    """Return the largest clearance of loaded cells, or overlap of others below the cap."""
     worst = 0.0
     for k in range(gap.size):
         if gap[k] < np.inf:
             clearance = displacement[k] + gap[k] - depth
             if not abs(clearance) < np.inf:
                 return np.inf  # a comparison with NaN would pass over it
-            if not unilateral or pressure[k] > 0:
+            if pressure[k] >= cap:
+                worst = max(worst, clearance)
+            elif not unilateral or pressure[k] > 0:
                 worst = max(worst, abs(clearance))
             else:
                 worst = max(worst, -clearance)
@@ -335,10 +346,17 @@ def _prepare(clearance, lower, displacement, pressure, gap, state):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _accept(pressure, correction, lower, unilateral, unit):
-    """Add the correction; cells on their bound have zero pressure."""
+def _accept(pressure, correction, lower, bounds):
+    """Add the correction; cells on a bound have no pressure, or that of the cap.
+
+    `bounds` contains whether contact is unilateral, the unit of the correction, the cap, and that
+    of the correction in its unit.
+    """
+    unilateral, unit, cap, room = bounds
     for k in range(pressure.size):
         value = pressure[k] + np.float64(correction[k]) * unit
         if unilateral and (value < 0 or not correction[k] > lower[k]):
             value = 0.0
+        elif value > cap or not correction[k] < lower[k] + room:
+            value = cap
         pressure[k] = value

@@ -53,17 +53,19 @@ _PLACES = np.linspace(1.0, -BEYOND, 4001)[:-1]
 _VALUES = (1 - _PLACES) ** 1.5 / (_PLACES + BEYOND)
 
 
-def located_area(contact: Contact) -> float:
+def located_area(contact: Contact, hardness: float = np.inf) -> float:
     """Return the area inside the contact line, which is located inside cells.
 
-    Of second order on smooth surfaces. At the end of the material, on the rim of a free patch, and
-    at edges sharper than the grid, contact ends between two cells. Only without adhesion, because
-    the pressure must vanish at the line.
+    Of second order on smooth surfaces. At the end of the material, on the rim of a free patch, at
+    edges sharper than the grid and beside cells under the hardness, contact ends between two cells.
+    Only without adhesion, because the pressure must vanish at the line.
 
     Parameters
     ----------
     contact : Contact
         A solved contact of either solver.
+    hardness : float
+        Pressure at which the body yields.
 
     Examples
     --------
@@ -86,7 +88,7 @@ def located_area(contact: Contact) -> float:
     operator = contact.operator
     gap = contact.initial_gap - contact.penetration + contact.displacement
     gap *= operator.effective_modulus
-    fields = mask, contact.pressure, gap, operator.spacing, periodic
+    fields = mask, contact.pressure, gap, (operator.spacing, periodic, float(hardness))
     shift, located, crossings = np.sum(
         [_shift(*fields, (axis, side)) for axis in (0, 1) for side in (1, -1)], axis=0
     )
@@ -125,12 +127,14 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shift(mask, pressure, gap, spacing, periodic, way):
+def _shift(mask, pressure, gap, grid, way):
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
     Also the number of crossings included, and of all crossings of the rim. The gap is in units of
-    pressure over modulus; the way is an axis and a direction along it.
+    pressure over modulus; the grid is spacing, periodicity and hardness, the way an axis and a
+    direction.
     """
+    spacing, periodic, hardness = grid
     axis, side = way
     total, located, crossings = 0.0, 0, 0
     size = mask.shape[axis]
@@ -149,7 +153,9 @@ def _shift(mask, pressure, gap, spacing, periodic, way):
             inner = pressure[_along(i, j, axis, -side, size)]
             innermost = pressure[_along(i, j, axis, -2 * side, size)]
             opening = max(gap[beside], 0.0)
-            if not np.isfinite(opening) or _rising(pressure[i, j], inner, innermost):
+            if not np.isfinite(opening) or pressure[i, j] >= hardness:
+                continue
+            if _rising(pressure[i, j], inner, innermost):
                 continue
             located += 1
             steep = (

@@ -129,9 +129,11 @@ def _from_touch(
 
 
 def _free(press: Press) -> FreeOperator:
-    """Return the half-space, or raise an error if it is not a free one."""
+    """Return the half-space, or raise an error if it is not a free one, or yields."""
     if not isinstance(press.operator, FreeOperator):
         raise ValueError("the dense solver is for the free half-space; use fft for periodic ones")
+    if press.hardness < np.inf:
+        raise ValueError("the dense solver is for elastic half-spaces; use fft below a hardness")
     return press.operator
 
 

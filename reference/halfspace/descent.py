@@ -2,7 +2,8 @@
 
     minimise  1/2 x.K x - x.t  over x >= lower,   free sum of x, or sum x = 0
 
-x corrects a known pressure p (lower = -p), and t is the remaining displacement. Because x and t are
+x corrects a known pressure p (lower = -p), and t is the remaining displacement. Where a body yields
+and the sum is free, also x <= lower + cap. Because x and t are
 small if p is nearly converged, single precision suffices for most iterations: the double-precision
 residual is computed outside (`conjugate_gradients`), as in iterative refinement.
 
@@ -52,6 +53,8 @@ class Descent:
         Whether the sum of the correction is zero and the depth free (force control).
     settle : float
         Factor that matches the mean mode of the preconditioner to the contact, or 0 for none.
+    cap : float
+        Largest pressure; infinite with a fixed sum.
     correction : ndarray
         x, flat like the clearance and its bound.
     history : list of float
@@ -66,6 +69,7 @@ class Descent:
     inverse: Convolution | None
     fixed_sum: bool
     settle: float
+    cap: float = np.inf
     history: list[float] = field(default_factory=list)
     convolutions: int = 0
 
@@ -106,13 +110,16 @@ class Descent:
         return EXHAUSTED
 
     def _turn_to_residual(self) -> tuple[float, float, float]:
-        """Fill residual and free set (loaded or overlapping); return violation, cells, depth."""
+        """Fill residual and free set (loaded or overlapping); return violation, cells, depth.
+
+        Cells at the cap are free only where the shape lets go.
+        """
         state = self.clearance, self.correction, self.lower
         shift = 0.0
         if self.fixed_sum:
             total, loaded = _summed(_swept(_loaded, state))
             shift = total / loaded if loaded > 0 else 0.0
-        parts = _swept(_residual, (*state, self._residual, self._free), shift)
+        parts = _swept(_residual, (*state, self._residual, self._free), (shift, self.cap))
         worst = max(part[2] for part in parts)
         total, count = _summed(parts)[:2]
         if self.fixed_sum and count > 0:
@@ -129,7 +136,8 @@ class Descent:
         if not curvature > 0:
             return False
         state = response, self.clearance, self.correction, self.lower, self._direction
-        clipped, excess, loads = _summed(_swept(_advance, state, slope / curvature))
+        moved = _swept(_advance, state, (slope / curvature, self.cap))
+        clipped, excess, loads = _summed(moved)
         if clipped:
             # the response now has what the bound added to the pressure
             if self.fixed_sum:
@@ -178,10 +186,14 @@ class Descent:
         return self._response
 
 
-def _swept(work: Callable[..., Any], maps: tuple[Map, ...], *numbers: float) -> list[Any]:
+def _swept(
+    work: Callable[..., Any], maps: tuple[Map, ...], *numbers: float | tuple[float, ...]
+) -> list[Any]:
     """Return what a compiled loop makes of every piece of flat maps."""
     dtype = maps[0].dtype.type
-    scalars = [dtype(value) for value in numbers]
+    scalars = [
+        tuple(map(dtype, value)) if isinstance(value, tuple) else dtype(value) for value in numbers
+    ]
     if maps[0].size <= pieces.SIZE:
         return [work(*maps, *scalars)]
     return pieces.over(
@@ -210,12 +222,17 @@ def _loaded(clearance, correction, lower):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _residual(clearance, correction, lower, residual, free, shift):
-    """Fill residual and free set; return the clearances' sum, the cells, the violation."""
+def _residual(clearance, correction, lower, residual, free, limits):
+    """Fill residual and free set; return the clearances' sum, the cells, the violation.
+
+    `limits` are the shift of the depth and the cap.
+    """
+    shift, cap = limits
     zero, total, count = residual.dtype.type(0), 0.0, 0
     for k in range(clearance.size):
         moved = clearance[k] - shift
         is_free = (correction[k] > lower[k]) | (moved < zero)
+        is_free &= (correction[k] < lower[k] + cap) | (moved > zero)
         moved = moved if is_free else zero
         free[k] = is_free
         residual[k] = -moved
@@ -280,17 +297,21 @@ def _product(first, second):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _advance(response, clearance, correction, lower, direction, length):
-    """Step along the direction up to the bound; the response becomes what the bound added.
+def _advance(response, clearance, correction, lower, direction, limits):
+    """Step along the direction up to the bounds; the response becomes what the bounds added.
 
-    Returns the number of cells on the bound, the sum of the correction and that of the pressures.
+    `limits` are the length of the step and the cap. Returns the number of cells on a bound, the sum
+    of the correction and that of the pressures.
     """
+    length, cap = limits
     clipped, excess, loads = 0.0, 0.0, 0.0
     for k in range(clearance.size):
         clearance[k] += length * response[k]
         value = correction[k] + length * direction[k]
+        upper = lower[k] + cap
         bounded = value if value > lower[k] else lower[k]
-        clipped += 1.0 if value < lower[k] else 0.0
+        bounded = bounded if bounded < upper else upper
+        clipped += 1.0 if (value < lower[k]) | (value > upper) else 0.0
         response[k] = bounded - value
         correction[k] = bounded
         excess += np.float64(bounded)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,6 +155,8 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
     operator, gap = press.operator, press.gap
     if kind == "mean_gap":
         return _solve_mean_gap(press, value, start, effort)
+    if kind == "force" and press.hardness < np.inf:
+        return _solve_yielding(press, value, start, effort)
     if kind == "penetration":
         _refuse_closed_gap(press, value)
         if gap.min() >= value:
@@ -168,7 +171,7 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
         window = _window(operator, gap, reach, start)
         part = _restricted(operator, window)
         inside = np.ascontiguousarray(gap[window])
-        problem = Problem.of(part, inside, kind, value)
+        problem = Problem.of(part, inside, kind, value, press.hardness)
         state = minimise(problem, _first(problem, start, window, kind, value), effort)
         # u >= 0 everywhere, so cells outside with a gap of at least the depth do not overlap
         if part is operator or state.depth <= reach:
@@ -224,7 +227,8 @@ def _flat_on_flat(press: Press, force: float) -> Contact:
 def _refuse_closed_gap(press: Press, depth: float) -> None:
     gap = press.gap
     operator = press.operator
-    if operator.periodic and not operator.sinks and np.isfinite(gap).all() and depth >= gap.mean():
+    rigid = operator.periodic and not operator.sinks and press.hardness == np.inf
+    if rigid and np.isfinite(gap).all() and depth >= gap.mean():
         raise ValueError(
             f"penetration {depth!r} reaches the mean gap {float(gap.mean())!r}: the periodic "
             "half-space is in full contact there and the penetration does not set the force; "
@@ -288,33 +292,69 @@ def _solve_mean_gap(press: Press, mean_gap: float, start: Field | None, effort: 
 
     if press.operator.periodic and not press.operator.sinks and finite.all():
         return at(widest - mean_gap, start)
-    return _search_depth(at, widest, mean_gap, effort.tolerance, start)
+    # met to the tolerance times the penetration, like every clearance
+    goal = _Goal("mean gap", lambda c: c.mean_gap - mean_gap, lambda c: c.penetration)
+    touch = (0.0, widest - mean_gap)
+    return _search_depth(at, goal, effort.tolerance, touch, widest - mean_gap, start)
+
+
+def _solve_yielding(press: Press, force: float, start: Field | None, effort: Effort) -> Contact:
+    """Solve a force below a hardness: elastically if that is enough, else by a search over d."""
+    elastic = _solve(Press(press.operator, press.gap), "force", force, start, effort)
+    if elastic.pressure.max() <= press.hardness:
+        return elastic
+    most = press.hardness * np.count_nonzero(np.isfinite(press.gap)) * press.operator.cell_area
+    if not force < most:
+        raise ConvergenceError(f"force {force:.3g}: the hardness carries less than {most:.3g}")
+
+    def at(depth: float, pressure: Field | None) -> Contact:
+        return _solve(press, "penetration", depth, pressure, effort)
+
+    # a clearance of the tolerance is worth some of it in force
+    goal = _Goal("force", lambda contact: force - contact.force, lambda _: 10 * force)
+    first = press.lowest, force
+    return _search_depth(at, goal, effort.tolerance, first, elastic.penetration, elastic.pressure)
+
+
+class _Goal(NamedTuple):
+    """What is prescribed in place of a penetration.
+
+    Attributes
+    ----------
+    name : str
+    missing : callable
+        What a contact lacks of it: decreases with the penetration, negative if pressed too deep.
+    scale : callable
+        What it is met to a tolerance of.
+    """
+
+    name: str
+    missing: Callable[[Contact], float]
+    scale: Callable[[Contact], float]
 
 
 def _search_depth(
     at: Callable[[float, Field | None], Contact],
-    widest: float,
-    mean_gap: float,
+    goal: _Goal,
     tolerance: float,
+    touch: tuple[float, float],
+    depth: float,
     start: Field | None,
 ) -> Contact:
-    """Search d by bracketed secant steps; mean gap(d) decreases from `widest` at 0.
-
-    The mean gap is met to the tolerance times the penetration, like every clearance.
-    """
-    depth, low, high = widest - mean_gap, 0.0, np.inf
-    previous = (0.0, widest)
+    """Search d by bracketed secant steps, from what is missing at first touch and at a depth."""
+    previous, low, high = touch, touch[0], np.inf
     history: list[float] = []
     for _ in range(60):
         contact = at(depth, start)
-        error = contact.mean_gap - mean_gap
+        error = goal.missing(contact)
         history += contact.history
-        if abs(error) <= tolerance * depth:
+        if abs(error) <= tolerance * goal.scale(contact):
             return replace(contact, iterations=len(history), history=history)
         low, high = (depth, high) if error > 0 else (low, depth)
-        slope = (contact.mean_gap - previous[1]) / (depth - previous[0])
-        previous, start = (depth, contact.mean_gap), contact.pressure
-        depth = depth - error / slope
+        run, rise = depth - previous[0], error - previous[1]
+        slow = abs(error) > abs(previous[1]) / 2 and np.isfinite(high)
+        previous, start = (depth, error), contact.pressure
+        depth = np.inf if slow or not run * rise < 0 else depth - error * run / rise
         if not low < depth < high:
             depth = (low + high) / 2 if np.isfinite(high) else 2 * low
-    raise ConvergenceError("no penetration reached the prescribed mean gap", history)
+    raise ConvergenceError(f"no penetration reached the prescribed {goal.name}", history)

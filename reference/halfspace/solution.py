@@ -25,18 +25,24 @@ class Press:
         The half-space.
     gap : array_like, shape (nx, ny)
         Initial gap g >= 0 of the shape; +inf where contact is impossible.
+    hardness : float
+        Largest pressure that the half-space carries; cells that have it give way beyond their
+        elastic displacement, and overlap (`fft` only).
 
     Raises
     ------
     ValueError
-        Lists all errors in the gap.
+        Lists all errors in the gap, or says that the hardness is not positive.
     """
 
     operator: HalfSpace
     gap: Field
+    hardness: float = np.inf
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gap", check_gap(self.operator, self.gap))
+        if not self.hardness > 0:
+            raise ValueError(f"hardness must be positive, not {self.hardness!r}")
 
     @property
     def lowest(self) -> float:
@@ -45,7 +51,7 @@ class Press:
 
     def touching(self) -> Press:
         """Return the shape moved to first touch."""
-        return Press(self.operator, self.gap - self.lowest)
+        return Press(self.operator, self.gap - self.lowest, self.hardness)
 
 
 @dataclass(frozen=True)

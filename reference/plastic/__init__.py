@@ -1,4 +1,4 @@
-"""Elastic-plastic half-spaces below rigid round indenters: J2 finite elements, axisymmetric."""
+"""Elastic-plastic half-spaces: J2 finite elements below round indenters, a cap on grids."""
 
 from reference.plastic.indentation import Indentation, OutgrownError, State
 from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure

@@ -14,6 +14,13 @@ ROWS = (
         physics=_YIELDS,
     ),
     Quantity(
+        "plastic_share",
+        "share of the contact that yields",
+        "A_p/A",
+        comparable=True,
+        physics=_YIELDS,
+    ),
+    Quantity(
         "first_yield",
         "penetration at first yield",
         "d_y",

@@ -122,7 +122,7 @@ class ReducedLines(Solver[RoughGeometry]):
             loads = loads * lines.patches
         load = Load(task.loads.control, loads)
         contact = press(lines.rough, self.modulus, load, edges=self.options.edges)
-        curves = _quantities(contact, lines)
+        curves = line_curves(contact, lines)
         if self.options.stress == "local" and task.wants_pressure:
             shares = _undefined_shares(lines, contact.penetration, self.options.edges)
             curves["local_stress_undefined_share"] = shares
@@ -134,7 +134,7 @@ class ReducedLines(Solver[RoughGeometry]):
         for row, step in np.argwhere(contact.contact_count == 0):
             solution.fail((int(row), int(step)), "nothing touches at this load")
         if (0, task.shape[1] - 1) not in solution.reasons:
-            solution.fields = _fields(lines, float(contact.penetration[0, -1]))
+            solution.fields = line_fields(lines, float(contact.penetration[0, -1]))
         return solution
 
 
@@ -159,7 +159,8 @@ def _modulus(scene: Scene) -> tuple[float, str]:
     return plane_modulus(body.top), "; layers read as the uppermost one"
 
 
-def _fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
+def line_fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
+    """Return the first of the lines, for pictures."""
     return {
         "penetration": np.array(penetration),
         "line_x": np.arange(lines.rough.heights.shape[1]) * lines.rough.spacing,
@@ -168,7 +169,7 @@ def _fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
     }
 
 
-def _quantities(contact: LineContact, lines: Lines) -> dict[str, np.ndarray]:
+def line_curves(contact: LineContact, lines: Lines) -> dict[str, np.ndarray]:
     """Return the quantities of lines that each stand for a number of patches, per patch."""
     heights, patches = lines.rough.heights, lines.patches
     peak = heights.max(axis=1) - heights.mean(axis=1)

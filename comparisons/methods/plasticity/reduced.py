@@ -8,12 +8,13 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
 from comparisons.methods.plasticity.ball import PHYSICS, radius_of, tables_of
 from comparisons.methods.solver import Refused
+from comparisons.scene.physics.tables.plasticity import HARDNESS
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
-from reduced.plasticity.caps import HARDNESS, Yielded, YieldingSprings, first_yield
+from reduced.plasticity.caps import Yielded, YieldingSprings, first_yield
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reference.plastic.materials import yield_pressure
 
@@ -101,7 +102,7 @@ class ReducedPlasticity(ReducedProfile):
     def _springs(self, count: int, reach: float) -> YieldingSprings:
         reading = self.plasticity.model
         assert reading != "zunker_kamrin"
-        hardness = HARDNESS * self.plasticity.yield_stress
+        hardness = self.plasticity.hardness
         return YieldingSprings(
             self.profile, self.modulus, hardness, reading, reach=reach, springs=count
         )

@@ -12,8 +12,9 @@ import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, experiment, one_of
+from comparisons.scene.physics.tables.plasticity import HARDNESS
 from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import HARDNESS, Reading, YieldingSprings
+from reduced.plasticity.caps import Reading, YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.fem.elasticity import Material

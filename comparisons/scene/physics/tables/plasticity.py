@@ -11,12 +11,18 @@ from comparisons.scene.fields import Finite, fail, quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE
 
+# H/Y of full yield: 2.8 under a rigid ball by Tabor (1951), 2.84 between a deformable ball and a
+# rigid flat while a << R (Jackson & Green 2005).
+HARDNESS = 2.84
+
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
 
 
 class Plasticity(PhysicsTable):
-    """A half-space that yields (von Mises, isotropic hardening) below a rigid indenter.
+    """A half-space that yields (von Mises, isotropic hardening).
+
+    Below a rigid indenter; below a rough surface its pressure is capped at 2.84 yield_stress.
 
     yield_stress: Y in uniaxial tension.
     hardening: slope of the flow stress over the plastic strain; 0: perfectly plastic.
@@ -59,6 +65,16 @@ class Plasticity(PhysicsTable):
     def hardens(self) -> bool:
         """Whether the flow stress rises with the plastic strain."""
         return bool(self.hardening or self.hardening_exponent)
+
+    @property
+    def hardness(self) -> float:
+        """H, the mean pressure of full yield, in Pa."""
+        return HARDNESS * self.yield_stress
+
+    @property
+    def cap_in_words(self) -> str:
+        """H as it follows from the yield stress."""
+        return f"{HARDNESS} Y"
 
     def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""

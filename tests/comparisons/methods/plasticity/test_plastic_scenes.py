@@ -157,7 +157,7 @@ def test_out_of_range_is_refused_with_the_reason(scene):
     assert "flat face" in said("fem", yielding(scene, 10, indenter=flat))
     oval = {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "5 mm"}
     assert "round shapes" in said("fem", yielding(scene, 10, indenter=oval))
-    assert "does not model [plasticity]" in said("bem_fft", yielding(scene, 2))
+    assert "model of rough surfaces" in said("bem_fft", yielding(scene, 2))
 
 
 def test_wrong_tables_are_told_together(scene):

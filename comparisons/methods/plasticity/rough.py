@@ -1,0 +1,139 @@
+"""Rough surfaces that yield: a grid with its pressure capped, lines with capped springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.methods.normal.bem_fft import BemFft
+from comparisons.methods.normal.blocks import block_means, blocks_of
+from comparisons.methods.normal.grid import Grid, contact_step
+from comparisons.methods.normal.reduced_lines import ReducedLines, line_curves, line_fields
+from comparisons.methods.plasticity.ball import PHYSICS
+from comparisons.methods.solver import Refused, needed
+from comparisons.scene.scene import Scene
+from comparisons.tasks.shown_loads import Fields
+from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.steps import Step
+from comparisons.tasks.task import Task
+from reduced.loads import LoadPath
+from reduced.plasticity.lines import Yielding, walk
+from reference import loads as reference_loads
+from reference.halfspace import HalfSpace
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.solution import Press
+from reference.plastic import capped
+
+
+class GridPlasticity(BemFft):
+    """The half-space below a rough surface, elastic up to a hardness, perfectly plastic there."""
+
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.plasticity = needed(scene.plasticity, "no [plasticity]")
+        if not scene.rough:
+            raise Refused(
+                "a pressure capped at a hardness is a model of rough surfaces; below one indenter "
+                "the stress in the body says where it yields"
+            )
+        if self.plasticity.hardens:
+            raise Refused("caps its pressure at one hardness: without hardening")
+
+    def model(self, geometry: Geometry) -> str:
+        """Name the domain, and the cap."""
+        return f"{super().model(geometry)}; pressure capped at {self.plasticity.cap_in_words}"
+
+    def _steps(
+        self, task: Task, operator: HalfSpace, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        press = Press(operator, grid.gap, self.plasticity.hardness)
+        path = reference_loads.LoadPath(task.loads.control, loads)
+        for dent in capped.along(press, path, tolerance=self.options.tolerance):
+            yield self._dented(task, operator, dent, grid)
+
+    def _dented(self, task: Task, operator: HalfSpace, dent: capped.Dent, grid: Grid) -> Step:
+        """Return the step of the elastic contact with the dented surface, and what has yielded."""
+        elastic = contact_step(task, operator, dent.contact, grid)
+        yielded = {
+            "contact_area": located_area(dent.contact, self.plasticity.hardness),
+            "residual_depth": dent.residual_depth,
+            "plastic_share": dent.plastic_share,
+        }
+        return replace(
+            elastic,
+            quantities={**elastic.quantities, **yielded},
+            fields=partial(_fields, elastic, dent),
+        )
+
+
+def _fields(elastic: Step, dent: capped.Dent) -> Fields:
+    """Return the fields of the contact, and the depth to which the surface stays dented."""
+    assert elastic.fields is not None
+    fields, sunk = dict(elastic.fields()), dent.sunk
+    dented = block_means(sunk, blocks_of(sunk.shape))
+    if "gap" in fields:
+        fields["gap"] = fields["gap"] + dented.ravel()
+    return fields | {"dent": dented}
+
+
+class LinePlasticity(ReducedLines):
+    """Rough lines whose springs are capped by the local stress rule, with memory."""
+
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        plasticity = needed(scene.plasticity, "no [plasticity]")
+        if plasticity.model == "zunker_kamrin":
+            raise Refused("Zunker & Kamrin's springs are for a ball")
+        local = self.options.stress == "local" or plasticity.model == "elastic_root"
+        if local and self.options.stress == "one_radius":
+            raise Refused("with the elastic part of deflections, springs need their own curvature")
+        self.springs = Yielding(
+            self.modulus,
+            plasticity.hardness,
+            plasticity.model,
+            "own_curvature" if local else "one_radius",
+            self.options.edges,
+        )
+        self.hardness = plasticity.cap_in_words + (
+            "; hardening is left out" if plasticity.hardens else ""
+        )
+
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the line, and how it yields."""
+        if self.springs.reading == "none":
+            return f"{super().model(geometry)} that stay elastic"
+        whose = "their own curvature" if self.springs.rule == "own_curvature" else "their contact"
+        part = "the elastic part of " if self.springs.reading == "elastic_root" else ""
+        return (
+            f"{super().model(geometry)}, capped where the stress (19.37) by {part}their deflection "
+            f"and the radius of {whose} reaches {self.hardness}"
+        )
+
+    def block(self, resolution: int) -> int:
+        """Return how many lines are one task: they are led one by one."""
+        return min(25, super().block(resolution))
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Lead all lines along the path."""
+        with Stopwatch() as setup:
+            lines = self.draw(task)
+        loads = task.loads.values
+        if task.loads.control == "force":
+            loads = loads * lines.patches
+        yielded = walk(lines.rough, self.springs, LoadPath(task.loads.control, loads))
+        curves = line_curves(yielded.contact, lines) | {
+            "residual_depth": yielded.residual_depth,
+            "plastic_share": yielded.plastic_share,
+        }
+        points = lines.rough.heights.shape[1]
+        solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        solution.fields = line_fields(lines, float(yielded.contact.penetration[0, -1]))
+        return solution

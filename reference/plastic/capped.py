@@ -1,0 +1,147 @@
+"""A half-space that is elastic and perfectly plastic: its pressure is capped at a hardness.
+
+Cells under the hardness give way as far as the shape asks for: their displacement beyond the
+elastic one is plastic, and stays (A. Almqvist, F. Sahlin, R. Larsson and S. Glavatskih, Tribol.
+Int. 40 (2007) 574). At each load
+
+    minimise  1/2 p.K p - p.(d - g - w)  over 0 <= p <= H,
+
+w the plastic displacement so far; what p = H leaves of an overlap is added to it. The dented
+surface, g + w, is in elastic contact at every step, along which it unloads and loads again. No
+volume is kept: what sinks below a peak comes up nowhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.arguments import positive_faults, refuse
+from reference.halfspace import fft
+from reference.halfspace.solution import Contact, Press
+from reference.loads import Load, LoadPath
+
+Field = NDArray[np.float64]
+
+# Pressures that agree so well are the same: where contact is loaded again to where it was.
+_SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Dent:
+    """A contact with a half-space that has yielded, at one load of a path.
+
+    Attributes
+    ----------
+    contact : Contact
+        The elastic contact with the dented surface: its initial gap is g + w.
+    sunk : ndarray, shape (nx, ny)
+        Plastic displacement w so far.
+    saturated : ndarray of bool, shape (nx, ny)
+        Cells under the hardness.
+    work, dissipated : float
+        Work of the force by the trapezoidal rule over the steps, and H int w so far.
+    """
+
+    contact: Contact
+    sunk: Field
+    saturated: NDArray[np.bool_]
+    work: float
+    dissipated: float
+
+    @property
+    def residual_depth(self) -> float:
+        """Penetration at which contact is lost if the shape is lifted off from here."""
+        gap = self.contact.initial_gap
+        return float(gap.min() - (gap - self.sunk).min())
+
+    @property
+    def elastic(self) -> float:
+        """Elastic energy, half of int p u."""
+        contact = self.contact
+        density = np.vdot(contact.pressure, contact.displacement)
+        return float(0.5 * density * contact.operator.cell_area)
+
+    @property
+    def plastic_share(self) -> float:
+        """Share of the cells in contact that are under the hardness."""
+        return float(self.saturated.sum() / max(self.contact.mask.sum(), 1))
+
+
+def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[Dent]:
+    """Yield the contact at each load of a path of penetrations or forces, none of them negative.
+
+    Parameters
+    ----------
+    press : Press
+        The shape over the half-space, with its hardness.
+    path : LoadPath
+        Penetrations after first touch, or forces, consistent units.
+    tolerance : float
+        As for `fft.solve`.
+
+    Raises
+    ------
+    ValueError
+        If the control is another one, or a force is negative, or more than the hardness carries.
+    ConvergenceError
+        If a step does not reach the tolerance.
+
+    Examples
+    --------
+    In full yield a force is the hardness times the area:
+
+    >>> from reference.halfspace import FreeOperator
+    >>> x = np.arange(24) - 11.5
+    >>> K = FreeOperator((24, 24), (1.0, 1.0), 1.0)
+    >>> ball = Press(K, (x[:, None] ** 2 + x**2) / 40, hardness=1e-3)
+    >>> (dent,) = along(ball, LoadPath("penetration", 2.0))
+    >>> bool(abs(dent.contact.force / (1e-3 * np.pi * 80) - 1) < 0.02)
+    True
+    """
+    control = path.one_of("penetration", "force")
+    if control == "force" and (path.values < 0).any():
+        raise ValueError("force must not be negative: nothing holds the shape")
+    refuse(positive_faults(tolerance=tolerance))
+    last = Dent(_open(press, 0.0), np.zeros(press.gap.shape), press.gap < 0, 0.0, 0.0)
+    for load in path.values:
+        last = _next(press, last, control, float(load), tolerance)
+        yield last
+
+
+def _next(press: Press, last: Dent, control: str, load: float, tolerance: float) -> Dent:
+    dented = Press(press.operator, press.gap + last.sunk, press.hardness)
+    if control == "force" and load == 0:
+        return _moved(press, last, _open(dented, dented.lowest))
+    if control == "penetration" and load <= dented.lowest:
+        return _moved(press, last, _open(dented, load))
+    start = last.contact if last.contact.mask.any() else None
+    return _moved(
+        press, last, fft.solve(dented, Load(control, load), tolerance=tolerance, start=start)
+    )
+
+
+def _open(press: Press, penetration: float) -> Contact:
+    """Return the shape over the half-space without contact."""
+    nothing = np.zeros(press.gap.shape)
+    return Contact(penetration, 0.0, nothing, 0, 0.0, press.operator, press.gap)
+
+
+def _moved(press: Press, last: Dent, contact: Contact) -> Dent:
+    """Return the next dent: overlaps under the hardness have become plastic."""
+    overlap = np.where(contact.pressure >= press.hardness, np.maximum(-contact.gap, 0.0), 0.0)
+    sunk = last.sunk + overlap
+    whole = replace(contact, initial_gap=contact.initial_gap + overlap)
+    vars(whole)["displacement"] = contact.displacement
+    before = last.contact
+    step = contact.penetration - before.penetration
+    return Dent(
+        whole,
+        sunk,
+        contact.pressure >= (1 - _SAME) * press.hardness,
+        last.work + 0.5 * (contact.force + before.force) * step,
+        float(press.hardness * sunk.sum() * press.operator.cell_area) if sunk.any() else 0.0,
+    )
