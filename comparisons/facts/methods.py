@@ -82,6 +82,7 @@ THEORIES: dict[str, Method] = {
     "fastsim": Method("FASTSIM", dimension=1),
     "kalker": Method("Kalker's linear theory", dimension=1),
     "persson": Method("Persson's theory", dimension=2),
+    "persson_xu": Method("Persson's theory after Xu", dimension=2),
     "greenwood_williamson": Method("Greenwood & Williamson", dimension=2),
     "bush_gibson_thomas": Method("Bush, Gibson & Thomas", dimension=2),
 }

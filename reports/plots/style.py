@@ -92,6 +92,13 @@ LOOKS = {
         Dash("5px,3px", (0, (4, 3))),
         10,
     ),
+    "persson_xu": Look(
+        "Persson's theory after Xu",
+        "#332288",
+        Marker("diamond-wide", "D"),
+        Dash("3px,3px", (0, (3, 3))),
+        9,
+    ),
     "greenwood_williamson": Look(
         "Greenwood & Williamson",
         "#999933",

@@ -16,6 +16,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
 from reference.closed_form.persson import Persson as PerssonTheory
+from reference.closed_form.persson_xu import PerssonXu as XuTheory
 from reference.closed_form.rough import GreenwoodWilliamson
 
 EXACT = (1,)
@@ -54,15 +55,16 @@ class RoughTheory(Solver[RoughGeometry]):
         return Solution.of(task, curves, violation=0.0)
 
 
-class Persson(RoughTheory):
-    """Persson's theory: pressure spreads like heat as shorter waves of the surface are added."""
+class SpreadingTheory(RoughTheory):
+    """Pressure spreads like heat as shorter waves of the surface are added."""
 
-    name = "persson"
-    note = "Persson 2001, mean gap of Yang & Persson 2008, gaps of Almqvist et al. 2011"
+    def theory(self, geometry: RoughGeometry) -> PerssonTheory | XuTheory:
+        """Return the theory for the spectrum of a surface."""
+        raise NotImplementedError
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Evaluate the theory at every load."""
-        theory = PerssonTheory(*ring_powers(task.geometry))
+        theory = self.theory(task.geometry)
         pressures = self.pressures(task)
         if task.loads.control == "mean_gap":
             pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])
@@ -79,13 +81,14 @@ class Persson(RoughTheory):
         return solution
 
     def _distributions(
-        self, task: Task[RoughGeometry], theory: PerssonTheory, pressure: float
+        self, task: Task[RoughGeometry], theory: PerssonTheory | XuTheory, pressure: float
     ) -> dict[str, np.ndarray]:
         """Return what the theory says of the distributions that are asked for; not of sizes."""
         below = {
-            "pressure_distribution": lambda p: theory.pressure_below(pressure, p / self.modulus),
-            "gap_distribution": lambda gap: theory.gap_below(pressure, gap),
+            "pressure_distribution": lambda p: theory.pressure_below(pressure, p / self.modulus)
         }
+        if isinstance(theory, PerssonTheory):
+            below["gap_distribution"] = lambda gap: theory.gap_below(pressure, gap)
         return {
             name: np.diff(below[name](_open(edges(name, task.scene, task.geometry))))
             for name in wanted(task)
@@ -93,12 +96,34 @@ class Persson(RoughTheory):
         }
 
 
+class Persson(SpreadingTheory):
+    """Persson's theory."""
+
+    name = "persson"
+    note = "Persson 2001, mean gap of Yang & Persson 2008, gaps of Almqvist et al. 2011"
+
+    def theory(self, geometry: RoughGeometry) -> PerssonTheory:
+        """Return the theory for the spectrum of a surface."""
+        return PerssonTheory(*ring_powers(geometry))
+
+
+class Xu(SpreadingTheory):
+    """Persson's theory with less deformation in partial contact."""
+
+    name = "persson_xu"
+    note = "Xu, Zhou, Müser et al. 2024, gamma = 0.42"
+
+    def theory(self, geometry: RoughGeometry) -> XuTheory:
+        """Return the theory for the spectrum of a surface."""
+        return XuTheory(*ring_powers(geometry))
+
+
 def _open(bins: np.ndarray) -> np.ndarray:
     """Return the edges with the outer bins open, as what lies beyond counts to them."""
     return np.concatenate([[0.0], bins[1:-1], [np.inf]])
 
 
-def _pressure_at(theory: PerssonTheory, gap: float) -> float:
+def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
     """Return the nominal pressure at a mean gap."""
     rms = float(np.sqrt(np.sum(theory.power)))
     slope = float(np.sqrt(np.sum(theory.wavenumber**2 * theory.power)))

@@ -16,6 +16,7 @@ from comparisons.questions.experiments import (
     elements,
     equivalent_body,
     films,
+    friction_judges,
     friction_law,
     harmonic,
     impact,
@@ -56,7 +57,7 @@ _MODULES = (
     *(relaxation, proved, rolling, yielding, particles, elements, films),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
     *(second_truth, stress_below),
-    *(contact_ends, analogies, rough_rubber),
+    *(contact_ends, analogies, rough_rubber, friction_judges),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

@@ -16,12 +16,17 @@ from comparisons.questions.experiments.rough_ensemble import (
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
 from reference.closed_form.persson import Persson
+from reference.closed_form.persson_xu import PerssonXu
 from reference.closed_form.rough import GreenwoodWilliamson
 from reference.summits import summits
 from reference.surfaces import SelfAffine, amplitude_spectrum
 
 QUANTITIES = ("contact_area", "mean_gap", "stiffness")
-THEORIES = ("summits", "greenwood_williamson", "bush_gibson_thomas", "persson")
+THEORIES = ("summits", "greenwood_williamson", "bush_gibson_thomas", "persson", "persson_xu")
+_SPREADING: dict[str, type[Persson] | type[PerssonXu]] = {
+    "persson": Persson,
+    "persson_xu": PerssonXu,
+}
 # Surfaces whose summits are counted, on grids so much finer that their curvatures have converged.
 _SURFACES, _FACTOR = 12, 4
 
@@ -48,8 +53,8 @@ def of_surface(surface: Surface) -> GreenwoodWilliamson:
 
 def _stated(surface: Surface, theory: str, load: float) -> dict[str, float]:
     """Return what a theory says at F = load E* A0 h' (E* = A0 = h' = 1)."""
-    if theory == "persson":
-        persson = Persson(*_rings(surface))
+    if theory in _SPREADING:
+        persson = _SPREADING[theory](*_rings(surface))
         return {
             "contact_area": persson.area(load),
             "mean_gap": persson.mean_gap(load),

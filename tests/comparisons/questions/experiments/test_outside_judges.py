@@ -11,8 +11,10 @@ from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.asperities import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
+from reference.closed_form import paraboloid
 from reference.closed_form.outline_rules import ellipsoid_force, face_stiffness, pyramid_force
 from reference.closed_form.rough import GreenwoodWilliamson
+from reference.closed_form.torsion import Torsion
 
 
 def measure(name, value=None, **parameters):
@@ -108,3 +110,40 @@ def test_the_straight_line_goes_through_its_own_point():
 def test_the_spring_force_does_not_scale_as_the_stress():
     """At equal depth F ~ R^(1/2), at first yield F ~ R^2 (Johnson 1985, 6.1)."""
     assert measure("spring-force-yield", 4.0).error == pytest.approx(4**-1.5 - 1, rel=1e-12)
+
+
+def test_torsion_with_slip_ends_in_mindlin_and_in_full_slip():
+    """No slip: M = (16/3) G a^3 b; full slip of a ball: (3 pi/16) mu F a, by springs 2/pi of it.
+
+    One spring in 4000 and one part in 1e4 of the radius: errors of 1e-3 at the most.
+    """
+    ball = Torsion(paraboloid(1.0, 1.0), penetration=1.0, friction=0.3, shear_modulus=0.25)
+    assert ball.torque(0.9999) == pytest.approx(4 / 3 * ball.angle(0.9999), rel=1e-3)
+    full = 3 * math.pi / 16 * 0.3 * 4 / 3
+    assert ball.torque(1e-4) == pytest.approx(full, rel=1e-8)
+    springs = measure("torsion", 1e-4, statement="springs")
+    assert 1 + springs.error == pytest.approx(2 / math.pi, rel=3e-3)
+
+
+def test_cells_that_stick_and_slip_twist_as_lubkin_has_it_at_any_poisson_ratio():
+    """24 cells per radius: 1e-4 off."""
+    for nu in (0.0, 0.5):
+        finding = measure("torsion", 0.5, statement="closed_form", poisson_ratio=nu)
+        assert abs(finding.error) < finding.uncertainty < 5e-4
+
+
+def test_an_oblique_impact_that_slides_throughout_spends_all_of_its_friction():
+    """Beyond 4 chi - 1 = 11/3 (solid ball, nu = 1/2) nothing sticks: the impulse is mu times 2 m v.
+
+    The trapezoids of 32 steps err by 1e-4.
+    """
+    finding = measure("oblique-impact", 5.0)
+    assert finding.details["springs"] == pytest.approx(1.0, abs=3e-4)
+    assert abs(finding.error) < 2e-3
+
+
+@pytest.mark.slow
+def test_half_of_a_pressed_ball_sticks_in_spences_case():
+    """CONTACT's case; 16 cells per radius and 30 steps know it to 5 %."""
+    finding = measure("pressing-with-friction")
+    assert abs(finding.error) < finding.uncertainty < 0.06
