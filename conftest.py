@@ -5,6 +5,8 @@ The whole suite is shared among the cores, a process on each; what is picked out
 
 import os
 
+import pytest
+from _pytest.doctest import DoctestModule
 from hypothesis import settings
 
 # Sphinx's, and scripts that tests/test_tutorials.py runs as a whole: nothing to import here.
@@ -34,6 +36,15 @@ def pytest_xdist_auto_num_workers(config) -> int:
         return 0
     free = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return min(free, MOST_WORKERS) if free and free > 1 else 0
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collect_file(file_path):
+    """Look for examples only where there are some: each worker would import all modules first."""
+    collectors = yield
+    if ">>>" in file_path.read_text(encoding="utf-8", errors="ignore"):
+        return collectors
+    return [kind for kind in collectors if not isinstance(kind, DoctestModule)]
 
 
 def pytest_configure(config) -> None:
