@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter, Token
 
@@ -52,6 +52,27 @@ def part_of(text: str) -> tuple[int, int]:
     if 1 <= fraction[0] <= fraction[1]:
         return fraction
     raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
+
+
+def overrides_of(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
+    """Turn --methods and --option into keys of the scene, to be validated with it."""
+    import tomllib
+
+    from comparisons.errors import InputError
+
+    overrides: dict[str, Any] = {}
+    if methods is not None:
+        overrides["compare.methods"] = [method.strip() for method in methods.split(",")]
+    for text in options:
+        key, equals, value = text.partition("=")
+        if not equals or key.count(".") != 1:
+            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
+        try:
+            parsed = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            parsed = value
+        overrides[f"methods.{key}"] = parsed
+    return overrides
 
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]

@@ -6,14 +6,13 @@ Heavy packages are imported inside the commands, so that help and error messages
 from __future__ import annotations
 
 import io
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from reports.cli.arguments import MaybeWhole, Verbose, part_of, share
+from reports.cli.arguments import share
 from reports.cli.calibrate_command import calibrate
 from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
@@ -22,15 +21,15 @@ from reports.cli.merge_command import merge
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.paper_command import paper
 from reports.cli.problems_command import leaderboard, problems, submit
+from reports.cli.run_command import report, run
 from reports.cli.shadowed import foreign_packages
-from reports.cli.workers import ALONE, Workers
+from reports.cli.solve_command import solve
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.solving.plan import Effort, Plan
+    from comparisons.solving.plan import Effort
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
-DEFAULT_FOLDER = Path("roughline-results")
 RESUMABLE = ("run", "claims")  # commands with --resume
 
 app = App(
@@ -40,6 +39,9 @@ app = App(
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
+app.command(run)
+app.command(solve)
+app.command(report)
 app.command(claims)
 app.command(calibrate)
 app.command(hard_cases)
@@ -97,150 +99,6 @@ def _interrupted(reason: str, arguments: list[str]) -> int:
     hint = "; finished solves are kept, continue with --resume" if resumes else ""
     say(f"{reason}{hint}", sys.stderr)
     return INTERRUPTED
-
-
-@app.command
-def run(
-    *scenes: str,
-    methods: str | None = None,
-    option: tuple[str, ...] = (),
-    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
-    plan: Annotated[bool, Parameter(negative=())] = False,
-    out: Path | None = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    part: str | None = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
-    pictures: bool = True,
-    verbose: Verbose = False,
-    workers: Workers = ALONE,
-    method_files: MethodFiles = NO_METHOD_FILES,
-) -> int:
-    """Solve scenes with all methods, compare them, and write a report.
-
-    Parameters
-    ----------
-    scenes
-        Scene files, names of built-in scenes, or suites (quick, single, rough, physics);
-        default: quick.
-    methods
-        Comma-separated list of methods to use; default: all.
-    option
-        METHOD.KEY=VALUE, an option of a method; may be repeated.
-    full
-        Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
-        --quick: no refinement, fewer surfaces.
-    plan
-        Print what would be modelled, what is left out and why, without solving.
-    out
-        Folder for the results; default roughline-results/NAME.
-    overwrite
-        Replace existing results.
-    part
-        K/N: solve only part K of N, for `roughline merge`.
-    resume
-        Continue an interrupted run.
-    pictures
-        Render 3-D pictures for the report.
-    verbose
-        Print the verdict on every quantity, and the advice for each scene.
-    """
-    from comparisons.questions.study import WHOLE, Study
-    from comparisons.results.decisions import asked_in_vain
-    from comparisons.solving.planning import plan_all
-    from reports.cli import terminal
-    from reports.cli.live import watched
-
-    method_files.load()
-    share_of_work = WHOLE if part is None else part_of(part)
-    effort: Effort = "full" if full else "quick"
-    plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
-    if plan:
-        terminal.print_plans(plans)
-        return FINE
-    directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
-    study = Study(
-        plans,
-        directory,
-        command=shlex.join(["roughline", *sys.argv[1:]]),
-        effort=effort,
-        executor=workers.executor(),
-        part=share_of_work,
-        resume=resume,
-        overwrite=overwrite,
-    )
-    record = watched(study, lambda: _write_report(directory, pictures=False))
-    _write_report(directory, pictures)
-    lost = study.lost()
-    terminal.print_study(record, lost, verbose=verbose)
-    return LOST if lost or asked_in_vain(record.scenes) else FINE
-
-
-@app.command
-def solve(
-    scene: str,
-    *,
-    method: str,
-    resolution: MaybeWhole = None,
-    option: tuple[str, ...] = (),
-    json: Annotated[bool, Parameter(negative=())] = False,
-    csv: Path | None = None,
-    vtu: Path | None = None,
-    threads: int = 1,
-    method_files: MethodFiles = NO_METHOD_FILES,
-) -> int:
-    """Solve one scene with one method.
-
-    Parameters
-    ----------
-    scene
-        A scene file or the name of a built-in scene.
-    method
-        The method, one of those in `roughline list methods`.
-    resolution
-        Springs, cells or elements per contact radius; for rough surfaces, points per side.
-    option
-        KEY=VALUE, an option of the method; may be repeated.
-    json
-        Print one JSON object.
-    csv
-        Write the load steps to this CSV file.
-    vtu
-        Write the fields at the last load to this VTU file, for ParaView.
-    threads
-        Threads that share large grids of the half-space (from 512 x 512); digits do not change.
-    """
-    from comparisons.questions.single import solve_scene
-    from reports.cli import terminal
-
-    method_files.load()
-    if json and csv is not None:
-        return _complain("--json and --csv: expected at most one", [])
-    for target in (csv, vtu):
-        if (
-            target is not None
-            and Path(scene).exists()
-            and target.exists()
-            and target.samefile(scene)
-        ):
-            return _complain(f"{target}: expected a file other than the scene itself", [])
-    options = tuple(
-        setting if "." in setting.partition("=")[0] else f"{method}.{setting}" for setting in option
-    )
-    overrides = _overrides(method, options)
-    result = solve_scene(
-        scene, method, resolution, overrides, with_fields=vtu is not None, threads=threads
-    )
-    if vtu is not None:
-        result.write_vtu(vtu)
-    if json:
-        print(result.to_json())
-    elif csv is not None:
-        result.write_csv(csv)
-    else:
-        terminal.print_solution(result)
-    if not result.converged:
-        say("\n".join(result.reasons), sys.stderr)
-    return FINE if result.converged else LOST
 
 
 @app.command(name="list")
@@ -388,71 +246,6 @@ def check(
     if junit is not None:
         write_junit(junit, findings)
     return LOST if any(finding.drifted for finding in findings) and not update else FINE
-
-
-@app.command
-def report(directory: Path, *, pictures: bool = True) -> int:
-    """Rewrite the report of a results folder.
-
-    Parameters
-    ----------
-    directory
-        A folder written by `roughline run`.
-    pictures
-        Render 3-D pictures.
-    """
-    say(_write_report(directory, pictures))
-    return FINE
-
-
-def _write_report(directory: Path, pictures: bool) -> Path:
-    from comparisons.questions.claims.record import RECORD, load_claims_record
-    from comparisons.questions.hard_cases import record as hard
-    from comparisons.results.store import STUDY, load_study
-    from reports.pages.claims import write_claims_report
-    from reports.pages.hard_cases import write_hard_cases_report
-    from reports.pages.study import write_report
-
-    path = directory / "report.html"
-    if not (directory / STUDY).exists() and (directory / RECORD).exists():
-        write_claims_report(load_claims_record(directory), path)
-        return path
-    if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
-        write_hard_cases_report(hard.load_record(directory), path)
-        return path
-    write_report(load_study(directory), path, pictures=pictures)
-    return path
-
-
-def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
-    """Turn --methods and --option into keys of the scene, to be validated with it."""
-    import tomllib
-
-    from comparisons.errors import InputError
-
-    overrides: dict[str, Any] = {}
-    if methods is not None:
-        overrides["compare.methods"] = [method.strip() for method in methods.split(",")]
-    for text in options:
-        key, equals, value = text.partition("=")
-        if not equals or key.count(".") != 1:
-            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
-        try:
-            parsed = tomllib.loads(f"value = {value}")["value"]
-        except tomllib.TOMLDecodeError:
-            parsed = value
-        overrides[f"methods.{key}"] = parsed
-    return overrides
-
-
-def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
-    from comparisons.scene.suites import SUITES
-
-    if not scenes:
-        return "quick"
-    if len(scenes) == 1:
-        return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
-    return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]
 
 
 for _name in app:
