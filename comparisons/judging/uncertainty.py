@@ -75,7 +75,7 @@ class ShareRule:
 
     factors: tuple[tuple[Calibrated, float], ...] = (
         (("contact_area", "free"), 0.77),
-        (("contact_area", "periodic"), 0.77),
+        (("contact_area", "periodic"), 0.55),
         (("penetration", "free"), 0.99),
         (("penetration", "periodic"), 0.66),
         (("mean_gap", "free"), 1.54),

@@ -42,6 +42,12 @@ _DEPTH = 2.0
 _FIRST, _SLICE = 0.05, 1.1
 # Long sides of cells from one loaded cell to its image where elements and continuum are the same.
 _APART = 64
+# How far outside Hertz's circle the law of cells puts the rim, in cells: for nu = 0 and 1/2.
+_RIM_EXCESS: dict[Element, tuple[float, float]] = {
+    "linear": (0.007, 0.049),
+    "splines": (-0.013, -0.002),
+    "quadratic": (0.005, 0.016),
+}
 # What is kept of the last bodies: some of up to 1024 points a side, on 2048, in 40 MB.
 _KEPT, _LARGEST = 4, 1.2e6
 # Longer cells need more modes for that than there is use for them.
@@ -84,6 +90,9 @@ class GridBody(OfBody):
         super().__init__(shape, spacing, cell_modulus(self.body, spacing))
         refuse([*choice_faults("element", element, ELEMENTS), *self._cell_faults()])
         self.element = element
+        compressible, incompressible = _RIM_EXCESS[element]
+        ratio = self.body.top.poisson_ratio
+        self.rim_excess = compressible + 2 * ratio * (incompressible - compressible)
         self.contact_compliance = contact_compliance
 
     def _cell_faults(self) -> list[str]:

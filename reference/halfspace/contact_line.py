@@ -14,9 +14,12 @@ cells, and conditions at their centres, the ratio is slightly different, which
 
     (1 - s)^(3/2) / (s + 0.151) = 0.734 rho cos^(-0.82)
 
-describes to 0.02 cells (rms) for Love's cells and for both periodic kernels: fitted to Hertz
-contacts of 12 to 40 cells radius at any offset from the grid. The centre of a contact cell may
-therefore be up to 0.15 cells outside.
+describes to 0.02 cells (rms) for Love's cells: fitted to Hertz contacts of 12 to 40 cells radius at
+any offset from the grid. The centre of a contact cell may therefore be up to 0.15 cells outside.
+Pressures through the cells' values and finite elements answer a wave of a few cells by more or
+less than cells do, and the same law puts their rim a few hundredths of a cell too far out or in:
+every operator knows how far (`HalfSpace.rim_excess`, measured on Hertz likewise), and that is taken
+away.
 
 The shift of the rim from cell edges to this position, for an outline with curvature, changes the
 area by a sum over the crossings and a constant per closed outline, 0.41 h^2 (Hertz contacts of 1 to
@@ -89,11 +92,12 @@ def located_area(contact: Contact, hardness: float = np.inf) -> float:
     gap = contact.initial_gap - contact.penetration + contact.displacement
     gap *= operator.effective_modulus
     fields = mask, contact.pressure, gap, (operator.spacing, periodic, float(hardness))
-    shift, located, crossings = np.sum(
+    shift, rim, located, crossings = np.sum(
         [_shift(*fields, (axis, side)) for axis in (0, 1) for side in (1, -1)], axis=0
     )
     # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
+    shift -= operator.rim_excess * rim
     area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
     return float(area) * contact.operator.cell_area
 
@@ -130,13 +134,13 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
 def _shift(mask, pressure, gap, grid, way):
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
-    Also the number of crossings included, and of all crossings of the rim. The gap is in units of
-    pressure over modulus; the grid is spacing, periodicity and hardness, the way an axis and a
-    direction.
+    Also the length of the rim there, in cells, the number of crossings included, and of all
+    crossings. The gap is in units of pressure over modulus; the grid is spacing, periodicity and
+    hardness, the way an axis and a direction.
     """
     spacing, periodic, hardness = grid
     axis, side = way
-    total, located, crossings = 0.0, 0, 0
+    total, rim, located, crossings = 0.0, 0.0, 0, 0
     size = mask.shape[axis]
     for i in range(mask.shape[0]):
         for j in range(mask.shape[1]):
@@ -168,7 +172,8 @@ def _shift(mask, pressure, gap, grid, way):
             cosine = max(np.sqrt(square), _LEAST_COSINE)
             ratio = opening / spacing[axis] / pressure[i, j]
             total += square * (place(ratio, cosine) - 0.5)
-    return total, located, crossings
+            rim += square / cosine
+    return total, rim, located, crossings
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -19,6 +19,8 @@ from reference.halfspace.convolution import Convolution
 
 Cached = TypeVar("Cached")
 
+# The rim of pressures through the cells' values lies further out than that of uniform ones.
+RIM_EXCESS: dict[str, float] = {"continuum": 0.016, "cells": 0.0}
 # Arrays that Love's formula needs beside its result.
 _TEMPORARIES = 16
 
@@ -28,9 +30,18 @@ class HalfSpace:
 
     Kernels are computed on first use and cached, and a preconditioner is adapted to every contact,
     so an operator must be used by one thread at a time. Pickles contain only the arguments.
+
+    Attributes
+    ----------
+    periodic : bool
+        Whether the grid repeats.
+    rim_excess : float
+        How far outside Hertz's circle the law of `contact_line`, which is that of Love's cells,
+        puts the rim, in cells (`docs/examples/rim_excess.py`).
     """
 
     periodic: bool
+    rim_excess: float = 0.0
 
     def __init__(
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
@@ -266,6 +277,7 @@ class PeriodicOperator(HalfSpace):
     ) -> None:
         super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
+        self.rim_excess = RIM_EXCESS.get(kernel, 0.0)
         _ = self.transfer  # raises for an unknown kernel
 
     def _transfer(self) -> NDArray[np.float64]:

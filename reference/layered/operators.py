@@ -11,7 +11,7 @@ from scipy import fft
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
 from reference.halfspace import kernels
-from reference.halfspace.operators import FreeOperator, HalfSpace
+from reference.halfspace.operators import RIM_EXCESS, FreeOperator, HalfSpace
 from reference.layered.radial import Body, cell_coefficients
 from reference.layered.stack import Stack, plane_modulus
 
@@ -100,9 +100,10 @@ class LayeredPeriodic(OfBody):
         kernel: kernels.Kernel = "continuum",
     ) -> None:
         super().__init__(shape, spacing, cell_modulus(body, spacing))
-        if kernel not in ("continuum", "cells"):
+        if kernel not in RIM_EXCESS:
             raise ValueError(f"kernel must be 'continuum' or 'cells', not {kernel!r}")
         self.body, self.kernel = body, kernel
+        self.rim_excess = RIM_EXCESS[kernel]
         self._padded = self.shape
 
     def _transfer(self) -> Array:
