@@ -1,13 +1,14 @@
 """The finding of a study in one sentence, made from its verdicts.
 
-It says where the reduced model may be used and what that saves, where not and what to use there
-instead. Words and numbers are those of `comparisons.results.decisions` and of the advice.
+It says where the reduced model may be used and what that costs and saves, where not, and for each
+family of scenes what to use there instead. Words and numbers are those of
+`comparisons.results.decisions` and of the advice.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
@@ -19,6 +20,7 @@ from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 
 OWN = (MODEL, CLOSED_FORM)
+NAMED = 3  # scenes of a family that are named; the others are counted
 
 
 def deciding(record: SceneRecord) -> Verdict | None:
@@ -35,25 +37,20 @@ def finding(records: tuple[SceneRecord, ...]) -> str:
     title = title_of(methods.pop())
     stated: dict[str, list[str]] = {"holds": [], "in part": [], "fails": [], "open": []}
     within: list[SceneRecord] = []
-    others: list[SceneRecord] = []
     for name in dict.fromkeys(map(family, records)):
         scenes = [record for record in records if family(record) == name]
         judged = {scene: item for scene in scenes if (item := deciding(scene))}
-        stated[_kind(scenes, judged)].append(_in_words(name, judged))
-        good = [scene for scene, item in judged.items() if item.word == WITHIN]
-        within += good
-        others += [scene for scene in scenes if scene not in good]
+        stated[_kind(scenes, judged)].append(_in_words(name, scenes, judged))
+        within += [scene for scene in scenes if _is_within(judged.get(scene))]
     heads = {
-        "holds": f"Use the {title} for {{}}: within {_tolerances(within)}{_gain(within)}",
+        "holds": f"Use the {title} for {{}}: within {_tolerances(within)}{_cost(within)}",
         "in part": "in part for {}" if stated["holds"] else f"Use the {title} in part for {{}}",
         "fails": "not for {}" if within else f"Do not use the {title} for {{}}",
         "open": "not shown for {}",
     }
     parts = [heads[kind].format(_listed(names)) for kind, names in stated.items() if names]
-    if not parts:
-        return ""
-    text = "; ".join(filter(None, [*parts, _instead(others)])) + "."
-    return text[0].upper() + text[1:]
+    text = "; ".join(parts)
+    return f"{text[0].upper()}{text[1:]}." if text else ""
 
 
 def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
@@ -65,35 +62,56 @@ def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> 
     return "fails" if OUTSIDE in judgements else "open"
 
 
-def _in_words(name: str, judged: dict[SceneRecord, Verdict]) -> str:
-    """Return a family with the error or the reason that decided, the worst of its scenes."""
+def _is_within(item: Verdict | None) -> bool:
+    return item is not None and item.word == WITHIN
+
+
+def _in_words(name: str, scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
+    """Return a family with its scenes, or with what decided in the worst and what to use there."""
     undecided = [item for item in judged.values() if item.word != WITHIN]
     if not undecided:
-        return name
+        return f"{name} ({_examples(scenes)})"
     wrong = [item for item in undecided if item.word == OUTSIDE]
-    if not wrong:
+    if wrong:
+        last = max(wrong, key=lambda item: item.low / item.tolerance)
+        upto = "up to " if len(wrong) > 1 else ""
+        share = f" in {len(wrong)} of {len(judged)}" if len(wrong) < len(judged) else ""
+        reason = f"{quantity(last.quantity).label} off by {upto}{last.number}{share}"
+    else:
         last = worst(undecided)
-        reason = last.reason if last.word == NO_RESULT else last.number
-        return f"{name} ({quantity(last.quantity).label}: {reason})"
-    last = max(wrong, key=lambda item: item.low / item.tolerance)
-    upto = "up to " if len(wrong) > 1 else ""
-    share = f" in {len(wrong)} of {len(judged)}" if len(wrong) < len(judged) else ""
-    return f"{name} ({quantity(last.quantity).label} off by {upto}{last.number}{share})"
+        why = last.reason if last.word == NO_RESULT else last.number
+        reason = f"{quantity(last.quantity).label}: {why}"
+    others = [scene for scene in scenes if not _is_within(judged.get(scene))]
+    return f"{name} ({reason}; {_instead(others)})"
 
 
-def _gain(scenes: list[SceneRecord]) -> str:
-    """Return how many times faster than the fastest 3-D method, at the same tolerance."""
-    ratios = []
+def _examples(scenes: Sequence[SceneRecord]) -> str:
+    """Return what a family consists of here: nothing else was looked at."""
+    names = [scene.name for scene in scenes]
+    left = len(names) - NAMED
+    return _listed(names if left < 2 else [*names[:NAMED], f"{left} more"])
+
+
+def _cost(scenes: list[SceneRecord]) -> str:
+    """Return time, and how many times faster than the fastest 3-D method at equal tolerance."""
+    ratios, times = [], []
     for scene in scenes:
         reached = advise(scene).reaching()
+        times += [item.seconds for item in reached if item.method == MODEL][:1]
         own = [item.seconds for item in reached if item.method in OWN]
         other = [item.seconds for item in reached if item.method not in OWN]
         if own and other and fmt.finite(own[0]) and fmt.finite(other[0]) and own[0] > 0:
             ratios.append(other[0] / own[0])
+    cost = f" in {_ends(times, fmt.duration)}" if times else ""
     if not ratios:
-        return ""
-    ends = list(dict.fromkeys(fmt.number(ratio, 2) for ratio in (min(ratios), max(ratios))))
-    return f", {' to '.join(ends)} times as fast as the fastest 3-D method"
+        return cost
+    gain = _ends(ratios, lambda ratio: fmt.number(ratio, 2))
+    return f"{cost}, {gain} times as fast as the fastest 3-D method"
+
+
+def _ends(values: Sequence[float], form: Callable[[float], str]) -> str:
+    """Return the smallest and the largest value, or the one that both are."""
+    return " to ".join(dict.fromkeys(form(value) for value in (min(values), max(values))))
 
 
 def _instead(scenes: list[SceneRecord]) -> str:
@@ -101,18 +119,16 @@ def _instead(scenes: list[SceneRecord]) -> str:
     best = [advise(scene).cheapest for scene in scenes]
     chosen = [item for item in best if item is not None]
     if not chosen:
-        return "no setting that was run is within the tolerance there" if scenes else ""
+        return "no setting that was run is within the tolerance"
     titles = Counter(item.title for item in chosen).most_common()
     named = [_timed(title, [item for item in chosen if item.title == title]) for title, _ in titles]
     left = len(scenes) - len(chosen)
-    none = f" (nothing that was run will do in {left} of {len(scenes)} scenes)" if left else ""
-    return f"use {_listed(named)} instead{none}"
+    none = f", nothing that was run in {left} of {len(scenes)}" if left else ""
+    return f"instead {' or '.join(named)}{none}"
 
 
 def _timed(title: str, settings: list[Setting]) -> str:
-    seconds = sorted(item.seconds for item in settings)
-    ends = list(dict.fromkeys(fmt.duration(value) for value in (seconds[0], seconds[-1])))
-    return f"{title} ({' to '.join(ends)})"
+    return f"{title} in {_ends([item.seconds for item in settings], fmt.duration)}"
 
 
 def _tolerances(scenes: list[SceneRecord]) -> str:

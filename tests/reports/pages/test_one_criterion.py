@@ -18,6 +18,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import equal_at, verdicts, worst
+from comparisons.results.finding import finding
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
@@ -173,6 +174,20 @@ def test_the_prescribed_load_decides(scene):
             reach = np.abs(error) + bar
             assert reach[item.step] == pytest.approx(np.max(reach), rel=1e-8)
             assert item.at == equal_at(scene, item.quantity)
+
+
+def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
+    """May I use it, for what was that shown, what instead, at what cost: without reading on."""
+    asked = COARSE | {"compare.quantities": ["force"]}
+    ball, oblong = solved("sphere", asked), solved("ellipsoid-5", asked)
+    own, other = (fmt.duration(advise(scene).cheapest.seconds) for scene in (ball, oblong))
+    text = finding((ball, oblong))
+    assert (
+        f"Use the reduced model for axisymmetric bodies (sphere): within 1\u202f% in {own}, "
+        in text
+    )
+    number = worst(verdicts(oblong)).number
+    assert f"not for ellipsoids (force off by {number}; instead FFT BEM in {other})." in text
 
 
 def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
