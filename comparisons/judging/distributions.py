@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS
@@ -132,7 +132,7 @@ class TrueDistribution:
         mean = rows.mean(axis=0)
         moves = [distance((count * mean - row) / (count - 1), mean, self.bins) for row in rows]
         error = np.sqrt((count - 1) / count * np.square(moves).sum())
-        return float(stats.t.ppf(0.975, count - 1) * error)
+        return float(special.stdtrit(count - 1, 0.975) * error)
 
     def compared(self, levels: Levels, resolution: int) -> tuple[float, float]:
         """Return how far a method's distribution is from it, and the bar of that."""

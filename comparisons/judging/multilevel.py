@@ -29,7 +29,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 # A variance from fewer surfaces than this says nothing.
 FEWEST = 2
@@ -71,7 +71,7 @@ class Estimate:
         """95 % half-width of the mean, (k,); NaN where the scatter is not known."""
         variance = self.parts.sum(axis=0)
         with np.errstate(invalid="ignore"):
-            return stats.t.ppf(0.975, self.freedom) * np.sqrt(variance)
+            return special.stdtrit(self.freedom, 0.975) * np.sqrt(variance)
 
     def differing(self, level: int) -> np.ndarray:
         """Return the 95 % half-width of the mean on the finest grid less that on another, (k,).
@@ -83,7 +83,7 @@ class Estimate:
         parts, counts = self.parts[level + 1 :], self.counts[level + 1 :]
         freedom = _freedom(parts, counts)
         with np.errstate(invalid="ignore"):
-            return stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum(axis=0))
+            return special.stdtrit(freedom, 0.975) * np.sqrt(parts.sum(axis=0))
 
 
 def estimate(values: Sequence[np.ndarray]) -> Estimate:

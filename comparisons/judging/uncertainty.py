@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import optimize, stats
+from scipy import optimize, special
 
 
 @dataclass(frozen=True)
@@ -308,7 +308,7 @@ def ratio_of_means(
         else:
             error = np.hypot(*(standard_error(sample) for sample in deviations))
         freedom = np.maximum(np.minimum(*counts) - 1, 1)
-        return means[0] / means[1], stats.t.ppf(0.975, freedom) * error
+        return means[0] / means[1], special.stdtrit(freedom, 0.975) * error
 
 
 def combined(*sources: ArrayLike) -> np.ndarray:

@@ -7,6 +7,7 @@ Layout of a folder::
     study.json       what was asked, plans, references, machine, versions
     fields/KEY.npz   arrays of one finished task (also what --resume finds)
     fields/*.vtu     the same fields for ParaView
+    pictures/*.png   the pictures of the report, by the digest of what they show
 
 Every file is written to a temporary name beside it and then renamed, so a killed run leaves
 whole files or none. Nothing is ever unpickled.

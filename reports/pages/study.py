@@ -183,7 +183,9 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
     off = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
     # Rendering waits for a process of its own, and the plots need not wait for it.
     with ThreadPoolExecutor(1) as beside:
-        images = beside.submit(pictures.draw, record.scenes) if with_pictures else None
+        images = (
+            beside.submit(pictures.draw, record.scenes, record.directory) if with_pictures else None
+        )
         views = [
             _view(scene, f"scene-{number}") for number, scene in enumerate(record.scenes, start=1)
         ]

@@ -24,7 +24,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS, references
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.pictures import turning
+from reports.pictures import kept, turning
 from reports.plots.style import look
 
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
@@ -65,11 +65,14 @@ class Job:
     bar: ColourBar
 
 
-def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
-    """Return one picture or note per scene. Renderer failures raise no error."""
+def draw(scenes: Sequence[SceneRecord], directory: Path) -> list[Picture]:
+    """Return one picture or note per scene. Renderer failures raise no error.
+
+    What was drawn stays in the results folder `directory`, for the next report.
+    """
     jobs = [_job(scene) for scene in scenes]
-    drawable = [job for job in jobs if isinstance(job, Job)]
-    images = iter(render([job.arrays for job in drawable]))
+    drawable = [job.arrays for job in jobs if isinstance(job, Job)]
+    images = iter(kept.rendered(drawable, directory / kept.FOLDER, render))
     drawn = []
     for job in jobs:
         if isinstance(job, str):

@@ -25,6 +25,7 @@ from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import MUTED, Look, drawing_order, look
 
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
+COINCIDES = 0.02  # curves that are closer cannot be told apart
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
 TRUTH_BAR = "bar of the reference"
 PROVED = "proved interval"
@@ -86,13 +87,20 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     return Figure(
         f"curve-{up}",
         title[0].upper() + title[1:],
-        _caption(scene, up),
+        _caption(scene, up, _apart(drawn)),
         value_axis(across, x, log, edges if up == scene.control else ()),
         value_axis(up, y, upright, () if up == scene.control else edges),
         (*(method_curve.series for method_curve in drawn), *_direction(scene, drawn[0].series)),
         bands,
         quantity=up,
     )
+
+
+def _apart(drawn: list[_Curve]) -> float:
+    """Return how far curves are from the reference at most, relative; NaN where nothing says."""
+    errors = [np.abs(method_curve.column(f"error_{method_curve.name}")) for method_curve in drawn]
+    known = np.concatenate(errors)
+    return float(np.max(known[np.isfinite(known)], initial=0.0)) if len(drawn) > 1 else np.nan
 
 
 def _direction(scene: SceneRecord, along: Series) -> list[Series]:
@@ -192,8 +200,13 @@ def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.nd
     return low.reindex(steps).to_numpy(), high.reindex(steps).to_numpy()
 
 
-def _caption(scene: SceneRecord, name: str) -> str:
+def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     parts = ["Each method at its finest resolution."]
+    if fmt.ROUND_OFF < apart < COINCIDES:
+        parts.append(
+            f"The curves coincide within {fmt.relative(apart)}: what parts them is drawn below, as "
+            "errors at every step."
+        )
     if scene.along == "step":
         parts.append("Points are joined in the order of the path, along the arrows.")
     bar = (scene.reference.get("uncertainty") or {}).get(name)

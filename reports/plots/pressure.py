@@ -248,7 +248,7 @@ def _map(item: Field, loads: SliderSteps) -> Figure:
     if cells != p.shape:
         caption += " Each pixel shows the maximum over its cells."
     if limit is not None:
-        caption += " Colours end at the 99.5 % quantile, because sharp edges are singular."
+        caption += " Colours end at the 98 % quantile: sharp and free edges are singular."
     across = fmt.prefix_for(np.concatenate([x, y]), "m")
     # One colour bar for all loads: they can be compared.
     empty = Map(*(np.empty(0),) * 2, np.empty((0, 0)), "p", fmt.prefix_for(p, "Pa"))
@@ -296,7 +296,7 @@ def _ceiling(values: np.ndarray) -> float | None:
     finite = values[np.isfinite(values)]
     if len(finite) < 20:
         return None
-    high = float(np.quantile(finite, 0.995))
+    high = float(np.quantile(finite, 0.98))
     return high if finite.max() > 2 * high else None
 
 

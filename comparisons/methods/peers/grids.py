@@ -35,13 +35,13 @@ class PeerSolver(Solver[Geometry]):
 
     def __init__(self, scene: Scene, options: PeerOptions) -> None:
         super().__init__(scene)
-        if not press.installed(self.name):
-            raise Refused("not installed: pip install 'roughline[peers]'")
         if scene.indenter is not None and scene.indenter.flat:
             raise Refused("sharp edges inside cells are not supported")
         self.periodic = scene.surface is not None and scene.surface.periodic
         if scene.loading.control == "mean_gap" and not self.periodic:
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
+        if not press.installed(self.name):  # last: installing helps only who can do the scene
+            raise Refused("not installed: pip install 'roughline[peers]'")
         self.options = options
         self.note = f"{press.versions(self.name)}, in its own process"
 

@@ -39,8 +39,6 @@ class NgSolve(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        if util.find_spec("ngsolve") is None:
-            raise Refused("not installed: pip install 'roughline[peers]'")
         reason = "single contacts only: its mesh is fitted to one contact edge"
         self.indenter = needed(scene.indenter, reason)
         if self.indenter.shape not in SHAPES:
@@ -48,6 +46,8 @@ class NgSolve(Solver[IndenterGeometry]):
         nu = scene.elastic_constants[1]
         if nu > LARGEST_POISSON:
             raise Refused(f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
+        if util.find_spec("ngsolve") is None:  # last: installing helps only who can do the scene
+            raise Refused("not installed: pip install 'roughline[peers]'")
         self.seconds = scene.methods.ngsolve.seconds
         self.note = f"ngsolve {metadata.version('ngsolve')}, in its own process"
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.questions.experiments.base import Effort
+
+if TYPE_CHECKING:
+    # Pages read verdicts, and would wait a second for the programs of all experiments.
+    from comparisons.questions.experiments.base import Effort
 
 HOLDS, FAILS, IN_A_RANGE = "holds", "fails", "holds in a range"
 VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)

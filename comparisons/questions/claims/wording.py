@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.boundaries import Point, Range
-from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
+
+if TYPE_CHECKING:
+    from comparisons.questions.claims.boundaries import Point, Range
+    from comparisons.questions.claims.claim import Claim
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:

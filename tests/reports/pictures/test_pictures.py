@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.pictures import body_piece, pictures
+from reports.pictures import body_piece, kept, pictures
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -40,19 +40,40 @@ def test_a_renderer_that_hangs_is_ended(monkeypatch):
     assert time.monotonic() - began < 10
 
 
+def test_a_picture_is_drawn_anew_only_where_its_data_changed(tmp_path):
+    """Pictures that are no longer shown go; a link, which could lead anywhere, is no picture."""
+    drawn = []
+
+    def render(jobs):
+        drawn.append([float(job["x"]) for job in jobs])
+        return [b"\x89PNG %f" % job["x"] for job in jobs]
+
+    def images(*values):
+        return kept.rendered([{"x": np.array(x)} for x in values], tmp_path / "pictures", render)
+
+    first = images(1.0, 2.0)
+    assert images(1.0, 3.0)[0] == first[0]
+    assert len(list((tmp_path / "pictures").iterdir())) == 2
+    for path in list((tmp_path / "pictures").iterdir()):
+        path.rename(tmp_path / path.name)
+        path.symlink_to(tmp_path / path.name)
+    assert images(1.0, 3.0)[0] == first[0]
+    assert drawn == [[1.0, 2.0], [3.0], [1.0, 3.0]]
+
+
 def test_a_missing_program_is_no_error():
     assert pictures.render(JOBS[:1], ["/nonexistent/renderer"]) == [b""]
 
 
-def test_without_a_renderer_a_note_stands_in_place(study, monkeypatch):
+def test_without_a_renderer_a_note_stands_in_place(study, tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
-    for picture in pictures.draw(study.scenes):
+    for picture in pictures.draw(study.scenes, tmp_path):
         assert picture.png == b""
         assert "no working renderer" in picture.note
 
 
-def test_a_scene_without_fields_says_so(study):
-    (picture,) = pictures.draw([replace(study.scenes[0], fields={})])
+def test_a_scene_without_fields_says_so(study, tmp_path):
+    (picture,) = pictures.draw([replace(study.scenes[0], fields={})], tmp_path)
     assert picture.note.startswith("No picture")
 
 
@@ -79,9 +100,9 @@ def test_mirrored_bricks_keep_a_positive_volume():
 
 
 @pytest.mark.slow
-def test_pictures_are_drawn_here(study):
+def test_pictures_are_drawn_here(study, tmp_path):
     """A PNG with more than one colour; skipped where the machine has no renderer at all."""
-    result = pictures.draw(study.scenes)
+    result = pictures.draw(study.scenes, tmp_path)
     if not any(picture.png for picture in result):
         pytest.skip("no renderer")
     for picture in result:

@@ -73,6 +73,6 @@ def test_every_scene_of_the_study_has_a_view(study):
         assert 1 < max(ratio.values()) < 3
 
 
-def test_views_need_no_renderer(study, monkeypatch):
+def test_views_need_no_renderer(study, tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
-    assert all(picture.view for picture in pictures.draw(study.scenes))
+    assert all(picture.view for picture in pictures.draw(study.scenes, tmp_path))

@@ -162,7 +162,8 @@ def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
 
 
 def test_what_a_peer_cannot_do_has_its_reason(monkeypatch):
-    monkeypatch.setattr(press, "installed", lambda peer: True)
+    """Also where it is not installed: installing it would not help."""
+    monkeypatch.setattr(press, "installed", lambda peer: False)
     load = {"loading": {"mean_gap": [1e-9]}}
     for peer in PEERS:
         assert "sharp edges" in solver_for(peer, load_scene("cylinder")).reason

@@ -79,7 +79,6 @@ def test_force_control_is_the_inverse_of_penetration_control():
     np.testing.assert_allclose(back.quantities["penetration"][0], [1e-7, 1e-5], rtol=1e-5)
 
 
-@needs_ngsolve
 def test_what_it_is_not_made_for_is_said():
     reasons = {
         "square-punch": "no mesh is fitted to a square punch",
