@@ -79,8 +79,8 @@ def _in_words(name: str, scenes: Sequence[SceneRecord], judged: dict[SceneRecord
         reason = f"{quantity(last.quantity).label} off by {upto}{last.number}{share}"
     else:
         last = worst(undecided)
-        why = last.reason if last.word == NO_RESULT else last.number
-        reason = f"{quantity(last.quantity).label}: {why}"
+        cause = last.reason if last.word == NO_RESULT else last.number
+        reason = f"{quantity(last.quantity).label}: {cause}"
     others = [scene for scene in scenes if not _is_within(judged.get(scene))]
     return f"{name} ({reason}; {_instead(others)})"
 
