@@ -87,7 +87,8 @@ def count(value: object) -> str:
 def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) -> Scale:
     """Choose one engineering prefix for a set of values: the largest lies between 1 and 1000.
 
-    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵.
+    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵;
+    volumes take it with its cube.
 
     >>> prefix_for([1e-6, 5e-6], "m")
     Scale(factor=1000000.0, unit='µm')
@@ -100,9 +101,9 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     largest = max((abs(float(item)) for item in items if finite(item)), default=0.0)
     if not unit or largest == 0.0:
         return Scale(1.0, _superscript(unit))
-    dimension = 2 if unit == "m2" else 1
+    dimension = {"m2": 2, "m3": 3}.get(unit, 1)
     # 0.3 mm² reads better than 300 000 µm²: areas may start at a tenth.
-    slack = 1 if dimension == 2 else 0
+    slack = 1 if dimension > 1 else 0
     # The prefix must fit what is printed: 999.9996 is written as 1000.
     printed = float(f"{largest:.{digits - 1}e}")
     step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))
@@ -243,4 +244,4 @@ def _join(text: str, unit: str) -> str:
 
 
 def _superscript(unit: str) -> str:
-    return unit.replace("m2", "m²")
+    return unit.replace("m2", "m²").replace("m3", "m³")

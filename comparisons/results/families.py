@@ -21,6 +21,7 @@ _BY_TABLE = {
     "rolling": "rolling contacts",
     "plasticity": "elastic-plastic contacts",
     "lubrication": "lubricated contacts",
+    "wear": "contacts that wear",
     "friction": "contacts with friction",
     "viscoelastic": "rubber in time",
     "surface": ROUGH,

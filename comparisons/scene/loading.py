@@ -28,6 +28,8 @@ Control = Literal[
     "velocity",
     "creep",
     "lateral_creep",
+    "sliding_distance",
+    "cycles",
 ]
 RELATIVE_FORCE = "E* A0 h'"
 MOST_STEPS = 10_000

@@ -114,6 +114,7 @@ if TYPE_CHECKING:
     from comparisons.scene.physics.tables.rolling import Rolling
     from comparisons.scene.physics.tables.sliding import Sliding
     from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
+    from comparisons.scene.physics.tables.wear import Wear
 
     class _Physics(_Bodies):
         """Beside them, one table for each that `comparisons.scene.physics.tables` holds."""
@@ -126,6 +127,7 @@ if TYPE_CHECKING:
         adhesion: Adhesion | None = None
         plasticity: Plasticity | None = None
         dynamics: Dynamics | None = None
+        wear: Wear | None = None
 
 else:
     _tables = {key: (table | None, None) for key, table in TABLES.items()}

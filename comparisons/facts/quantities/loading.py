@@ -6,5 +6,7 @@ ROWS = (
     Quantity("time", "time", "t", "s"),
     Quantity("speed", "sliding speed", "v", "m/s"),
     Quantity("velocity", "velocity of impact", "v₀", "m/s"),
+    Quantity("sliding_distance", "sliding distance", "s", "m"),
+    Quantity("cycles", "cycles", "n"),
     Quantity("step", "step of the path"),
 )

@@ -1,4 +1,4 @@
-"""Load steps of a scene: increasing loads, a path, a time history, a list of speeds or creeps."""
+"""Load steps of a scene: increasing loads, a path, a time history, speeds, creeps, distances."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
     if scene.remembers and loading.tangential is None:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
     drawn = None if scene.lubrication is None else scene.lubrication.speed
-    steady = (scene.rolling, scene.sliding, drawn, loading.tangential)
+    steady = (scene.rolling, scene.sliding, scene.wear, drawn, loading.tangential)
     if all(part is None for part in steady):
         return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)
     normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
@@ -93,6 +93,9 @@ def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
         return AbsoluteLoads("speed", np.array(drawn.values), normal=normal)
     if scene.sliding is not None:
         return AbsoluteLoads("speed", np.array(scene.sliding.speed.values), normal=normal)
+    if scene.wear is not None:
+        along, distances = scene.wear.progress
+        return AbsoluteLoads(along, np.array(distances.values), normal=normal)
     assert loading.tangential is not None
     path = loading.along(loading.tangential, start=0.0)
     return AbsoluteLoads(loading.tangential, path, "step", normal=normal)

@@ -93,6 +93,8 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
         yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
     if "rolling" in tables:
         yield from _rolls(data, tables, tangential)
+    elif "wear" in tables:
+        yield from _wears(data, tables, normal, tangential)
     elif "friction" in tables and not tangential:
         yield "friction: expected loading.tangential_force or loading.tangential_displacement"
     if "friction" not in tables:
@@ -115,6 +117,26 @@ def _rolls(
         yield f"loading.{name}: expected none with [rolling], whose creep is prescribed"
     if "surface" in data:
         yield "rolling: expected an [indenter]: a rough roller has no steady state"
+
+
+def _wears(
+    data: Mapping[str, Any], tables: tuple[str, ...], normal: list[str], tangential: list[str]
+) -> Iterator[str]:
+    table, friction = data.get("wear"), data.get("friction")
+    swings = isinstance(table, dict) and "amplitude" in table
+    if swings and friction is None:
+        yield "wear.amplitude: expected [friction], which lets the middle of the contact stick"
+    if swings and "surface" in data:
+        yield "wear.amplitude: expected an [indenter]: fretting of rough surfaces is not modelled"
+    if friction is not None and not swings:
+        yield "friction: expected none with wear.sliding_distance: all of the contact slips"
+    if swings and isinstance(friction, dict) and friction.get("coupling", "full") != "none":
+        yield 'friction.coupling: expected "none" with [wear]: no method here wears with coupling'
+    for name in tangential:
+        yield f"loading.{name}: expected none with [wear], whose motion is in its own table"
+    loads = data.get("loading", {}).get(normal[0]) if normal else None
+    if isinstance(loads, list) and len(loads) > 1:
+        yield f"loading.{normal[0]}: expected one load with [wear], which is held, got {len(loads)}"
 
 
 def _lubricated(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:

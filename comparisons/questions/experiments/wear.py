@@ -1,0 +1,83 @@
+"""Fretting for so long that nothing wears any more (19.6): springs and cells against its limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load
+from reduced.profiles import equivalents
+from reduced.wear.bodies import RoundBody
+from reduced.wear.walk import Oscillation, wear
+from reference import closed_form
+from reference.closed_form.worn import FrettingLimit
+from reference.halfspace import FreeOperator
+from reference.halfspace import wear as half_space
+from reference.halfspace.solution import Press
+from reference.loads import Load as HalfSpaceLoad
+
+# k E* and d of all bodies, whose stick circle is that of d - lag.
+_DEPTH = 1.0
+_BEYOND = 1.35
+
+
+def _fretting(
+    effort: Effort,
+    *,
+    lag: float = 0.5,
+    cycles: float = 10.0,
+    shape: str = "paraboloid",
+    model: str = "springs",
+) -> Finding:
+    """Compare the force after many cycles with that of the limit; coarser ones give the bar.
+
+    `lag` is G* U/(mu E* d), `cycles` are k E* U n over the contact radius of a paraboloid.
+    """
+    one_of("shape", shape, "paraboloid", "cone")
+    one_of("model", model, "springs", "half_space")
+    above("cycles", cycles, 0)
+    limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), _DEPTH, lag)
+    after = _springs if model == "springs" else _cells
+    finest = {"springs": 16, "half_space": 8}[model] * (1 if effort == "quick" else 2)
+    fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
+    details: dict[str, float | str] = {"force": fine, "limit": limit.force}
+    return Finding(fine / limit.force - 1, abs(fine - coarse) / limit.force, details)
+
+
+def _springs(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
+    """Return the force on springs, so many in the stick radius."""
+    profile = getattr(equivalents, shape)(1.0)
+    spacing = limit.stick_radius / number
+    reach = float(profile.contact_radius(_DEPTH)) * _BEYOND
+    count = int(np.ceil(reach / spacing))
+    body = RoundBody(profile, count * spacing, count)
+    swing = Oscillation(1.0, limit.lag)
+    (state,) = wear(body, 1.0, Load("penetration", _DEPTH), 1.0, np.array([cycles]), swing)
+    return state.force
+
+
+def _cells(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
+    """Return the force on the half-space, so many cells to the contact radius."""
+    assert limit.form.contact_radius is not None
+    cell = float(limit.form.contact_radius(_DEPTH)) / number
+    half = int(np.ceil(_BEYOND * number))
+    x = (np.arange(2 * half) - half + 0.5) * cell
+    r = np.hypot(x[:, None], x)
+    gap = r**2 / 2 if shape == "paraboloid" else r
+    press = Press(FreeOperator(gap.shape, (cell, cell), 1.0), gap)
+    swing = half_space.Oscillation(1.0, limit.lag)
+    load = HalfSpaceLoad("penetration", _DEPTH)
+    (state,) = half_space.wear(press, load, 1.0, np.array([cycles]), swing)
+    return state.contact.force
+
+
+EXPERIMENTS = (
+    experiment(
+        "fretting-limit",
+        "Force after many cycles of fretting against that of the limit shape",
+        "lag",
+        "G* U/(mu E* d)",
+        _fretting,
+    ),
+)

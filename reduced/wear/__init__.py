@@ -1,0 +1,1 @@
+"""Springs whose profile wears."""
