@@ -14,6 +14,7 @@ from comparisons.judging.uncertainty import (
     Calibrated,
     combined,
     grid_uncertainty,
+    of_fewer_cells,
     share_uncertainty,
 )
 from comparisons.tasks.solution import Contact, Solution, Solved
@@ -136,9 +137,12 @@ class Levels:
         series = np.array(list(curves.values()))
         measured = self._calibrated(name)
         if measured is not None:
-            return share_uncertainty(np.array(list(curves)), series, measured)
-        sizes = sizes_along_path(series[-1]) if last.path else None
-        return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
+            bar = share_uncertainty(np.array(list(curves)), series, measured)
+        else:
+            sizes = sizes_along_path(series[-1]) if last.path else None
+            bar = grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
+        on_cells = self._contact == "single" and METHODS[self.method].grid
+        return of_fewer_cells(bar) if on_cells else bar
 
     def _calibrated(self, name: str) -> Calibrated | None:
         """Return as what the share of a quantity's error was measured, None if it was not."""

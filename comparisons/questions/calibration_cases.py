@@ -16,6 +16,7 @@ from comparisons.judging.uncertainty import (
     ShareRule,
     combined,
     grid_uncertainty,
+    of_fewer_cells,
     share_uncertainty,
 )
 
@@ -56,12 +57,20 @@ class Case:
             grid = share_uncertainty(levels, self.curves, (self.quantity, self.kind), self.rule)
         else:
             grid = grid_uncertainty(levels, self.curves)
+        grid = of_fewer_cells(grid) if self.kind == "cells" else grid
         return combined(grid, self.bars_beside_grid)
 
     @property
-    def missed(self) -> bool | None:
-        """Whether the bar misses the proved interval; None if there is no such interval."""
-        return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
+    def missed(self) -> int | None:
+        """Load steps whose bar misses the proved interval; None if there is no such interval."""
+        return None if self.beyond is None else int(np.count_nonzero(self.beyond > self.bars))
+
+    @property
+    def excess(self) -> float:
+        """By which share of the bar it is too narrow at worst to reach the proved interval."""
+        if self.beyond is None:
+            return 0.0
+        return max(0.0, float(np.max(self.beyond / self.bars)) - 1)
 
     @property
     def in_words(self) -> str:
@@ -120,9 +129,12 @@ class Held:
 
 
 def held(cases: Iterable[Case]) -> Held:
-    """Return how many bars there are to hold against a theorem, and how many it refutes."""
-    verdicts = [case.missed for case in cases if case.missed is not None]
-    return Held(len(verdicts), sum(verdicts))
+    """Return how many bars there are to hold against a theorem, and how many it refutes.
+
+    A bar is that of one load step, as in a study (`judging.proofs`).
+    """
+    enclosed = [case for case in cases if case.beyond is not None]
+    return Held(sum(case.bars.size for case in enclosed), sum(c.missed or 0 for c in enclosed))
 
 
 def table(cases: list[Case]) -> pd.DataFrame:

@@ -15,9 +15,10 @@ from comparisons.questions.calibration import (
     Calibration,
     shape_cases,
 )
-from comparisons.questions.calibration_cases import Case, summary
+from comparisons.questions.calibration_cases import Case, held, summary
 from comparisons.questions.shares import MARGIN_ON_CELLS, fitted_rule
 from comparisons.solving.inquiries import answer_of
+from reports.cli.calibrate_command import REFUTED
 from reports.pages.calibration import calibration_page
 
 
@@ -34,6 +35,23 @@ def test_the_halves_share_no_shape():
     assert not set(FITTING) & set(REPORTED)
     tables = [str(table) for table in (*FITTING.values(), *REPORTED.values())]
     assert len(set(tables)) == len(FITTING) + len(REPORTED)
+
+
+def test_a_bar_that_misses_what_is_proved_at_one_load_is_counted():
+    """The rms over the loads would hide it."""
+    known = case(1.0, 0.1)
+    bar = known.bars[0]
+    series = replace(known, beyond=np.array([0.0, 1.2 * bar, 0.0]))
+    assert (series.missed, held([series, known])) == (1, held([series]))
+    assert (held([series]).bars, held([series]).missed) == (3, 1)
+    assert series.excess == pytest.approx(0.2)
+
+
+def test_a_bar_on_cells_is_no_narrower_at_a_lighter_load():
+    """Where the change from grid to grid is small by chance at the lightest load."""
+    series = np.array([[1.0, 1.2, 1.1], [1.0, 1.1, 1.05], [1.0, 1.05, 1.025]])
+    light, middle, heavy = replace(case(1.0, 0.1), curves=series).bars
+    assert light == middle > heavy > 0
 
 
 def test_coverage_and_width_of_bars_that_are_known():
@@ -112,6 +130,8 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_not_seven_times_too_
     for quantity in ("force", "penetration", "contact_area"):  # another processor, other jumps
         known = SHARE_RULE.factor((quantity, "cells"))
         assert fitted[quantity, "cells"] == pytest.approx(known, rel=0.1)
-    missed = [part for part in single if part.missed]
-    assert missed == []
+    refuted = held(single)
+    assert refuted.bars > 2000
+    assert refuted.missed <= REFUTED * refuted.bars
+    assert max(part.excess for part in single) < 0.25  # no bar is far too narrow at any load
     assert summary(part for part in result if part.rough).coverage >= 0.9
