@@ -56,8 +56,8 @@ def calibrate(
     for case in cases:
         if case.missed:
             print(
-                f"{case.in_words}: at {case.missed} of {case.bars.size} loads the bar misses the proved "
-                f"interval, at worst by {case.excess:.0%} of the bar"
+                f"{case.in_words}: at {case.missed} of {case.bars.size} loads the bar misses the "
+                f"proved interval, at worst by {case.excess:.0%} of the bar"
             )
     # of bars at 95 %, those that a theorem refutes at single loads are to be rare
     fine &= record.held.missed <= REFUTED * record.held.bars
