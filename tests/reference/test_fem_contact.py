@@ -101,7 +101,7 @@ def test_power_laws_from_cone_to_fourth_power(nu, exponent):
     assert abs(force_error(fitted_body(nu), exponent)) < 2e-4
 
 
-@pytest.mark.parametrize("nu", [0.3, 0.4999])
+@pytest.mark.parametrize("nu", [pytest.param(0.3, marks=pytest.mark.slow), 0.4999])
 def test_hertz_force_converges_with_fourth_order(nu):
     """Errors at 2, 3, 4, 6 elements per radius; the fit must reach the promised 3.5.
 

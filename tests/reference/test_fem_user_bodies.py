@@ -147,7 +147,10 @@ def bonded_layer(penetration, radius, thickness, poisson_ratio):
     )
 
 
-@pytest.mark.parametrize(("name", "tolerance"), [("hexahedron27", 0.01), ("tetra10", 0.02)])
+@pytest.mark.parametrize(
+    ("name", "tolerance"),
+    [("hexahedron27", 0.01), pytest.param("tetra10", 0.02, marks=pytest.mark.slow)],
+)
 def test_a_bonded_layer_is_stiffer_than_a_half_space(name, tolerance):
     """The real boundary counts: 18 % over Hertz at a sixth of the thickness.
 
