@@ -8,60 +8,40 @@ page are written anew::
 
 # %%
 import sys
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from comparisons.scene.physics.tables.plasticity import HARDNESS
-from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import YieldingSprings
-from reduced.plasticity.zunker_kamrin import ZunkerKamrin
-from reduced.profiles.equivalents import paraboloid
-from reference.fem.elasticity import Material
-from reference.loads import LoadPath
-from reference.plastic import PlasticMaterial, Walk
+from comparisons.questions.experiments.yielding import (
+    MODULUS,
+    NU,
+    READINGS,
+    YIELD_STRESS,
+    Dented,
+    elements,
+    springs,
+)
 from reference.plastic.fits import Ball, jackson_green, kogut_etsion
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
-NU, YIELD_STRESS = 0.3, 1 / 500  # E = R = 1
-MODULUS = 1 / (1 - NU**2)
 DEPTH = (np.pi * 1.6 * YIELD_STRESS / (2 * MODULUS)) ** 2
 FORCE = 4 / 3 * MODULUS * DEPTH**1.5
 SHARES = (2, 5, 10, 60, 200, 1000)
 GRIDS = (4, 8, 12)
-READINGS = ("stress", "elastic_root", "zunker_kamrin", "none")
 Contact = tuple[float, float, float]
 
 
-@cache
-def elements(share: float, per_radius: int) -> tuple[Contact, int]:
-    """Return force, area and what remains, in F_y, pi R d and d; and the number of unknowns."""
-    radius = np.sqrt(share * DEPTH * min(2.0, 1 + 0.25 * np.log10(share) ** 1.2))
-    steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
-    walk = Walk(steel, lambda r: r**2 / 2, radius, per_radius=per_radius)
-    (moment,) = walk.along(LoadPath("penetration", share * DEPTH))
-    depth = share * DEPTH
-    left = walk.residual_depth(moment) / depth
-    contact = moment.force / FORCE, moment.contact_radius**2 / depth, left
-    return contact, walk.indentation.section.size
+def relative(dented: Dented, depth: float) -> Contact:
+    """Return force, area and what remains, in F_y, pi R d and d."""
+    return dented.force / FORCE, dented.area / (np.pi * depth), dented.residual_depth / depth
 
 
-def springs(share: float, reading: str) -> Contact:
-    """Return the same of springs."""
-    depth = share * DEPTH
-    path = SpringPath("penetration", depth)
-    if reading == "zunker_kamrin":
-        line = ZunkerKamrin(1.0, MODULUS, YIELD_STRESS).walk(path)
-    else:
-        hardness = HARDNESS * YIELD_STRESS
-        model = YieldingSprings(
-            paraboloid(1.0), MODULUS, hardness, reading, reach=depth, springs=2000
-        )
-        line = model.walk(path)
-    area = float(line.contact_radius[0]) ** 2 / depth
-    return float(line.force[0]) / FORCE, area, float(line.residual_depth[0]) / depth
+def on_elements(share: float, per_radius: int) -> tuple[Contact, int]:
+    """Return them of finite elements; and the number of unknowns."""
+    dented = elements(share * DEPTH, per_radius)
+    return relative(dented, share * DEPTH), dented.unknowns
 
 
 def fits(share: float) -> dict[str, Contact]:
@@ -82,7 +62,7 @@ def on_grids() -> list[list[str]]:
     """Return forces on several grids."""
     rows = [["N", *(f"d/d_y = {share}" for share in SHARES), "unknowns"]]
     for n in GRIDS:
-        solved = [elements(share, n) for share in SHARES]
+        solved = [on_elements(share, n) for share in SHARES]
         rows.append([str(n), *(f"{c[0]:.4g}" for c, _ in solved), str(solved[0][1])])
     return rows
 
@@ -94,7 +74,7 @@ def against_elements(place: int, symbol: str) -> list[list[str]]:
     """Return errors of the force (0), or of the area (1)."""
     rows = [["d/d_y", symbol, *NAMES]]
     for share in SHARES:
-        true = elements(share, GRIDS[-1])[0][place]
+        true = on_elements(share, GRIDS[-1])[0][place]
         errors = [f"{100 * (c[place] / true - 1):+.0f} %" for c in others(share)]
         rows.append([str(share), f"{true:.4g}", *(_known(e) for e in errors)])
     return rows
@@ -104,7 +84,7 @@ def remaining() -> list[list[str]]:
     """Return what remains of the depth."""
     rows = [["d/d_y", "elements", *NAMES]]
     for share in SHARES:
-        left = [elements(share, GRIDS[-1])[0][2], *(c[2] for c in others(share))]
+        left = [on_elements(share, GRIDS[-1])[0][2], *(c[2] for c in others(share))]
         rows.append([str(share), *(_known(f"{value:.3f}") for value in left)])
     return rows
 
@@ -112,7 +92,10 @@ def remaining() -> list[list[str]]:
 def others(share: float) -> list[Contact]:
     """Return force, area and what remains of all others."""
     fitted = fits(share)
-    return [*(springs(share, name) for name in READINGS), *(fitted[n] for n in NAMES[-2:])]
+    return [
+        *(relative(springs(share * DEPTH, n), share * DEPTH) for n in READINGS),
+        *(fitted[n] for n in NAMES[-2:]),
+    ]
 
 
 def _known(text: str) -> str:

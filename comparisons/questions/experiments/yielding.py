@@ -1,10 +1,12 @@
-"""Springs that yield (19.6): force, area and dent of each reading against finite elements.
+"""Springs that yield (19.6): force, area, dent and rebound of each reading against finite elements.
 
-A ball of R = E = 1, nu = 0.3, Y = 1/500; depths in units of that at first yield.
+A ball of R = E = 1, nu = 0.3, Y = 1/500; depths of experiments in units of that at first yield.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import cast
 
@@ -14,91 +16,170 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, experiment, one_of
 from comparisons.scene.physics.tables.plasticity import HARDNESS
 from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import Reading, YieldingSprings
+from reduced.plasticity.caps import Reading, Yielded, YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.fem.elasticity import Material
 from reference.loads import LoadPath
-from reference.plastic import PlasticMaterial, Walk, yield_depth, yield_pressure
+from reference.plastic import PlasticMaterial, Walk, theories, yield_depth, yield_pressure
 
-_NU, _YIELD_STRESS = 0.3, 1 / 500
-_MODULUS = 1 / (1 - _NU**2)
-_DEPTH = yield_depth(1.0, _MODULUS, yield_pressure(_NU) * _YIELD_STRESS)
-_QUANTITIES = ("force", "area", "residual_depth")
-_READINGS = ("stress", "elastic_root", "zunker_kamrin", "none")
+NU, YIELD_STRESS = 0.3, 1 / 500
+MODULUS = 1 / (1 - NU**2)
+_DEPTH = yield_depth(1.0, MODULUS, yield_pressure(NU) * YIELD_STRESS)
+_WORK = 8 / 15 * MODULUS * _DEPTH**2.5
+_QUANTITIES = ("force", "area", "residual_depth", "restitution", "mean_pressure")
+READINGS = ("stress", "elastic_root", "zunker_kamrin", "none")
+_FORMULAS = {"thornton": "restitution", "johnson": "restitution", "cavity": "mean_pressure"}
 _GRIDS: dict[Effort, tuple[int, int]] = {"quick": (4, 6), "full": (6, 10)}
 _SPRINGS = 2000
-Contact = dict[str, float]
+# Steps of springs down and up again, for their work.
+_STEPS = 200
+
+
+@dataclass(frozen=True)
+class Dented:
+    """A ball in a half-space, R = E = 1.
+
+    Attributes
+    ----------
+    force, area, residual_depth, work : float
+        Work of the force.
+    restitution : float
+        Square root of the share of it that is given back: that of an impact far below the speed
+        of sound.
+    unknowns : int
+        Of the finite elements.
+    """
+
+    force: float
+    area: float
+    residual_depth: float
+    work: float = 0.0
+    restitution: float = 1.0
+    unknowns: int = 0
+
+    @property
+    def mean_pressure(self) -> float:
+        """Force over area."""
+        return self.force / self.area
 
 
 @cache
-def _elements(depth: float, per_radius: int) -> Contact:
-    """Press a ball into finite elements."""
-    d = depth * _DEPTH
-    radius = np.sqrt(d * min(2.0, 1 + 0.25 * max(np.log10(depth), 0.0) ** 1.2))
-    steel = PlasticMaterial(Material(1.0, _NU), _YIELD_STRESS)
+def elements(depth: float, per_radius: int, *, rebound: bool = False) -> Dented:
+    """Press the ball to a depth into finite elements; let it rebound on demand."""
+    share = depth / _DEPTH
+    radius = np.sqrt(depth * min(2.0, 1 + 0.25 * max(np.log10(share), 0.0) ** 1.2))
+    steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
     walk = Walk(steel, lambda r: r**2 / 2, float(radius), per_radius=per_radius)
-    (moment,) = walk.along(LoadPath("penetration", d))
-    return {
-        "force": moment.force,
-        "area": np.pi * moment.contact_radius**2,
-        "residual_depth": walk.residual_depth(moment),
-    }
+    (moment,) = walk.along(LoadPath("penetration", depth))
+    back = walk.given_back(moment) if rebound else moment.work
+    return Dented(
+        moment.force,
+        np.pi * moment.contact_radius**2,
+        walk.residual_depth(moment),
+        moment.work,
+        float(np.sqrt(back / moment.work)),
+        walk.indentation.section.size,
+    )
 
 
-def _springs(depth: float, reading: str) -> Contact:
-    """Press it onto springs."""
-    d = depth * _DEPTH
-    path = SpringPath("penetration", d)
-    if reading == "zunker_kamrin":
-        line = ZunkerKamrin(1.0, _MODULUS, _YIELD_STRESS).walk(path)
-    else:
-        hardness = HARDNESS * _YIELD_STRESS
-        line = YieldingSprings(
-            paraboloid(1.0),
-            _MODULUS,
-            hardness,
-            cast("Reading", reading),
-            reach=d,
-            springs=_SPRINGS,
-        ).walk(path)
+def springs(depth: float, reading: str) -> Dented:
+    """Press the ball to a depth onto springs."""
+    line = _walked(reading, np.array([depth]))
     area = np.pi * float(line.contact_radius[0]) ** 2
-    force, left = float(line.force[0]), float(line.residual_depth[0])
-    return {"force": force, "area": area, "residual_depth": left}
+    return Dented(float(line.force[0]), area, float(line.residual_depth[0]))
+
+
+def _walked(reading: str, depths: np.ndarray) -> Yielded:
+    path = SpringPath("penetration", depths)
+    if reading == "zunker_kamrin":
+        return ZunkerKamrin(1.0, MODULUS, YIELD_STRESS).walk(path)
+    line = YieldingSprings(
+        paraboloid(1.0),
+        MODULUS,
+        HARDNESS * YIELD_STRESS,
+        cast("Reading", reading),
+        reach=float(depths.max()),
+        springs=_SPRINGS,
+    )
+    return line.walk(path)
+
+
+def spring_restitution(energy: float, depth: float, reading: str) -> float:
+    """Return the restitution of springs that take an energy, near a penetration."""
+    while True:
+        down = depth * np.arange(_STEPS + 1) / _STEPS
+        force = _walked(reading, down).force
+        taken = np.concatenate([[0.0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(down))])
+        if taken[-1] >= energy:
+            break
+        depth *= 2
+    deepest = float(np.interp(energy, taken, down))
+    down = deepest * np.arange(_STEPS + 1) / _STEPS
+    path = np.concatenate([down, down[-2::-1]])
+    force = _walked(reading, path).force
+    steps = (force[1:] + force[:-1]) / 2 * np.diff(path)
+    return float(np.sqrt(-steps[_STEPS:].sum() / steps[:_STEPS].sum()))
+
+
+def _stated(reading: str, quantity: str, depth: float, true: Dented) -> float:
+    """Return what springs or a formula say of the finite elements' contact.
+
+    At equal penetration; of a rebound at equal energy, and of a cavity at equal contact radius.
+    """
+    if reading == "thornton":
+        return float(theories.thornton_restitution(np.sqrt(true.work / _WORK)))
+    if reading == "johnson":
+        energy = true.work / YIELD_STRESS
+        return float(theories.johnson_restitution(energy, YIELD_STRESS / MODULUS))
+    if reading == "cavity":
+        strain = np.sqrt(true.area / np.pi) / YIELD_STRESS
+        return float(theories.cavity_pressure(strain, NU)) * YIELD_STRESS
+    if quantity == "restitution":
+        return spring_restitution(true.work, depth, reading)
+    return float(getattr(springs(depth, reading), quantity))
 
 
 def _yielding(
     effort: Effort, *, depth: float = 10.0, reading: str = "stress", quantity: str = "force"
 ) -> Finding:
-    """Compare a quantity of a reading with that of finite elements at equal penetration."""
-    one_of("reading", reading, *_READINGS)
+    """Compare a quantity of a reading, or a closed form, with that of finite elements."""
+    one_of("reading", reading, *READINGS, *_FORMULAS)
     one_of("quantity", quantity, *_QUANTITIES)
+    if _FORMULAS.get(reading, quantity) != quantity:
+        raise ValueError(f"{reading} says nothing of the {quantity}")
     if not 0.1 <= depth <= 1000:
         raise ValueError(f"depth must be from 0.1 to 1000, not {depth!r}")
-    coarse, fine = (_elements(depth, n)[quantity] for n in _GRIDS[effort])
-    stated = _springs(depth, reading)[quantity]
+    rebound = quantity == "restitution"
+    few, many = _GRIDS[effort]
+    on_few, on_many = (elements(depth * _DEPTH, n, rebound=rebound) for n in (few, many))
+    coarse, fine = (float(getattr(dented, quantity)) for dented in (on_few, on_many))
+    stated = _stated(reading, quantity, depth * _DEPTH, on_many)
     if fine == 0:
         raise ValueError(f"no {quantity} at {depth!r} times the depth of first yield")
     details: dict[str, float | str] = {
-        "of springs": stated,
+        "of springs" if reading in READINGS else f"by {reading}": stated,
         "of finite elements": fine,
-        "over Hertz's": fine / _hertz(depth)[quantity] if quantity != "residual_depth" else "",
     }
+    if quantity in _HERTZ:
+        details["over Hertz's"] = fine / _HERTZ[quantity](depth * _DEPTH)
+    if rebound:
+        details["speed over that of first yield"] = float(np.sqrt(on_many.work / _WORK))
     # steps and elements err in proportion to their size (Richardson's rule of first order)
-    fewer, more = _GRIDS[effort]
-    bar = abs(fine - coarse) / (more / fewer - 1)
+    bar = abs(fine - coarse) / (many / few - 1)
     return Finding(stated / fine - 1, bar * stated / fine**2, details)
 
 
-def _hertz(depth: float) -> Contact:
-    d = depth * _DEPTH
-    return {"force": 4 / 3 * _MODULUS * d**1.5, "area": np.pi * d}
+_HERTZ: dict[str, Callable[[float], float]] = {
+    "force": lambda d: 4 / 3 * MODULUS * d**1.5,
+    "area": lambda d: np.pi * d,
+}
 
 
 EXPERIMENTS = (
     experiment(
         "yielding-springs",
-        "Force, area or dent of springs that yield against finite elements",
+        "Force, area, dent or rebound of springs that yield against finite elements",
         "depth over that of first yield d/d_y",
         "depth",
         _yielding,

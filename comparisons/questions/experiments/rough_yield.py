@@ -1,0 +1,100 @@
+"""Rough surfaces that yield (19.6): A = F/H, and elastic contact, against a capped pressure.
+
+The surfaces of the scene `plastic-rough`, under forces that are a share of H A0.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from comparisons.geometry.prepare import RoughGeometry, prepare
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.scene.scene import load_scene
+from reference.halfspace import PeriodicOperator
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.solution import Press
+from reference.loads import LoadPath
+from reference.plastic.capped import Dent, along
+
+_QUANTITIES = ("hardness_area", "elastic_area", "plastic_share")
+# Points per side, and surfaces.
+_GRIDS: dict[Effort, tuple[int, int]] = {"quick": (64, 128), "full": (128, 256)}
+_SURFACES: dict[Effort, int] = {"quick": 4, "full": 8}
+
+
+@cache
+def _surfaces() -> RoughGeometry:
+    geometry, _ = prepare(load_scene("plastic-rough", {"surface.realisations": 8}))
+    assert isinstance(geometry, RoughGeometry)
+    return geometry
+
+
+@cache
+def _pressed(surface: int, points: int, index: float, load: float) -> tuple[Dent, Dent, float]:
+    """Press a surface with E* = 1 to F = load H A0, yielding and elastic; also return H."""
+    rough = _surfaces()
+    hardness = rough.rms_slope / index
+    heights = rough.heights(surface, points)
+    body = PeriodicOperator((points, points), rough.spacing(heights), 1.0)
+    gap, force = rough.top(surface) - heights, LoadPath("force", load * hardness * rough.area)
+    (dent,), (elastic,) = (along(Press(body, gap, cap), force) for cap in (hardness, np.inf))
+    return dent, elastic, hardness
+
+
+def _compared(
+    surface: int, points: int, index: float, load: float
+) -> dict[str, tuple[float, float]]:
+    """Return what is stated and what is true of one surface on one grid."""
+    dent, elastic, hardness = _pressed(surface, points, index, load)
+    area = located_area(dent.contact, hardness)
+    pressure = elastic.contact.pressure
+    over = np.count_nonzero(pressure >= hardness) / np.count_nonzero(pressure)
+    return {
+        "hardness_area": (dent.contact.force / hardness, area),
+        "elastic_area": (located_area(elastic.contact), area),
+        "plastic_share": (over, dent.plastic_share),
+    }
+
+
+def _rough_yield(
+    effort: Effort, *, index: float = 3.0, load: float = 0.1, quantity: str = "hardness_area"
+) -> Finding:
+    """Compare the area F/H, the elastic one, or the elastic share above H, with what yields."""
+    one_of("quantity", quantity, *_QUANTITIES)
+    above("index", index, 0)
+    if not 0 < load <= 0.5:
+        raise ValueError(f"load must be above 0 and at most 0.5, not {load!r}")
+    numbers = range(_SURFACES[effort])
+    errors = []
+    for points in _GRIDS[effort]:
+        pairs = [_compared(k, points, index, load)[quantity] for k in numbers]
+        stated, true = np.transpose(pairs)
+        if not true.mean() > 0:
+            raise ValueError(f"nothing yields at an index of {index!r}")
+        errors.append(float(stated.mean() / true.mean() - 1))
+    residual = stated - (1 + errors[-1]) * true
+    scatter = float(2 * np.std(residual, ddof=1) / np.sqrt(len(pairs)) / true.mean())
+    # grids err in proportion to their cells (Richardson's rule of first order)
+    coarse, fine = errors
+    everything = [_compared(k, _GRIDS[effort][-1], index, load) for k in numbers]
+    details: dict[str, float | str] = {
+        "share of the contact that yields": float(
+            np.mean([pair["plastic_share"][1] for pair in everything])
+        ),
+        "F over H A": float(np.mean([np.divide(*pair["hardness_area"]) for pair in everything])),
+    }
+    return Finding(fine, abs(fine - coarse) + scatter, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "rough-yield",
+        "Rough contacts by their hardness, or elastic, against a capped pressure",
+        "plasticity index E* h'/H",
+        "index",
+        _rough_yield,
+    ),
+)
