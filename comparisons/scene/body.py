@@ -85,7 +85,7 @@ def with_material(data: dict[str, Any]) -> dict[str, Any]:
     return data | {"half_space": elastic, "body": remaining}
 
 
-def table_problems(data: dict[str, Any]) -> list[str]:
+def body_problems(data: dict[str, Any]) -> list[str]:
     """Problems of a scene with a [body] that no single table shows."""
     body = data.get("body")
     problems: list[str] = []

@@ -27,20 +27,18 @@ from pydantic import (
 from comparisons.errors import InputError
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
-from comparisons.scene import body as body_table
-from comparisons.scene.body import Body
+from comparisons.scene.body import Body, with_material
 from comparisons.scene.fields import KnownMethod, Positive, fail
-from comparisons.scene.half_space import RELAXES, HalfSpace, depth_problems
+from comparisons.scene.half_space import RELAXES, HalfSpace
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions
 from comparisons.scene.physics.combinations import (
-    combination_problems,
     walks_a_path,
     with_defaults,
 )
 from comparisons.scene.physics.tables import TABLES
-from comparisons.scene.problems import readable
+from comparisons.scene.problems import missing_files, readable, table_problems
 from comparisons.scene.surface import SelfAffine, Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
@@ -393,8 +391,8 @@ def _item(values: Any, key: str) -> Any:
 
 def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
     """Validate the tables of a scene, listing all problems at once."""
-    problems = _table_problems(data)
-    filled = with_defaults(body_table.with_material(data))
+    problems = table_problems(data)
+    filled = with_defaults(with_material(data))
     try:
         tables = {k: v for k, v in filled.items() if k != "directory"}
         scene = validated({**tables, "directory": str(directory)})
@@ -402,10 +400,10 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         messages = [readable(message) for message in error.errors()]
         if "body" in data and "half_space" not in data:
             messages = [re.sub("^half_space", "body", message) for message in messages]
-        problems = messages + problems + _missing_files(data, directory)
+        problems = messages + problems + missing_files(data, directory)
         raise SceneError(source, problems) from error
     if problems:
-        raise SceneError(source, problems + _missing_files(data, directory))
+        raise SceneError(source, problems + missing_files(data, directory))
     return scene
 
 
@@ -418,44 +416,3 @@ def validated(data: dict[str, Any]) -> Scene:
     """
     context = {PATH: walks_a_path(data), RELAXES: "viscoelastic" in data}
     return Scene.model_validate(data, context=context)
-
-
-def _missing_files(data: dict[str, Any], directory: Path) -> list[str]:
-    """Problems with the map that a wrong scene names: told together with the others."""
-    problems = []
-    for key in ("surface", "surface2"):
-        surface = data.get(key)
-        file = surface.get("file") if isinstance(surface, dict) else None
-        if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
-            continue
-        if not (directory / file).is_file():
-            problems.append(f"{key}.file: {file}: no such file")
-    return problems
-
-
-def _table_problems(data: dict[str, Any]) -> list[str]:
-    """Problems across tables: found even where the tables themselves are wrong."""
-    problems = []
-    if "directory" in data:
-        problems.append("directory: unknown key")
-    problems += body_table.table_problems(data)
-    problems += combination_problems(data)
-    problems += depth_problems(data)
-    bodies = [key for key in ("indenter", "surface") if key in data]
-    if len(bodies) != 1 and "body" not in data:
-        came = " and ".join(f"[{b}]" for b in bodies) or "none"
-        problems.append(f"expected exactly one of [indenter] and [surface], got {came}")
-    if "surface2" in data and "surface" not in data:
-        problems.append("surface2: expected a [surface] beside it, the face of the other body")
-    compare = data.get("compare")
-    levels = compare.get("resolutions") if isinstance(compare, dict) else None
-    if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:
-        path = f"compare.resolutions.{levels.index(1)}"
-        problems.append(f"{path}: expected greater than or equal to 2 without a [body], got 1")
-    loading = data.get("loading")
-    if isinstance(loading, dict) and "indenter" in data:
-        if "mean_gap" in loading:
-            problems.append("loading.mean_gap: expected a [surface], an indenter has no mean gap")
-        if isinstance(loading.get("force"), dict) and "relative_to" in loading["force"]:
-            problems.append("loading.force.relative_to: expected a [surface], which has h' and A0")
-    return problems
