@@ -55,6 +55,7 @@ LONG = {
     *("impact-table", "memory-easy", "memory-eighteen-decades", "memory-imprint-of-a-fluid"),
     *("memory-nanoseconds", "memory-retreat-slows", "sliding-creeping", "sliding-racing"),
     *("sliding-dashpot", "sliding-twelve-decades", "layer-of-a-thousandth", "rolling-braking"),
+    *("plasticity-pumped", "plasticity-thousandfold", "plasticity-flow", "impact-thousand-bounces"),
     *("rough-fine", "depth-beyond-table", "coating-a-thousand-times-as-hard", "friction-auxetic"),
 }
 
@@ -187,9 +188,9 @@ def test_the_bar_of_the_truth_counts_against_the_claim():
     """The truth of the punch is known to 0.01 %: nobody can be shown to be closer than that."""
     case = catalogue()["edge-on-nodes"]
     expected = {"bem_fft": Expected(accurate=2e-5)}
-    tight = case.model_copy(update={"expected": expected, "resolutions": {"bem_fft": 256}})
+    tight = case.model_copy(update={"expected": expected, "resolutions": {"bem_fft": 64}})
     (outcome,) = answer_of(outcomes(tight, ["bem_fft"], full=True))
-    assert outcome.error < 1e-12
+    assert outcome.error < 2e-5
     assert "instead of at most 20" in outcome.deviation
 
 

@@ -25,6 +25,25 @@ from comparisons.results.store import (
 )
 
 THIRD = 1 / 3
+PLAN = {
+    "methods": [
+        {
+            "method": "bem_fft",
+            "supported": True,
+            "reason": "",
+            "resolutions": [8],
+            "modelled": "the surface",
+        }
+    ],
+    "left_out": [{"what": "pressure fields", "why": "not asked for"}],
+    "notes": ["one"],
+}
+REFERENCE = {
+    "method": "bem_fft",
+    "resolution": 8,
+    "text": "the finest",
+    "uncertainty": {"penetration": 0.1, "contact_area": None},
+}
 
 
 @pytest.fixture
@@ -51,25 +70,8 @@ def record(tmp_path):
         control="force",
         quantities=("penetration", "contact_area"),
         tolerance=0.01,
-        plan={
-            "methods": [
-                {
-                    "method": "bem_fft",
-                    "supported": True,
-                    "reason": "",
-                    "resolutions": [8],
-                    "modelled": "the surface",
-                }
-            ],
-            "left_out": [{"what": "pressure fields", "why": "not asked for"}],
-            "notes": ["one"],
-        },
-        reference={
-            "method": "bem_fft",
-            "resolution": 8,
-            "text": "the finest",
-            "uncertainty": {"penetration": 0.1, "contact_area": None},
-        },
+        plan=PLAN,
+        reference=REFERENCE,
         answer="No method got there.",
         disagreements=("a and b differ",),
         rows=rows,

@@ -58,8 +58,6 @@ def test_the_printed_scheme_is_judged_on_both_sides_of_its_limit():
     measure = EXPERIMENTS["printed-rubber"].measure
     assert abs(measure(1.0, "quick").error) < 0.05
     assert abs(measure(2.2, "quick").error) > 1
-    assert measure(1.0, "quick", quantity="work").error == pytest.approx(0.5, abs=0.1)
-    assert measure(1.0, "quick", quantity="start").error > 0.5
 
 
 def test_springs_have_twice_the_friction_of_a_slow_paraboloid():
