@@ -66,7 +66,7 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()
-    sides = {} if truth is None else enclosures_asked_for(plan.scene, plan.loads)
+    sides = {} if truth is None else enclosures_asked_for(plan.scene, plan.geometry, plan.loads)
     if truth is not None and sides:
         verification = verified(truth, sides, time.perf_counter() - started)
         own = (table["method"] == truth.method) & (table["resolution"] == truth.resolution)

@@ -116,7 +116,7 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
                     f"interval by {relative(beyond[step])} at load step {step + 1}."
                 )
     widths = [
-        np.max(upper / sides[name.replace("_upper", "_lower")] - 1)
+        np.max(1 - sides[name.replace("_upper", "_lower")] / upper)
         for name, upper in sides.items()
         if name.endswith("_upper")
     ]

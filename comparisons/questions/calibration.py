@@ -142,7 +142,7 @@ def shape_cases(
 def _enclosed(plan: Plan) -> dict[str, np.ndarray]:
     """Return the sides of the proved intervals, empty if no theorem covers the scene."""
     try:
-        return enclosures(plan.scene, plan.loads)
+        return enclosures(plan.scene, plan.geometry, plan.loads)
     except Refused:
         return {}
 

@@ -43,7 +43,7 @@ class SingleResult:
     @cached_property
     def proved(self) -> Mapping[str, np.ndarray]:
         """Sides of the proved intervals that the scene asks for; computed when first read."""
-        return enclosures_asked_for(self.plan.scene, self.plan.loads)
+        return enclosures_asked_for(self.plan.scene, self.plan.geometry, self.plan.loads)
 
     @property
     def converged(self) -> bool:

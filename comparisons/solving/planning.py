@@ -72,7 +72,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
 def _check_proof(plan: Plan) -> None:
     """Refuse to prove what no theorem covers."""
     try:
-        check_enclosed(plan.scene, plan.loads)
+        check_enclosed(plan.scene, plan.geometry, plan.loads)
     except Refused as reason:
         problem = f"compare.proved: {reason.refusal.reason}"
         raise SceneError(plan.scene.name, [problem]) from None

@@ -45,6 +45,8 @@ class Block:
     ----------
     centres : (n, m)
         Gap in the middles of the cells.
+    above_samples : float
+        How far the body rises above the top at most, between the samples that this was found in.
 
     All for E* = 1.
     """
@@ -59,6 +61,7 @@ class Block:
         shape: tuple[int, int],
     ) -> None:
         self.shape, self.spacing = shape, spacing
+        self.above_samples = max(waves.highest()[1] - top, 0.0)
         self.potential = GridPotential(shape, spacing, _SQUARES)
         self.operator = FreeOperator(shape, (spacing, spacing), 1.0)
         x, y = (

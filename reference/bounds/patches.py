@@ -25,12 +25,15 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.blocks import Block
 from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import Interval, above, below
+from reference.bounds.inverse import inverse
 from reference.bounds.summits import ellipses_below
 
 Array = NDArray[np.float64]
 
 # Rounds in which a penetration too shallow is deepened, and a displacement too deep taken back.
 _ROUNDS = 8
+# Roughly the power of the penetration with which the force grows.
+_POWER = 1.8
 # Share of the upper bound below which the lower one is tried anew, in closed form.
 _SHARP = 0.5
 # Squares per point of the map on which places that a body does not reach are told.
@@ -63,7 +66,7 @@ class Patch:
         if heights.shape != (points, points):
             faults.append(f"heights must be a square map, not of shape {heights.shape}")
         refuse(faults)
-        self.size = float(size)
+        self.size, self._rms = float(size), float(heights.std())
         self.grid = (int(finer) * points, int(finer) * points)
         self.spacing = self.size / self.grid[0]
         self._waves = Waves(heights, (self.size, self.size))
@@ -86,6 +89,27 @@ class Patch:
             # cells larger than the contacts prove little, ellipses on the summits then more
             lower = max(lower, self.by_ellipses(penetration, 1.0))
         return effective_modulus * Interval(lower, upper)
+
+    def penetration(self, force: float, effective_modulus: float) -> Interval:
+        """Penetration at a force, counted as in `force`: a force grows with it.
+
+        Raises
+        ------
+        ValueError
+            For a force or modulus that is not positive and finite.
+        ArithmeticError
+            If cells of this size prove nothing that reaches the force.
+        """
+        refuse(positive_faults(force=force, effective_modulus=effective_modulus))
+        value = force / effective_modulus
+        near = inverse(value, self.on_grid, self.on_grid, self._rms, _POWER).middle
+        return inverse(
+            value,
+            lambda depth: force_below(self.block(depth), depth),
+            lambda depth: force_above(self.block(depth), depth),
+            near,
+            _POWER,
+        )
 
     def by_ellipses(self, penetration: float, effective_modulus: float) -> float:
         """Lower bound of the force by flat punches on the summits (`summits`): without cells.
@@ -131,8 +155,8 @@ class Patch:
 def force_above(block: Block, penetration: float) -> float:
     """Least force of pressures under a body that is raised wherever they failed, for E* = 1."""
     raised = np.zeros(block.shape)
-    # no pressure at all fails by d at most
-    best = _made_up(block, np.full(block.shape, penetration))
+    # no pressure at all fails by d at most, and where the body is higher than its samples by more
+    best = _made_up(block, np.full(block.shape, penetration + block.above_samples))
     for _ in range(_ROUNDS):
         pressure = block.pressed(penetration, raised)
         shortfall = block.shortfall(pressure, penetration)

@@ -28,6 +28,7 @@ from scipy import fft as transforms
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import EPSILON, Interval, above, below
+from reference.bounds.inverse import inverse
 from reference.bounds.polynomials import least_on_cells
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
@@ -40,6 +41,8 @@ _ROUNDS = 4
 # Steps of the mean pressure, relative to it, of the penetration's two difference quotients: their
 # errors, both of second order, against the width of the energies over the step.
 _STEPS = 0.1, 0.12
+# Roughly the power of the mean pressure with which the penetration grows.
+_POWER = 0.5
 
 
 class PeriodicSurface:
@@ -93,17 +96,39 @@ class PeriodicSurface:
         """
         _check(mean_pressure, effective_modulus)
         P = mean_pressure / effective_modulus
+        return Interval(self._not_below(P), self._not_above(P))
+
+    def mean_pressure(self, penetration: float, effective_modulus: float) -> Interval:
+        """Mean pressure at a penetration, which grows with it.
+
+        Raises
+        ------
+        ValueError
+            For a penetration or modulus that is not positive and finite.
+        """
+        refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
+
+        def on_grid(P: float) -> float:
+            return float(self.on_grid(P).penetration)
+
+        start = penetration / max(self.spacing[0] * self.grid[0], self.spacing[1] * self.grid[1])
+        near = inverse(penetration, on_grid, on_grid, start, _POWER).middle
+        sides = self._not_below, self._not_above
+        return effective_modulus * inverse(penetration, *sides, near, _POWER)
+
+    def _not_below(self, P: float) -> float:
         less, more = P * (1 - _STEPS[0]), P * (1 + _STEPS[0])
         under, over = self._below(more), self._above(less)
-        lower = (under - over) / (more - less)
+        # differences of near numbers: rounded as those are, not as what is left of them
+        loss = EPSILON * (abs(under) + abs(over)) / (more - less)
+        return below((under - over) / (more - less), 8) - 8 * loss
+
+    def _not_above(self, P: float) -> float:
         step = _STEPS[1] * P
         at_once, beyond = self._below(P), self._below(P + 2 * step)
         ahead = self._above(P + step)
-        upper = (2 * ahead - 1.5 * at_once - 0.5 * beyond) / step
-        # differences of near numbers: rounded as those are, not as what is left of them
-        loss = EPSILON * (abs(under) + abs(over)) / (more - less)
         gain = EPSILON * (2 * abs(ahead) + 1.5 * abs(at_once) + 0.5 * abs(beyond)) / step
-        return Interval(below(lower, 8) - 8 * loss, above(upper, 8) + 8 * gain)
+        return above((2 * ahead - 1.5 * at_once - 0.5 * beyond) / step, 8) + 8 * gain
 
     def _press(self, gap: Array) -> Press:
         return Press(self.operator, gap - gap.min())

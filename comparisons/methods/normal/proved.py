@@ -1,7 +1,8 @@
 """How a scene is put to the theorems that enclose its force, energy and stiffness.
 
 Two computations that share no code bound the same number from both sides (`reference.bounds`).
-Rigid convex body, no friction, one elastic half-space: what is outside is refused with its reason.
+Rigid convex body or rough surface (`proved_rough`), no friction, one elastic half-space: what is
+outside is refused with its reason.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from scipy.spatial import ConvexHull
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
+from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.methods.normal.proved_rough import proof_of_surface
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
 from comparisons.scene.indenters.ellipsoid import Ellipsoid
@@ -47,25 +50,25 @@ class Proof:
 
     Attributes
     ----------
-    force, energy : callable
+    force : callable
         ``force(penetration) -> Interval``, in SI units.
-    stiffness : callable or None
-        dF/dd at a penetration; None where the theorems say nothing sharp about it.
     penetration : callable
         At a force.
+    energy, stiffness : callable or None
+        At a penetration; None where the theorems say nothing sharp about it.
     deepest, heaviest : float
         Penetration and force up to which something is proved.
     """
 
     force: At
-    energy: At
     penetration: At
+    energy: At | None = None
     stiffness: At | None = None
     deepest: float = math.inf
     heaviest: float = math.inf
 
 
-def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
+def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     """Return the sides of everything that is enclosed, over the load steps.
 
     Returns
@@ -73,14 +76,14 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     dict
         ``force_lower``, ``force_upper`` and so on -> (k,). Of a prescribed force the penetration,
         and energy and stiffness at the ends of its interval. About a tenth as wide as the scene's
-        tolerance, or less.
+        tolerance, or less; of rough surfaces a few per cent.
 
     Raises
     ------
     Refused
         As `proof_of`, and for other loads than a penetration or a force.
     """
-    proof = check_enclosed(scene, loads)
+    proof = check_enclosed(scene, geometry, loads)
     if loads.control == "penetration":
         known: dict[str, At | None] = {
             "force": proof.force,
@@ -102,7 +105,9 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     }
 
 
-def enclosures_asked_for(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
+def enclosures_asked_for(
+    scene: Scene, geometry: Geometry, loads: AbsoluteLoads
+) -> dict[str, np.ndarray]:
     """Return the enclosures that the scene's ``compare.proved`` asks for, empty if it does not.
 
     Raises
@@ -113,16 +118,16 @@ def enclosures_asked_for(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.nda
     if not scene.compare.proved:
         return {}
     try:
-        return enclosures(scene, loads)
+        return enclosures(scene, geometry, loads)
     except Refused:
         if scene.compare.proved == "if_any":
             return {}
         raise
 
 
-def check_enclosed(scene: Scene, loads: AbsoluteLoads) -> Proof:
+def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof:
     """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
-    proof = proof_of(scene)
+    proof = proof_of(scene, geometry)
     if loads.control not in ("penetration", "force") or loads.is_path:
         raise Refused(f"the theorems enclose nothing of this body at a prescribed {loads.control}")
     most = proof.deepest if loads.control == "penetration" else proof.heaviest
@@ -140,7 +145,7 @@ def _over(at: At, depth: Interval) -> Interval:
     return Interval(at(depth.lower).lower, at(depth.upper).upper)
 
 
-def proof_of(scene: Scene) -> Proof:
+def proof_of(scene: Scene, geometry: Geometry) -> Proof:
     """Return the enclosures of a scene.
 
     Raises
@@ -148,11 +153,6 @@ def proof_of(scene: Scene) -> Proof:
     Refused
         Where no theorem of `reference.bounds` covers it, with the reason.
     """
-    if scene.indenter is None:
-        raise Refused(
-            "of rough surfaces only the experiments `rough-force-on-grid` and "
-            "`rough-penetration-on-grid` prove bounds"
-        )
     if scene.body is not None:
         raise Refused("the theorems are for a half-space, and the [body] is finite")
     if not scene.half_space.uniform:
@@ -163,6 +163,10 @@ def proof_of(scene: Scene) -> Proof:
         )
     # widths fall with the third power of the cells; more than twice as many take minutes
     finer = min(max((0.01 / scene.compare.tolerance) ** (1 / 3), 1.0), 2.0)
+    if isinstance(geometry, RoughGeometry):
+        rough = proof_of_surface(scene, geometry, finer)
+        return Proof(rough.force, rough.penetration, deepest=rough.deepest)
+    assert scene.indenter is not None
     return _proof(scene.indenter, scene.effective_modulus, finer)
 
 
@@ -171,7 +175,7 @@ def _proof(indenter: Indenter, modulus: float, finer: float) -> Proof:
     if profile is not None and profile.degree is None:
         return Proof(
             lambda d: axisymmetric.force(profile, d, modulus, cells=cells),
-            lambda d: axisymmetric.energy(profile, d, modulus, cells=cells),
+            energy=lambda d: axisymmetric.energy(profile, d, modulus, cells=cells),
             stiffness=lambda d: axisymmetric.stiffness(profile, d, modulus),
             penetration=lambda load: axisymmetric.penetration(profile, load, modulus, cells=cells),
             deepest=axisymmetric.deepest(profile),

@@ -57,7 +57,7 @@ def computed(sheet: Sheet) -> dict[str, Known]:
     if truth is None or missing:
         raise InputError(f"{sheet.id}: no reference for {', '.join(missing)}")
     try:
-        sides = enclosures(plan.scene, plan.loads)
+        sides = enclosures(plan.scene, plan.geometry, plan.loads)
     except Refused:
         sides = {}
     return {

@@ -167,7 +167,6 @@ def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, rea
 @pytest.mark.parametrize(
     ("scene", "reason"),
     [
-        ("rough-patch", "of rough surfaces only the experiments"),
         ("friction-steel", "without friction, adhesion or memory"),
         ("rubber-ball", "without friction, adhesion or memory"),
         (BLOCK, "for a half-space, and the \\[body\\] is finite"),

@@ -1,0 +1,123 @@
+"""How a rough surface is put to the theorems: one that is a sum of waves, on cells that are few.
+
+Free patches by a linear programme and its dual, periods by energies at some mean pressures. The
+rigid surface is the band-limited function through its points, which grids only sample.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.solver import Refused
+from comparisons.scene.scene import Scene
+from reference.bounds.interval import Interval, above, below
+from reference.bounds.patches import Patch
+from reference.bounds.periodic import PeriodicSurface
+
+# Cells a side, as far as that is two to eight to a point; some seconds a load, and a few per cent
+# wide. Points a side beyond which even these take minutes.
+_CELLS = {"free": 64, "periodic": 256}
+_LEAST, _MOST, _MOST_POINTS = 2, 8, 128
+# Share of the mean gap beyond which a period is nearly full: its stiffness has no bound there.
+_NEARLY_FULL = 0.9
+
+
+@dataclass(frozen=True)
+class RoughProof:
+    """What the theorems enclose of one rough surface, by the penetration from its highest point.
+
+    Attributes
+    ----------
+    geometry : RoughGeometry
+    modulus : float
+        E*.
+    finer : float
+        Cells a side, over the fewest.
+    """
+
+    geometry: RoughGeometry
+    modulus: float
+    finer: float = 1.0
+
+    @cached_property
+    def _heights(self) -> np.ndarray:
+        return self.geometry.heights(0, self.geometry.points[0])
+
+    @cached_property
+    def _surface(self) -> Patch | PeriodicSurface:
+        kind = "periodic" if self.geometry.periodic else "free"
+        finer = round(_CELLS[kind] * self.finer) // max(self.geometry.points)
+        finer = min(max(finer, _LEAST), _MOST)
+        if self.geometry.periodic:
+            return PeriodicSurface(self._heights, self.geometry.size, finer)
+        return Patch(self._heights, self.geometry.size[0], finer)
+
+    @cached_property
+    def _higher(self) -> float:
+        """By how much the highest point is above the sample that the bounds count from."""
+        return float(self.geometry.top(0) - self._heights.mean() - self._surface.top)
+
+    @property
+    def deepest(self) -> float:
+        """Penetration up to which something is proved."""
+        if not self.geometry.periodic:
+            return math.inf
+        return _NEARLY_FULL * float(self.geometry.top(0) - self._heights.mean())
+
+    def force(self, penetration: float) -> Interval:
+        """Force at a penetration."""
+        depth = penetration - self._higher
+        if depth <= 0:  # nothing is proved to touch, and it is less than what touches deeper
+            return Interval(0.0, self._force(penetration).upper)
+        return self._force(depth)
+
+    def _force(self, depth: float) -> Interval:
+        surface = self._surface
+        if isinstance(surface, Patch):
+            return surface.force(depth, self.modulus)
+        return surface.mean_pressure(depth, self.modulus) * self.geometry.area
+
+    def penetration(self, force: float) -> Interval:
+        """Penetration at a force."""
+        surface = self._surface
+        if isinstance(surface, Patch):
+            depth = surface.penetration(force, self.modulus)
+        else:
+            depth = surface.penetration(force / self.geometry.area, self.modulus)
+        ends = depth.lower + self._higher, depth.upper + self._higher
+        return Interval(below(ends[0], 4), above(ends[1], 4))
+
+
+def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> RoughProof:
+    """Return the enclosures of a rough scene; nothing is computed before it is asked for.
+
+    Raises
+    ------
+    Refused
+        Where the bounds do not cover the surface, with the reason.
+    """
+    if geometry.random and scene.realisations > 1:
+        raise Refused(
+            f"the theorems enclose one surface, and the scene asks for the mean over "
+            f"{scene.realisations}: surface.realisations = 1"
+        )
+    if not geometry.periodic and geometry.measured is not None:
+        raise Refused(
+            "the bounds are for surfaces that are sums of waves, synthetic or periodic, and a "
+            "measured patch goes on between its points by splines"
+        )
+    square = geometry.points[0] == geometry.points[1] and geometry.size[0] == geometry.size[1]
+    if not geometry.periodic and not square:
+        raise Refused("the bounds of a free patch are for square ones")
+    if max(geometry.points) > _MOST_POINTS:
+        raise Refused(
+            f"of more than {_MOST_POINTS} points a side the bounds take minutes a load, and there "
+            f"are {max(geometry.points)}; the experiments `rough-force-on-grid` and "
+            "`rough-penetration-on-grid` prove more, of surfaces of their own"
+        )
+    return RoughProof(geometry, scene.effective_modulus, finer)

@@ -1,0 +1,91 @@
+"""Rough scenes between proved bounds: free patches and periods, under force and penetration."""
+
+from __future__ import annotations
+
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.questions.single import solve_scene
+from comparisons.scene.scene import load_scene
+from comparisons.solving.planning import plan_scene
+from reference.bounds.inverse import inverse
+
+ROUGH = {
+    "name": "rough",
+    "half_space": {"effective_modulus": "1 GPa"},
+    "surface": {
+        "kind": "self_affine",
+        "hurst": 0.8,
+        "size": "1 um",
+        "points": 4,
+        "rms_slope": 0.1,
+        "short_cutoff": "0.5 um",
+        "seed": 3,
+    },
+    "loading": {"force": {"values": [0.05], "relative_to": "E* A0 h'"}},
+    "compare": {"quantities": ["force", "penetration"], "tolerance": 0.05, "proved": True},
+}
+
+
+def solved(periodic, loading=None, cells=64):
+    """Return a solve on cells that are finer than those of the bounds, and the bounds."""
+    surface = {**ROUGH["surface"], "periodic": periodic}
+    scene = {**ROUGH, "surface": surface, "loading": loading or ROUGH["loading"]}
+    return solve_scene(scene, "bem_fft", cells).columns()
+
+
+@pytest.mark.parametrize(("periodic", "width"), [(False, 0.2), (True, 0.15)])
+def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(periodic, width):
+    """The half-space on 64 x 64 cells lies between bounds on 32 x 32.
+
+    Four points a side are few: the bounds of the free patch are wide at its rim.
+    """
+    columns = solved(periodic)
+    depth = columns["penetration"]
+    assert columns["penetration_lower"] < depth < columns["penetration_upper"]
+    assert columns["penetration_upper"] / columns["penetration_lower"] - 1 < width
+    assert "force_lower" not in columns
+    again = solved(periodic, {"penetration": list(depth)})
+    assert again["force_lower"] < columns["force"] < again["force_upper"]
+    assert again["force_upper"] / again["force_lower"] - 1 < 2.5 * width
+
+
+def test_what_no_sample_touches_carries_at_least_nothing():
+    """Penetrations count from the highest point, which lies above the samples of the bounds."""
+    columns = solved(False, {"penetration": ["1e-15 m"]}, 12)
+    assert columns["force_lower"] == 0
+    assert 0 < columns["force_upper"] < 1e-8
+
+
+@pytest.mark.parametrize(
+    ("scene", "changes", "reason"),
+    [
+        ("rough-free", {}, "one surface, .* the mean over 20000: surface.realisations = 1"),
+        ("measured-map", {}, "a measured patch goes on between its points by splines"),
+        (ROUGH, {"surface.points": [6, 8]}, "of a free patch are for square ones"),
+        (ROUGH, {"surface.points": 256}, "more than 128 points a side .* minutes a load"),
+        (
+            ROUGH,
+            {"surface.periodic": True, "loading": {"penetration": ["1 um"]}},
+            "up to a penetration of",
+        ),
+        ("rough-patch", {"loading": {"mean_gap": ["10 nm"]}}, "nothing .* prescribed mean_gap"),
+    ],
+)
+def test_rough_scenes_of_which_nothing_is_proved_are_refused_in_words(scene, changes, reason):
+    with pytest.raises(InputError, match=f"compare.proved: .*{reason}"):
+        plan_scene(load_scene(scene, changes | {"compare.proved": True}))
+
+
+def test_an_argument_is_enclosed_by_what_was_tried_and_nothing_else():
+    """Bounds of x^3 with kinks: inside; no upper end is claimed where none was reached."""
+
+    def lower(x):
+        return 0.98 * x**3 - (0.05 if x > 1.97 else 0.0)
+
+    for guess in (0.1, 1.0, 2.0, 30.0):
+        found = inverse(8.0, lower, lambda x: 1.03 * x**3, guess)
+        assert 2.0 in found
+        assert found.width < 0.03
+    with pytest.raises(ArithmeticError, match="nothing is proved that reaches 8"):
+        inverse(8.0, lambda x: min(lower(x), 7.0), lambda x: x**3, 1.0)
