@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -122,13 +123,16 @@ def _cells(rows: Sequence[RowRecord], word: str) -> Series:
 
 
 def _boundaries(rows: Sequence[RowRecord]) -> Series:
-    """Return the intervals in which the boundaries of the rows lie, with gaps between them."""
+    """Return the intervals in which the boundaries of the rows lie, with gaps between them.
+
+    Between a point within and the next one outside; points that are not resolved are on neither
+    side, and beside them alone no boundary is certain.
+    """
     ends = [
-        (row.number, *pair)
+        (row.number, low.parameter, high.parameter)
         for row in rows
-        for stretch in row.ranges
-        for pair in ((stretch.below, stretch.low), (stretch.high, stretch.above))
-        if None not in pair
+        for low, high in pairwise(p for p in row.points if p.word in (WITHIN, OUTSIDE))
+        if low.word != high.word
     ]
     x = [float(end) for _, low, high in ends for end in (low or 0.0, high or 0.0, np.nan)]
     y = [number for number, *_ in ends for _ in range(3)]

@@ -16,7 +16,7 @@ from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.refinement import SHARE, refinements
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import judged, severity
+from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge, judged, severity
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, overrides
@@ -54,7 +54,8 @@ def measure_scene(
     value : float or None
         Value of the parameter.
     effort : "quick" or "full"
-        Full effort refines the reference until its bar is a fifth of the tolerance.
+        Full effort refines the reference until its bar is a fifth of the tolerance. Quick effort
+        solves the finest of three grids only where the others leave the claim open.
     independent : bool
         Solve with all 3-D methods, so that references check each other; else with the cheapest
         suitable reference.
@@ -65,9 +66,22 @@ def measure_scene(
         If the scene cannot be prepared at this value.
     """
     plan = _plan(claim, value, effort, independent)
-    solved: Solved = yield from curves(plan)
     if effort == "full":
+        solved: Solved = yield from curves(plan)
         plan, solved = yield from _truth_refined(plan, solved)
+        return (yield from _judged(claim, value, plan, solved))
+    grids = {m.method for m in plan.methods if METHODS[m.method].dimension == 3} - {claim.method}
+    coarse = replace(plan, methods=tuple(_coarser(m, grids) for m in plan.methods))
+    solved = yield from curves(coarse)
+    measured = yield from _judged(claim, value, coarse, solved)
+    decided = judge(measured.error, measured.uncertainty, claim.tolerance) in (WITHIN, OUTSIDE)
+    if coarse == plan or (decided and claim.factor is None):
+        return measured
+    return (yield from _judged(claim, value, plan, (yield from curves(plan, solved))))
+
+
+def _judged(claim: Claim, value: float | None, plan: Plan, solved: Solved) -> Inquiry[Measurement]:
+    """Return the error of the judged method by the solves there are, with springs refined."""
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     if truth is not None and not _fixed(claim):
         solved = yield from _springs_refined(claim, plan, solved)
@@ -136,9 +150,9 @@ def _fixed(claim: Claim) -> bool:
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
 
 
-def _coarser(planned: MethodPlan, checks: set[str]) -> MethodPlan:
-    """Omit the finest of three grids of a method that only checks."""
-    fewer = planned.resolutions[:-1] if planned.method in checks else ()
+def _coarser(planned: MethodPlan, spared: set[str]) -> MethodPlan:
+    """Omit the finest of three grids of a method among those that may do without."""
+    fewer = planned.resolutions[:-1] if planned.method in spared else ()
     return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
 
 

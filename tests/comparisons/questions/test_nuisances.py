@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
 from comparisons.questions.claims.nuisances import shares
+from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import judge_claim
-from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
+from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from reports.plots.claim import along, validity_map
 
+ROOT = Path(__file__).parents[3]
 EDGE = 3.7
 OPEN = {
     "path": "y",
@@ -116,6 +120,26 @@ def test_a_map_has_a_boundary_in_every_row(monkeypatch):
     assert along(record, record.nuisances[0]) is not None
 
 
+def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
+    """Within at 1, open at 3 and 5 (a bar of 0.1): no boundary; outside at 10: one from 1 on."""
+
+    def measure(value, effort, *, y=1.0):
+        error = 0.0 if value < 2 else 0.05 if value < 8 else 0.5 * y
+        return Measurement(value, error, 1e-6 if value < 2 else 0.1)
+
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+    varied = {"from": 1, "to": 10, "steps": 4, "bisections": 0}
+    data = DATA | {
+        "nuisance": [OPEN | {"from": 0.01, "stated": 0.01}],
+        "map": {"up": "y", "rows": 2},
+    }
+    record = judge_claim(make_claim(data | {"vary": varied}, "a.toml", Path()), "full")
+    boundary = validity_map(record).series[-1]
+    # at y = 0.01 all from 3 on is open; at 8 the last point is outside
+    np.testing.assert_array_equal(boundary.x, [1, 10, np.nan])
+    np.testing.assert_array_equal(boundary.y, [8, 8, 8])
+
+
 @pytest.mark.parametrize(
     ("stated", "word"), [(0.2, "within a factor of 10"), (0.05, "outside a factor of 10")]
 )
@@ -163,3 +187,28 @@ def test_twenty_other_draws_give_the_verdict_of_the_claim(name):
     record = judge_claim(claim.model_copy(update={"draws": 160, "map": None}), "quick", seed=7)
     assert len(record.draws) == 20
     assert not record.differs, record.sentence
+
+
+@lru_cache(maxsize=1)
+def sampled():
+    """Return twelve of the claims that leave numbers open, drawn with a seed, and their records."""
+    claims = [claim for claim in load_claims() if claim.nuisance and claim.draws]
+    chosen = np.random.default_rng(16).choice(len(claims), 12, replace=False)
+    told = {claim.id: claim for claim in load_claims_record(ROOT / "docs" / "claims.json").claims}
+    return [(claims[place], told[claims[place].id]) for place in chosen]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("place", range(12))
+def test_twenty_other_draws_of_what_is_left_open_give_the_recorded_verdict(place):
+    """Another seed; of the bars of a quick run only what they resolve counts."""
+    claim, told = sampled()[place]
+    # a quick run takes an eighth of the draws
+    more = claim.model_copy(update={"draws": 8 * 20, "map": None})
+    again = judge_claim(more, "quick", seed=2026)
+    assert len(again.draws) == 20
+    assert again.verdict in (told.verdict, NOT_RESOLVED), again.sentence
+    words = [point.word for point in told.measured]
+    for draw in again.draws:
+        if draw.word in (WITHIN, OUTSIDE):
+            assert verdict_of([*words, draw.word]) == told.verdict, draw
