@@ -17,6 +17,7 @@ Everything is solved in units of l = a + c, a Hertz's radius and c the reach of 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -50,6 +51,8 @@ class Ball:
     ----------
     radius, effective_modulus, viscosity, load : float
     rule : {"local", "hertz", "rigid"}
+    heights : callable, optional
+        Of a rough ball over x: the section y = 0 as it is; up to 1.5 l.
     """
 
     radius: float
@@ -57,9 +60,10 @@ class Ball:
     viscosity: float
     load: float
     rule: Rule = "local"
+    heights: Callable[[np.ndarray], np.ndarray] | None = None
 
     def __post_init__(self) -> None:
-        numbers = {k: v for k, v in vars(self).items() if k != "rule"}
+        numbers = {k: v for k, v in vars(self).items() if k not in ("rule", "heights")}
         refuse(positive_faults(**numbers) + choice_faults("rule", self.rule, RULES))
 
 
@@ -178,13 +182,21 @@ class _Line:
         self.edges = edges
         self.x = (self.edges[1:] + self.edges[:-1]) / 2
         self.dx = np.diff(self.edges)
-        self.gap, self.face_gap = self.x**2, self.edges**2
+        self.gap, self.face_gap = self._gap(self.x), self._gap(self.edges)
         ends = np.concatenate([self.edges[:1], self.x, self.edges[-1:]])
         self.conductance = 1 / np.diff(ends)
         self.softness = ball.load * ball.radius / (ball.effective_modulus * self.length**3)
         # B over l: c = sqrt(2 R h0)
         own = np.pi * hertz / 2 if ball.rule == "hertz" else width * reach / np.sqrt(2)
         self.width = own / self.length
+
+    def _gap(self, x: np.ndarray) -> np.ndarray:
+        """Return x^2 less the heights of a rough ball, which fade from l to 1.5 l."""
+        if self.ball.heights is None:
+            return x**2
+        fades = 0.5 + 0.5 * np.cos(np.pi * np.clip(2 * np.abs(x) - 2, 0, 1))
+        unit = self.length**2 / self.ball.radius
+        return x**2 - fades * self.ball.heights(x * self.length) / unit
 
     def springs(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the displacement under a pressure, and its derivative."""
@@ -201,7 +213,8 @@ class _Line:
 
     def start(self, number: float) -> tuple[float, _State]:
         """Return a speed at or above a number, and the film of a ball that bends little there."""
-        for separation in 0.5 * 2.0 ** np.arange(_TRIED):
+        below = 2 * max(0.0, -float(self.gap.min()))
+        for separation in below + 0.5 * 2.0 ** np.arange(_TRIED):
             s = np.where(self.x < 0, -self.x / (self.gap + separation) ** 2, -0.5)
             flow, state = _Entrained(1.0), _State(s, separation)
             rigid = np.zeros(s.size)
@@ -292,7 +305,7 @@ class _Line:
             load=float(q @ self.dx) * ball.load,
             penetration=-state.separation * unit,
             shear=float((strip / h) @ self.dx) * ball.viscosity * speed * ball.radius,
-            drag=abs(float((q * self.x) @ self.dx)) * ball.load * self.length / ball.radius,
+            drag=abs(float(q @ np.diff(self.face_gap))) / 2 * ball.load * self.length / ball.radius,
             x=self.x * self.length,
             pressure=p * ball.load / self.length**2,
             thickness=h * unit,

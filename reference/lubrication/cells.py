@@ -78,6 +78,21 @@ class Cells:
         across, along = self.widths
         return self.copies * across * along
 
+    def whole(self, values: Field, *, odd: bool = False) -> Field:
+        """Return values with those of the mirror images, of opposite sign where odd."""
+        if not self.mirrored:
+            return values
+        return np.concatenate([(-1 if odd else 1) * values[:, ::-1], values], axis=1)
+
+    @property
+    def whole_core(self) -> tuple[slice, slice]:
+        """The equal cells, mirror images included, where `whole` has them."""
+        rows, columns = self.core
+        if not self.mirrored:
+            return rows, columns
+        size = self.shape[1]
+        return rows, slice(size - columns.stop, size + columns.stop)
+
     @property
     def spacing(self) -> tuple[float, float]:
         """Sides of the equal cells."""
@@ -114,8 +129,9 @@ def around_point(
     across: float,
     reach: float,
     begins: float = np.inf,
+    mirrored: bool = True,
 ) -> Cells:
-    """Return one half of the cells around a point contact.
+    """Return the cells around a point contact, or one half of them.
 
     Parameters
     ----------
@@ -129,6 +145,8 @@ def around_point(
         Half-width of the whole grid.
     begins : float
         Distance of its first edge along x, where that is less.
+    mirrored : bool
+        Whether the film is even in y, so that one half does.
     """
     refuse([] if per_unit >= 2 else [f"per_unit must be at least 2, not {per_unit!r}"])
     first, last = max(along[0], -begins), along[1]
@@ -138,7 +156,12 @@ def around_point(
     x = stretched(first, last, nx, (-min(reach, begins), reach), growth)
     y = stretched(0.0, across, ny, (0.0, reach), growth)
     before = int(np.searchsorted(x, first - 0.5 / per_unit))
-    return Cells(x, y, (slice(before, before + nx), slice(0, ny)))
+    rows = slice(before, before + nx)
+    if mirrored:
+        return Cells(x, y, (rows, slice(0, ny)))
+    outside = y.size - 1 - ny
+    whole = np.concatenate([-y[:0:-1], y])
+    return Cells(x, whole, (rows, slice(outside, outside + 2 * ny)), mirrored=False)
 
 
 def around_line(count: int, reach: float) -> Cells:

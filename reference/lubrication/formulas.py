@@ -130,6 +130,17 @@ def soft_limit(
     return float(INLET * (12 * viscosity * speed) ** 0.6 * effective_modulus**0.2 * rise**-0.8)
 
 
+def wave_amplitude(
+    number: float, effective_modulus: float, viscosity: float, speed: float, film: float
+) -> complex:
+    """Return what a film leaves of a small wave at rest across the flow, over its amplitude.
+
+    Linear, where the film is even and the pressure's slope small (the middle of a soft contact):
+    i q h^3 dp = 12 eta U dh with dh = A + 2 dp/(E* q), of e^(iqx).
+    """
+    return 1 / (1 + 24j * viscosity * speed / (effective_modulus * number**2 * film**3))
+
+
 def squeezed_film(radius: float, viscosity: float, speed: float, load: float) -> float:
     """Return h0 of a rigid sphere that approaches a plane at a speed under a load."""
     return 6 * np.pi * viscosity * radius**2 * speed / load

@@ -20,6 +20,7 @@ from reference.lubrication.loaded import LoadedFilm, rigid_film_at
 from reference.lubrication.reynolds import Film
 from reference.lubrication.surface import Surface
 from reference.lubrication.transport import Approach, Entrainment, State
+from reference.lubrication.waves import Waves, faded
 
 Field = NDArray[np.float64]
 
@@ -32,8 +33,8 @@ _COARSEST = 8
 _RATIO, _CLOSEST, _NEAR_ENOUGH = 0.45, 0.9, 0.6
 # Share by which a load is below the next one, times the cells per l.
 _FALL = 2.0
-# Fewest cells per l.
-_FEWEST = 4
+# Fewest cells per l, and per wave of a rough ball on the finest and on coarser cells.
+_FEWEST, FEWEST_PER_WAVE, _COARSE_WAVE = 4, 6, 3
 # Half-widths of the cells in c. A rigid ball's force beyond r falls as c/r when it is entrained, as
 # c^2/r^2 when it is squeezed, where pressures far out drown in round-off: it grows as r^2.
 _REACH, _SQUEEZED_REACH = 1e3, 200.0
@@ -58,6 +59,8 @@ class Ball:
     meniscus : float
         Distance from the middle at which the oil before the ball begins to fill the gap, more than
         Hertz's radius; by default the ball is flooded as far as it reaches.
+    waves : Waves, optional
+        What makes it rough, up to 1.5 l: heights over the ball, which is at rest.
     """
 
     radius: float
@@ -65,6 +68,7 @@ class Ball:
     viscosity: float
     load: float
     meniscus: float = np.inf
+    waves: Waves | None = None
 
     def __post_init__(self) -> None:
         faults = positive_faults(radius=self.radius, viscosity=self.viscosity, load=self.load)
@@ -86,7 +90,7 @@ class Ball:
 
 @dataclass(frozen=True)
 class PointFilm:
-    """The film below a ball; arrays over one half (y > 0) of the cells.
+    """The film below a ball.
 
     Attributes
     ----------
@@ -159,7 +163,7 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     rigid = formulas.sphere_film(ball.radius, ball.viscosity, speed, ball.load)
     problem = _Scaled(ball, rigid)
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * problem.length)
-    levels = _doubled(resolution)
+    levels = _doubled(resolution, problem.coarsest(resolution))
     grid = problem.on(levels[0])
     films, failure = _lowered(
         grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution)
@@ -239,10 +243,10 @@ def _closest(per_length: int, resolution: int) -> float:
     return _CLOSEST if per_length == resolution else _NEAR_ENOUGH
 
 
-def _doubled(resolution: int) -> list[int]:
+def _doubled(resolution: int, coarsest: float) -> list[int]:
     """Return cells per l, from coarse to those asked for."""
     levels = [resolution]
-    while levels[0] >= 2 * _COARSEST:
+    while levels[0] >= 2 * coarsest:
         levels.insert(0, levels[0] // 2)
     return levels
 
@@ -257,6 +261,32 @@ class _Scaled:
         self.pressure = ball.load / length**2
         self.compliance = ball.load * ball.radius / (ball.effective_modulus * length**3)
 
+    def coarsest(self, resolution: int) -> float:
+        """Return the fewest cells per l on which a film can start.
+
+        Raises
+        ------
+        ValueError
+            If those asked for do not resolve the waves.
+        """
+        if self.ball.waves is None:
+            return _COARSEST
+        waves = self.length / self.ball.waves.shortest
+        if resolution < FEWEST_PER_WAVE * waves:
+            raise ValueError(
+                f"waves of {self.ball.waves.shortest:.3g} need {FEWEST_PER_WAVE} cells, "
+                f"{int(np.ceil(FEWEST_PER_WAVE * waves))} per {self.length:.3g}, not {resolution}"
+            )
+        return max(_COARSEST, _COARSE_WAVE * waves)
+
+    def gap(self, x: Field, y: Field) -> Field:
+        """Return the gap of the undeformed bodies where the smooth ball touches."""
+        gap: Field = (x**2 + y**2) / 2
+        if self.ball.waves is None:
+            return gap
+        heights = self.ball.waves.at(x * self.length, y * self.length) / self.thickness
+        return gap - faded(np.hypot(x, y)) * heights
+
     def on(
         self, per_length: int, along: tuple[float, float] = _ALONG, reach: float = _REACH
     ) -> LoadedFilm:
@@ -264,8 +294,9 @@ class _Scaled:
         begins = self.ball.meniscus / self.length
         rigid = 1 - self.ball.hertz_radius / self.length
         reach = max(_AROUND, reach * rigid)
-        cells = around_point(per_length, along, _ACROSS, reach, begins)
-        film = Film(cells, lambda x, y: (x**2 + y**2) / 2)
+        even = self.ball.waves is None or self.ball.waves.even
+        cells = around_point(per_length, along, _ACROSS, reach, begins, even)
+        film = Film(cells, self.gap)
         return LoadedFilm(film, Surface(cells, self.compliance, 1.0), 1.0)
 
     def _shear(self, cells: Cells, rate: Field) -> float:
@@ -281,12 +312,14 @@ class _Scaled:
     def film_of(self, loaded: LoadedFilm, state: State, speed: float) -> PointFilm:
         """Return a film in the units of the ball."""
         cells = loaded.film.cells
-        x, y = cells.centres
         thickness = loaded.film.thickness(state.separation, state.displacement)
         shear = self._shear(cells, (1 - state.vapour) / thickness)
-        drag = 0.5 * abs(float((state.pressure * cells.area * x).sum()))
+        slope = np.diff(loaded.film.along.gap, axis=0) / cells.widths[0]
+        drag = 0.5 * abs(float((state.pressure * cells.area * slope).sum()))
         shear_unit = self.ball.viscosity * speed * self.ball.radius
-        centre, least = _centre(cells, thickness), _least(thickness[cells.core])
+        x, y = cells.centres[0], cells.whole(cells.centres[1], odd=True)
+        thickness = cells.whole(thickness)
+        centre, least = _centre(cells, thickness), _least(thickness[cells.whole_core])
         return PointFilm(
             speed=speed,
             film_central=float(centre * self.thickness),
@@ -297,11 +330,11 @@ class _Scaled:
             drag=float(drag) * self.ball.load * self.length / self.ball.radius,
             x=x.ravel() * self.length,
             y=y.ravel() * self.length,
-            core=cells.core,
-            pressure=state.pressure * self.pressure,
+            core=cells.whole_core,
+            pressure=cells.whole(state.pressure) * self.pressure,
             thickness=thickness * self.thickness,
-            vapour=state.vapour,
-            area=cells.area * self.length**2,
+            vapour=cells.whole(state.vapour),
+            area=cells.whole(cells.area) / cells.copies * self.length**2,
             error=state.error,
             rounds=state.rounds,
         )
@@ -368,18 +401,17 @@ def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:
 
 
 def _centre(cells: Cells, thickness: Field) -> float:
-    """Return the film at x = y = 0: even in y, by a parabola; along x, by the line between."""
-    near = (9 * thickness[:, 0] - thickness[:, 1]) / 8
-    return float(np.interp(0.0, cells.centres[0].ravel(), near))
+    """Return the film at x = y = 0: across by the cubic of four cells, along by the line of two."""
+    first = thickness.shape[1] // 2 - 2
+    middle = thickness[:, first : first + 4] @ np.array([-1, 9, 9, -1]) / 16
+    return float(np.interp(0.0, cells.centres[0].ravel(), middle))
 
 
 def _least(thickness: Field) -> float:
     """Return the thinnest film: of the parabolas through the thinnest cell and its neighbours."""
-    mirrored = np.concatenate([thickness[:, :1], thickness], axis=1)
     i, j = np.unravel_index(int(np.argmin(thickness)), thickness.shape)
     least = float(thickness[i, j])
-    lines = (thickness[max(i - 1, 0) : i + 2, j], mirrored[i, j : j + 3])
-    for line in lines:
+    for line in (thickness[max(i - 1, 0) : i + 2, j], thickness[i, max(j - 1, 0) : j + 2]):
         if line.size == 3:
             before, middle, after = line
             bend = before - 2 * middle + after

@@ -165,8 +165,9 @@ def test_a_soft_ball_rides_on_the_film_of_hamrock_and_dowson():
     assert fast.load == pytest.approx(SOFT.load, rel=1e-9)
     assert fast.error < 1e-10
     # the constriction lies at the rear and the sides, the cavity behind
-    assert fast.vapour[:, 0][fast.x > 1.5 * SOFT.hertz_radius].all()
-    assert not fast.vapour[:, 0][np.abs(fast.x) < 0.9 * SOFT.hertz_radius].any()
+    middle = fast.vapour[:, fast.y.size // 2]
+    assert middle[fast.x > 1.5 * SOFT.hertz_radius].all()
+    assert not middle[np.abs(fast.x) < 0.9 * SOFT.hertz_radius].any()
 
 
 def test_soft_films_go_as_the_three_fifths_power_of_speed():

@@ -9,11 +9,14 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.lubrication.films import PHYSICS, LubricatedBall
-from comparisons.methods.solver import Solver
+from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
-from reference.lubrication.point import Ball, PointFilm, approach, entrain
+from reference.lubrication.point import FEWEST_PER_WAVE, Ball, PointFilm, approach, entrain
+
+# Cells per l: 2 GB of factors.
+_MOST = 128
 
 
 class GridFilm(Solver[IndenterGeometry]):
@@ -25,11 +28,22 @@ class GridFilm(Solver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.contact = LubricatedBall.of(scene)
+        waves = self.contact.waves
+        self.per_wave = 0
+        if waves is not None:
+            waves_of_length = self.contact.longest(scene) / waves.shortest
+            self.per_wave = int(np.ceil(FEWEST_PER_WAVE * waves_of_length))
+        if 2 * self.per_wave > _MOST:
+            raise Refused(
+                f"waves so short need {2 * self.per_wave} cells, and {_MOST} are the most"
+            )
         self.note = "resolution: cells per Hertz radius and reach of a rigid film together"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Films are of second order, known to a few percent on 8 cells per l."""
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 24, 64))
+        # the coarsest of the three has the fewest cells per wave that are solved
+        finest = max(finest, 2 * self.per_wave + 3)
         finest -= finest % 4
         return finest // 2, 3 * finest // 4, finest
 
@@ -58,7 +72,9 @@ class GridFilm(Solver[IndenterGeometry]):
         solve = entrain if self.contact.squeeze_speed is None else approach
         for value in values:
             load, speed = self.contact.step(task, float(value))
-            ball = Ball(self.contact.radius, modulus, table.viscosity, load, meniscus)
+            ball = Ball(
+                self.contact.radius, modulus, table.viscosity, load, meniscus, self.contact.waves
+            )
             film = solve(ball, speed, task.resolution)
             yield Step(
                 self.contact.quantities(film),
@@ -71,22 +87,16 @@ class GridFilm(Solver[IndenterGeometry]):
 
 
 def _fields(film: PointFilm) -> dict[str, np.ndarray]:
-    """Return the film where it matters, both halves of it: as far out as a third more than bent."""
-    core = film.core
-    y = film.y[core[1]]
-
-    def whole(values: np.ndarray) -> np.ndarray:
-        half = values[core]
-        return np.concatenate([half[:, ::-1], half], axis=1).ravel()
-
-    x, y = np.meshgrid(film.x[core[0]], np.concatenate([-y[::-1], y]), indexing="ij")
+    """Return the film where it matters: as far out as a third more than bent."""
+    rows, columns = film.core
+    x, y = np.meshgrid(film.x[rows], film.y[columns], indexing="ij")
     return {
         "penetration": np.array(film.penetration),
         "pressure_x": x.ravel(),
         "pressure_y": y.ravel(),
-        "pressure": whole(film.pressure),
-        "pressure_weight": whole(film.area) / 2,
+        "pressure": film.pressure[film.core].ravel(),
+        "pressure_weight": film.area[film.core].ravel(),
         "pressure_shape": np.array(x.shape),
-        "film": whole(film.thickness),
-        "vapour": whole(film.vapour),
+        "film": film.thickness[film.core].ravel(),
+        "vapour": film.vapour[film.core].ravel(),
     }

@@ -12,6 +12,7 @@ from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.lubrication.formulas import contact_length, sphere_film, squeezed_film
+from reference.lubrication.waves import Waves, self_affine, waviness
 
 PHYSICS = frozenset({"lubrication"})
 
@@ -74,12 +75,18 @@ class LubricatedBall:
         if indenter.shape != "paraboloid":
             raise Refused(reason)
         ball = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
-        ball._require_paraboloid(scene)
+        ball.longest(scene)
         return ball
 
-    def _require_paraboloid(self, scene: Scene) -> None:
-        """Refuse balls that the thickest film, or the widest contact, of a scene reaches around."""
-        loads = loads_of(scene)
+    def longest(self, scene: Scene) -> float:
+        """Return l = a + c of the thickest film and the widest contact of a scene.
+
+        Raises
+        ------
+        Refused
+            If the ball is no paraboloid as far as that.
+        """
+        loads, lengths = loads_of(scene), []
         for value in (loads.values[0], loads.values[-1]):
             if self.squeeze_speed is None:
                 normal = needed(loads.normal, "no load")
@@ -88,9 +95,18 @@ class LubricatedBall:
                 load, speed, rigid_film = float(value), self.squeeze_speed, squeezed_film
             film = rigid_film(self.radius, self.table.viscosity, speed, load)
             try:
-                contact_length(self.radius, scene.effective_modulus, load, film)
+                lengths.append(contact_length(self.radius, scene.effective_modulus, load, film))
             except ValueError as error:
                 raise Refused(str(error)) from error
+        return max(lengths)
+
+    @property
+    def waves(self) -> Waves | None:
+        """What makes the ball rough."""
+        wavy, rough = self.table.waviness, self.table.roughness
+        if wavy is not None:
+            return waviness(wavy.amplitude, wavy.wavelength, wavy.crests)
+        return None if rough is None else self_affine(**rough.model_dump())
 
     def step(self, task: Task, value: float) -> tuple[float, float]:
         """Return load and speed of a step."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -35,6 +35,7 @@ class ReducedFilm(Solver[IndenterGeometry]):
         self.contact = LubricatedBall.of(scene)
         if self.contact.table.meniscus is not None:
             raise Refused("the line is flooded")
+        self.waves = self.contact.waves
         self.film = scene.methods.reduced.film
         self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
 
@@ -51,8 +52,16 @@ class ReducedFilm(Solver[IndenterGeometry]):
         for value in values:
             load, speed = self.contact.step(task, float(value))
             viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
-            ball = Ball(self.contact.radius, modulus, viscosity, load, self.film)
+            ball = Ball(self.contact.radius, modulus, viscosity, load, self.film, self._heights)
             film = solve(ball, speed, task.resolution)
             yield Step(
                 self.contact.quantities(film), violation=film.error, unknowns=film.x.size + 1
             )
+
+    @property
+    def _heights(self) -> Callable[[np.ndarray], np.ndarray] | None:
+        """The section y = 0 of a rough ball."""
+        waves = self.waves
+        if waves is None:
+            return None
+        return lambda x: waves.at(x[:, None], np.zeros((1, 1)))[:, 0]

@@ -28,6 +28,8 @@ class Formula(Solver[IndenterGeometry]):
         self.contact = LubricatedBall.of(scene)
         if self.contact.table.meniscus is not None:
             raise Refused("the formula is for a flooded inlet")
+        if self.contact.table.rough:
+            raise Refused("the formula is for smooth balls")
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return one: a formula."""

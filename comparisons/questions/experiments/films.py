@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
@@ -12,9 +14,11 @@ from reference.lubrication.formulas import (
     SoftFit,
     soft_limit,
     sphere_film,
+    wave_amplitude,
 )
 from reference.lubrication.line import rigid_cylinder
 from reference.lubrication.point import Ball, entrain
+from reference.lubrication.waves import waviness
 
 
 def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
@@ -61,6 +65,26 @@ def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
     return Finding(formula / film - 1, bar, {"film": film, "formula": formula})
 
 
+def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
+    """Compare the linear amplitude of a small wave (in mm) under a film with that on cells."""
+    above("wavelength", wavelength, 0)
+    ball = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+    reach = (1 if effort == "quick" else 2) * 16
+    amplitude, length = 1e-8, 1e-3 * wavelength
+    wave, linear, changes = waviness(amplitude, length), 0.0, []
+    for n in (3 * reach // 4, reach):
+        sides = [
+            entrain(replace(ball, waves=replace(wave, phases=np.array([phase]))), 1e-2, n)
+            for phase in (0.0, np.pi)
+        ]
+        changes.append((sides[1].film_central - sides[0].film_central) / (2 * amplitude))
+        film = (sides[0].film_central + sides[1].film_central) / 2
+        linear = wave_amplitude(2 * np.pi / length, 1e6, 1.0, 1e-2, film).real
+    coarse, fine = changes
+    details: dict[str, float | str] = {"amplitude": fine, "linear": linear}
+    return Finding(linear / fine - 1, abs(fine - coarse) / abs(fine), details)
+
+
 EXPERIMENTS = (
     experiment(
         "film-cylinder",
@@ -82,5 +106,12 @@ EXPERIMENTS = (
         "speed in mm/s",
         "speed",
         _soft,
+    ),
+    experiment(
+        "film-wave",
+        "Small wave across the flow under the film of a soft ball: its amplitude by linear theory",
+        "wavelength in mm",
+        "wavelength",
+        _wave,
     ),
 )

@@ -4,16 +4,48 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Finite, quantity
+from comparisons.scene.fields import Finite, Length, fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
+
+
+# Longest over shortest wave of a rough ball: a thousand waves.
+MOST_WAVES = 16
+
+
+class _Rough(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Waviness(_Rough):
+    """A wave on the ball, with a crest in its middle, across the flow or along it."""
+
+    amplitude: Length
+    wavelength: Length
+    crests: Literal["across", "along"] = "across"
+
+
+class Roughness(_Rough):
+    """Self-affine waves on the ball, from the longest to the shortest."""
+
+    rms_height: Length
+    longest: Length
+    shortest: Length
+    hurst: Annotated[Finite, Field(ge=0, le=1)] = 0.8
+    seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = 0
+
+    @model_validator(mode="after")
+    def _some_waves(self) -> Roughness:
+        if not self.shortest <= self.longest <= MOST_WAVES * self.shortest:
+            raise fail(f"longest: expected from 1 to {MOST_WAVES} times shortest", self.longest)
+        return self
 
 
 class Lubrication(PhysicsTable):
@@ -25,6 +57,7 @@ class Lubrication(PhysicsTable):
     slide_to_roll: difference of the surfaces' speeds over their mean, for the friction; 2: the
     indenter stands.
     meniscus: distance before the middle where the oil begins; flooded by default.
+    waviness, roughness: heights on the ball, which then stands.
     """
 
     key = "lubrication"
@@ -45,6 +78,25 @@ class Lubrication(PhysicsTable):
     cavitation: Literal["mass_conserving"] = "mass_conserving"
     slide_to_roll: Annotated[Finite, Field(ge=0)] = 2.0
     meniscus: Annotated[float | None, quantity(LENGTH, kind="length")] = None
+    waviness: Waviness | None = None
+    roughness: Roughness | None = None
+
+    @model_validator(mode="after")
+    def _steady(self) -> Lubrication:
+        if not self.rough:
+            return self
+        if self.waviness and self.roughness:
+            raise fail("expected one of waviness and roughness, got both")
+        if self.speed is None:
+            raise fail("expected no waviness or roughness of a ball that is squeezed")
+        if self.slide_to_roll != 2:
+            raise fail("slide_to_roll: expected 2: a rough ball that moves has no steady film")
+        return self
+
+    @property
+    def rough(self) -> bool:
+        """Whether the ball is rough."""
+        return self.waviness is not None or self.roughness is not None
 
     def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
@@ -52,4 +104,5 @@ class Lubrication(PhysicsTable):
         moved = "bodies that approach" if self.speed is None else "steady state at each speed"
         inlet = "flooded" if self.meniscus is None else f"from {unpadded(self.meniscus, 'm')} on"
         rupture = f"{self.cavitation.replace('_', '-')} cavitation"
-        return "lubricating film", f"{oil}, {inlet}, {rupture}; {moved}"
+        ball = "a rough ball at rest, " if self.rough else ""
+        return "lubricating film", f"{oil}, {ball}{inlet}, {rupture}; {moved}"

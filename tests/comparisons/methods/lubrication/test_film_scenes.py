@@ -51,6 +51,35 @@ def problems(**tables):
         ),
         ({"viscosity": 1, "speed": 1}, {"penetration": 1e-6}, "expected a force with"),
         ({"viscosity": 1, "speed": [2, 1]}, {"force": 1}, "strictly increasing"),
+        (
+            {"viscosity": -1, "speed": 1, "waviness": {"amplitude": 0, "wavelength": 1}},
+            {"force": 1},
+            "viscosity: expected a positive",
+        ),
+        (
+            {"viscosity": 1, "speed": 1, "waviness": {"amplitude": 0, "wavelength": 1}},
+            {"force": 1},
+            "amplitude: expected a positive",
+        ),
+        (
+            {
+                "viscosity": 1,
+                "speed": 1,
+                "slide_to_roll": 1,
+                "waviness": {"amplitude": 1e-6, "wavelength": 1e-3},
+            },
+            {"force": 1},
+            "expected 2: a rough ball that moves",
+        ),
+        (
+            {
+                "viscosity": 1,
+                "speed": 1,
+                "roughness": {"rms_height": 1e-6, "longest": 1e-3, "shortest": 1e-5},
+            },
+            {"force": 1},
+            "expected from 1 to 16 times shortest",
+        ),
     ],
 )
 def test_a_scene_says_what_the_film_needs(lubrication, loading, expected):
@@ -100,6 +129,33 @@ def test_methods_without_films_say_so():
     refused = solver_for("bem_fft", cone)
     assert isinstance(refused, Refusal)
     assert "paraboloids" in refused.reason
+
+
+def test_waves_too_short_for_cells_are_refused_and_formulas_are_for_smooth_balls():
+    """The grid, the fit: reasons in words; the line has no such limit."""
+    waves = {"amplitude": 1e-7, "wavelength": 5e-5}
+    scene = load_scene(SOFT | {"lubrication": {"viscosity": 1.0, "speed": 5e-4, "waviness": waves}})
+    for method, reason in (("bem_fft", "waves so short"), ("hamrock_dowson", "smooth balls")):
+        refusal = solver_for(method, scene)
+        assert isinstance(refusal, Refusal)
+        assert reason in refusal.reason
+    assert not isinstance(solver_for("reduced", scene), Refusal)
+
+
+def test_the_line_sees_the_section_of_a_wavy_ball():
+    """Long waves are pressed flat: the middle changes by less than the crest."""
+    films = {}
+    for amplitude in (1e-12, 1e-6):
+        waves = {"amplitude": amplitude, "wavelength": 1e-3}
+        scene = SOFT | {"lubrication": {"viscosity": 1.0, "speed": 1e-2, "waviness": waves}}
+        films[amplitude] = [
+            solved(scene, method, n)["film_central"][0]
+            for method, n in (("bem_fft", 10), ("reduced", 32))
+        ]
+    smooth = SOFT | {"lubrication": {"viscosity": 1.0, "speed": 1e-2}}
+    for i, (method, n) in enumerate((("bem_fft", 10), ("reduced", 32))):
+        assert films[1e-12][i] == pytest.approx(solved(smooth, method, n)["film_central"][0], 1e-6)
+        assert 1e-9 < abs(films[1e-12][i] - films[1e-6][i]) < 1e-6
 
 
 def test_line_and_half_space_carry_the_load():
