@@ -159,9 +159,9 @@ def around_point(
     rows = slice(before, before + nx)
     if mirrored:
         return Cells(x, y, (rows, slice(0, ny)))
-    outside = y.size - 1 - ny
+    margin = y.size - 1 - ny
     whole = np.concatenate([-y[:0:-1], y])
-    return Cells(x, whole, (rows, slice(outside, outside + 2 * ny)), mirrored=False)
+    return Cells(x, whole, (rows, slice(margin, margin + 2 * ny)), mirrored=False)
 
 
 def around_line(count: int, reach: float) -> Cells:
