@@ -20,7 +20,7 @@ _MOST = 128
 
 
 class GridFilm(Solver[IndenterGeometry]):
-    """Newton's method on pressure, vapour and the lift of the ball, all at once."""
+    """Newton's method on pressure, vapour and the separation, all at once."""
 
     name = "bem_fft"
     physics = PHYSICS
