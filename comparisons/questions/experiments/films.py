@@ -69,10 +69,9 @@ def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
     """Compare the linear amplitude of a small wave (in mm) under a film with that on cells."""
     above("wavelength", wavelength, 0)
     ball = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
-    reach = (1 if effort == "quick" else 2) * 16
     amplitude, length = 1e-8, 1e-3 * wavelength
     wave, linear, changes = waviness(amplitude, length), 0.0, []
-    for n in (3 * reach // 4, reach):
+    for n in (16, 20) if effort == "quick" else (24, 32):
         sides = [
             entrain(replace(ball, waves=replace(wave, phases=np.array([phase]))), 1e-2, n)
             for phase in (0.0, np.pi)
