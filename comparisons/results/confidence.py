@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from comparisons.facts.quantities import quantity
 from comparisons.results.families import depends_on_depth
 from comparisons.results.store import SceneRecord
@@ -16,10 +19,9 @@ WHERE = (
 )
 
 
-def is_calibrated(record: SceneRecord, name: str) -> bool:
-    """Tell whether calibration covers the bar of a quantity of a scene."""
-    tables = record.tables
-    if depends_on_depth(record) or "body" in tables or any(key in tables for key in TABLES):
+def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
+    """Tell whether calibration covers the bar of a quantity of a scene, given by its tables."""
+    if depends_on_depth(tables) or "body" in tables or any(key in tables for key in TABLES):
         return False
     return name in (ROUGH_SURFACES if "surface" in tables else SINGLE_CONTACTS)
 
@@ -28,7 +30,7 @@ def confidence(record: SceneRecord) -> str:
     """Say what the bars of a scene stand for, in words."""
     if record.reference.get("method") == "closed_form":
         return "The truth is exact; u is that of the reduced model's own discretisation."
-    covered = [name for name in record.quantities if is_calibrated(record, name)]
+    covered = [name for name in record.quantities if is_calibrated(record.tables, name)]
     rest = [quantity(name).label for name in record.quantities if name not in covered]
     if not covered:
         return "u is an estimate from several resolutions; no calibration covers such scenes."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
@@ -37,7 +38,7 @@ def family(record: SceneRecord) -> str:
     nothing of them.
     """
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
-    if depends_on_depth(record):
+    if depends_on_depth(record.tables):
         named = [*named[:-1], f"{named[-1]} on {LAYERED}"] if named else [f"bodies on {LAYERED}"]
     if named:
         rough = "surface" in record.tables and named[0] != ROUGH
@@ -45,9 +46,9 @@ def family(record: SceneRecord) -> str:
     return _shape_family(record.tables.get("indenter"))
 
 
-def depends_on_depth(record: SceneRecord) -> bool:
-    """Tell whether the half-space has layers, a rigid base, or is graded."""
-    half_space = record.tables.get("half_space")
+def depends_on_depth(tables: Mapping[str, Any]) -> bool:
+    """Tell whether the half-space of a scene has layers, a rigid base, or is graded."""
+    half_space = tables.get("half_space")
     keys = ("layers", "thickness", "grading")
     return isinstance(half_space, dict) and any(half_space.get(key) for key in keys)
 

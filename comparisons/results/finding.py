@@ -31,9 +31,15 @@ def deciding(record: SceneRecord) -> Verdict | None:
 
 def finding(records: tuple[SceneRecord, ...]) -> str:
     """Return where the leading method holds, where not, and what to use there, in a sentence."""
+    text = "; ".join(clauses(records))
+    return f"{text}." if text else ""
+
+
+def clauses(records: tuple[SceneRecord, ...]) -> list[str]:
+    """Return the parts of the finding: where the method holds, where in part, where not."""
     methods = {judged_methods(record)[0] for record in records}
     if len(methods) != 1:
-        return ""
+        return []
     title = title_of(methods.pop())
     stated: dict[str, list[str]] = {"holds": [], "in part": [], "fails": [], "open": []}
     within: list[SceneRecord] = []
@@ -49,8 +55,7 @@ def finding(records: tuple[SceneRecord, ...]) -> str:
         "open": "not shown for {}",
     }
     parts = [heads[kind].format(_listed(names)) for kind, names in stated.items() if names]
-    text = "; ".join(parts)
-    return f"{text[0].upper()}{text[1:]}." if text else ""
+    return [part[0].upper() + part[1:] if part is parts[0] else part for part in parts]
 
 
 def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:

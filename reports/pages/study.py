@@ -19,7 +19,7 @@ from comparisons.results.advice import Advice, advise
 from comparisons.results.confidence import confidence
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
-from comparisons.results.finding import finding
+from comparisons.results.finding import clauses
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
@@ -125,7 +125,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         record=record,
         views=views,
         families=_families(views),
-        finding=finding(record.scenes),
+        finding=clauses(record.scenes),
         overview=everything,
         validity=standing,
         compared=compared_methods(record.scenes),

@@ -39,9 +39,18 @@ def value_axis(
 
 
 def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
-    """Return a logarithmic axis of relative errors with ticks in per cent and ppm."""
-    ticks = log_ticks((low, high), fmt.tolerance)
+    """Return a logarithmic axis of relative errors, its ticks in per cent down to 1 ppm."""
+    ticks = log_ticks((low, high), _per_cent if low > 0.99e-6 else fmt.tolerance)
     return Axis(title, "|e|" if of else "", of, log=True, limits=(low, high), ticks=ticks)
+
+
+def _per_cent(error: float) -> str:
+    """Write a relative error in per cent, however small: one axis has one unit.
+
+    >>> _per_cent(1e-5), _per_cent(10.0)
+    ('0.001\u202f%', '1\u202f000\u202f%')
+    """
+    return f"{100 * error:.4f}".rstrip("0") + "\u202f%" if error < 1e-4 else fmt.tolerance(error)
 
 
 def log_axis(

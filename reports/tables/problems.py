@@ -35,13 +35,25 @@ def sheet_text(sheet: Sheet) -> str:
         f"sealed: SHA-256 {sheet.sealed.sha256} of {sheet.sealed.digits} digits; "
         "`roughline submit` computes it anew"
         if sheet.sealed
-        else "published below, with the 95 % half-width of its error"
+        else f"published below{_bars(sheet)}"
     )
     return (
         f"{sheet.id}, version {sheet.version}: {sheet.title}\n\n{sheet.definition}\n\n"
         f"Tolerance: {fmt.tolerance(sheet.tolerance)}\n"
         f"Reference: {sheet.source}\n{reference}\nLicence of this sheet: {sheet.licence}\n"
     )
+
+
+def _bars(sheet: Sheet) -> str:
+    """Say what the bars of a published reference stand for."""
+    from comparisons.results.confidence import is_calibrated  # reads results: not for a list
+
+    bars = [bar for known in sheet.reference.values() for bar in known.bars]
+    if max(bars, default=0.0) <= NOTHING_UNKNOWN:
+        return ", exact to its digits"
+    if all(is_calibrated(sheet.tables, name) for name in sheet.quantities):
+        return "; ±: 95 % half-width of its error, by calibration"
+    return "; ±: an estimate of its error, which no calibration covers"
 
 
 def sheet_table(sheet: Sheet) -> Table:

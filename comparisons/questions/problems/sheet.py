@@ -1,6 +1,6 @@
 """Problem sheets: a scene, the quantities that are asked for, and what is known of them.
 
-A sheet states its reference with the 95 % half-width of its error, and what theorems enclose; or it
+A sheet states its reference with the half-width of its error, and what theorems enclose; or it
 is sealed, and states only a hash of the rounded reference: its recipe, the scene, gives the numbers
 again, and the hash shows that they are those which were sealed.
 """

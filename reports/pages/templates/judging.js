@@ -90,7 +90,7 @@ const judgeRow = (scene, counts) => {
   row.querySelector("td[data-label='largest error']").textContent = worst ? worst.text : "–";
   const reached = reaching(scene, tolerance), cell = row.querySelector("td[data-label=cheapest]");
   cell.dataset.key = reached[0]?.seconds ?? "nan";
-  cell.replaceChildren(...(reached.length ? reached.slice(0, 2).map((setting, place) => {
+  cell.querySelector(".settings").replaceChildren(...(reached.length ? reached.slice(0, 2).map((setting, place) => {
     const swatch = element("span", { class: "swatch" });
     swatch.style.setProperty("--c", setting.colour[0] === "@" ? `var(--${setting.colour.slice(1)})` : setting.colour);
     return element("span", { class: place ? "muted" : "first" }, place ? ", " : "", swatch, setting.text);

@@ -6,9 +6,11 @@ import pandas as pd
 import pytest
 
 from comparisons.questions import calibration, rough_calibration
+from comparisons.questions.problems.sheet import sheet_of
 from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS, confidence
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
+from reports.tables.problems import sheet_text
 
 
 def record(name, method="bem_fft"):
@@ -32,6 +34,17 @@ def record(name, method="bem_fft"):
 )
 def test_only_what_is_calibrated_is_called_so(name, called):
     assert called in confidence(record(name))
+
+
+def test_a_problem_sheet_calls_95_per_cent_what_is_calibrated():
+    """The square punch is; a ball under a coating would not be; closed forms are exact."""
+    square, ball = (sheet_of(name) for name in ("RL-003", "RL-001"))
+    assert "95 % half-width of its error, by calibration" in sheet_text(square)
+    assert "exact to its digits" in sheet_text(ball)
+    layers = {"half_space": {"thickness": "1 mm"}}
+    coated = square.model_copy(update={"tables": square.tables | layers})
+    assert "no calibration covers" in sheet_text(coated)
+    assert "95 %" not in sheet_text(coated)
 
 
 def test_a_closed_form_leaves_no_bar_but_that_of_the_model():
