@@ -95,7 +95,7 @@ LOOKS = {
     "persson_xu": Look(
         "Persson's theory after Xu",
         "#332288",
-        Marker("diamond-wide", "D"),
+        Marker("triangle-sw", 6),
         Dash("3px,3px", (0, (3, 3))),
         9,
     ),
