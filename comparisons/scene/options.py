@@ -98,9 +98,15 @@ class FemOptions(Options):
 
 
 class McaOptions(Options):
-    """Options of the automata: largest imbalance of their forces, relative to the reactions."""
+    """Options of the automata.
+
+    balance: largest imbalance of their forces, relative to the reactions.
+    coupling: of an indenter or a rough patch with a [counter_body]: "effective_modulus" puts both
+    compliances into one half-space, "automata" packs both bodies.
+    """
 
     balance: Annotated[Positive, Field(gt=1e-12, lt=1e-2)] = 1e-6
+    coupling: Literal["effective_modulus", "automata"] = "effective_modulus"
 
 
 class PeerOptions(Options):

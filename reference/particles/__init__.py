@@ -6,6 +6,7 @@ from reference.particles.far_field import Domain
 from reference.particles.half_space import ParticleContact, ParticleHalfSpace
 from reference.particles.interaction import Automata, Elastic
 from reference.particles.packing import Packing, half_space_packing, periodic_packing
+from reference.particles.two_bodies import ParticlePair
 
 __all__ = [
     "Automata",
@@ -14,6 +15,7 @@ __all__ = [
     "Packing",
     "ParticleContact",
     "ParticleHalfSpace",
+    "ParticlePair",
     "half_space_packing",
     "periodic_packing",
 ]

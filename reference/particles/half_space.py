@@ -8,7 +8,7 @@ field extrapolated (the answer is linear in it while the contact set stays), unt
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -105,6 +105,9 @@ class ParticleHalfSpace:
     True
     """
 
+    # The floor lies under the sum of the displacements of so many bodies, as a unit vector.
+    bodies = 1
+
     def __init__(
         self,
         domain: Domain,
@@ -139,6 +142,13 @@ class ParticleHalfSpace:
         tensors = self.automata.stresses(contact.moved, contact.traces, contact.flowed)
         return self.youngs_modulus * von_mises(components(tensors))
 
+    def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
+        """Return places, displacements and von Mises stresses of the automata that move."""
+        packing = self.automata.packing
+        moved = contact.moved[: packing.free, :3] * self.spacing
+        places = packing.places[: packing.free] * self.spacing
+        return places, moved, self.equivalent_stresses(contact)
+
     def largest_stress(self, contact: ParticleContact) -> float:
         """Return the largest von Mises stress, of the automata or between layers below the centre.
 
@@ -160,7 +170,7 @@ class ParticleHalfSpace:
     def stiffest(self) -> float:
         """Largest eigenvalue of the stiffness, in scaled units."""
         self._hold(None)
-        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._forces.size)
+        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._size)
 
     def press(
         self, gap: ArrayLike, load: Load, *, balance: float = BALANCE
@@ -221,7 +231,7 @@ class ParticleHalfSpace:
         area = max(int(np.count_nonzero(overlap)), 1)
         spread = self.far.shares.T @ overlap
         sources = WINKLER * self._scaled_modulus * np.sqrt(np.pi / area) * spread
-        return Search(np.zeros(self._forces.size), sources, depth)
+        return Search(np.zeros(self._size), sources, depth)
 
     def _rounds(self, gap: Floats, search: Search, balance: float) -> ParticleContact:
         """Solve contact and far field in turn until they agree, and the force is the prescribed."""
@@ -243,12 +253,14 @@ class ParticleHalfSpace:
         near = np.flatnonzero(gap < search.depth)
         if not near.size:
             raise ConvergenceError("the shape passes between the automata: their net is too coarse")
-        floor = Floor(6 * near + 2, search.depth - gap[near])
-        return self._relaxed(floor, search, balance), near
+        share = self.bodies**-0.5
+        floor = Floor(6 * near + 2, share * (search.depth - gap[near]))
+        rest = self._relaxed(floor, search, balance)
+        return replace(rest, reactions=share * rest.reactions), near
 
     def _relaxed(self, floor: Floor, search: Search, balance: float) -> Rest:
         """Return the equilibrium above a floor, in a given far field."""
-        none = np.zeros(self._forces.size)
+        none = np.zeros(self._size)
         self._hold(search.sources)
         load = self._pulls(none, self.flowed).copy()
         self._hold(None)
@@ -269,6 +281,11 @@ class ParticleHalfSpace:
         """Return the forces of the automata on each other, those in the shell as they are held."""
         self._moved[: self.automata.packing.free] = way.reshape(-1, 6)
         return self.automata.forces(self._moved, self._traces, self._forces, flowed).ravel()
+
+    @property
+    def _size(self) -> int:
+        """Return the number of unknowns."""
+        return self.bodies * self._forces.size
 
     @property
     def _scaled_modulus(self) -> float:
@@ -293,15 +310,21 @@ class ParticleHalfSpace:
         self._hold(sources)
         self._moved[: packing.free] = rest.moved.reshape(-1, 6)
         self.automata.strains(self._moved, self._traces)
-        reactions = np.zeros(packing.surface)
-        active = np.zeros(packing.surface, dtype=bool)
+        return self._as_contact(depth, rest, near, steps, self._moved[: packing.surface, 2])
+
+    def _as_contact(
+        self, depth: float, rest: Rest, near: Numbers, steps: int, displacement: Floats
+    ) -> ParticleContact:
+        """Return what is now held and moved, in the units of the loads."""
+        surface = self.automata.packing.surface
+        reactions, active = np.zeros(surface), np.zeros(surface, dtype=bool)
         reactions[near] = self.youngs_modulus * self.spacing**2 * rest.reactions
         active[near] = rest.reactions > 0
         return ParticleContact(
             penetration=depth * self.spacing,
             force=float(reactions.sum()),
             reactions=reactions,
-            displacement=self._moved[: packing.surface, 2] * self.spacing,
+            displacement=displacement * self.spacing,
             active=active,
             steps=steps,
             history=rest.history,

@@ -110,7 +110,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         """Return the body left alone, at a depth of the shape or where contact is lost."""
         state = self.flowed, self.amount, self._before
         none = np.zeros(0, dtype=np.int64)
-        search = Search(np.zeros(self._forces.size), np.zeros(self.far.shares.shape[1]), 0.0)
+        search = Search(np.zeros(self._size), np.zeros(self.far.shares.shape[1]), 0.0)
         if self.amount.any():
             rest = self._relaxed(Floor(none, np.zeros(0)), search, balance)
         else:

@@ -346,6 +346,7 @@ def test_force_and_plastic_strain_are_those_of_one_state(dented):
     assert 0.99 <= stresses.max() / body.material.yield_stress <= 1.01
 
 
+@pytest.mark.slow
 def test_hardening_makes_the_force_larger():
     soft, hard = (walked(*yielding(hardening=h), 5)[0].force for h in (0.0, 0.5))
     elastic = (4 / 3 / 0.91) * np.sqrt(RADIUS) * (5 * FIRST) ** 1.5

@@ -16,7 +16,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference.loads import Load
-from reference.particles import Domain, ParticleHalfSpace
+from reference.particles import Domain, ParticleHalfSpace, ParticlePair
 
 G = TypeVar("G", bound=Geometry)
 
@@ -44,10 +44,17 @@ class McaSolver(Solver[G]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.modulus, self.nu = scene.elastic_constants
-        if self.nu > LARGEST_POISSON:
+        both = scene.counter_body is not None
+        if both:
+            self.options_read = self.options_read | {"coupling"}
+        self.constants = [scene.elastic_constants]
+        if both and scene.methods.mca.coupling == "automata":
+            halves = (scene.half_space, needed(scene.counter_body, "no [counter_body]"))
+            self.constants = [(half.modulus * (1 - half.nu**2), half.nu) for half in halves]
+        largest = max(nu for _, nu in self.constants)
+        if largest > LARGEST_POISSON:
             raise Refused(
-                f"nu = {self.nu:g}: the mean stress of automata follows their change of volume, "
+                f"nu = {largest:g}: the mean stress of automata follows their change of volume, "
                 f"which is lost in their pair strains above {LARGEST_POISSON}"
             )
         if scene.loading.control == "mean_gap":
@@ -62,24 +69,38 @@ class McaSolver(Solver[G]):
 
     def refusal(self, task: Task[G]) -> str:
         """Refuse bodies of more automata than a minute per load is enough for."""
-        number = self.domain(task.geometry, task.resolution).count
+        number = self.count(task.geometry, task.resolution)
         if number <= MOST_AUTOMATA:
             return ""
         return f"{number:.0f} automata, more than {MOST_AUTOMATA}"
 
     def memory(self, task: Task[G]) -> float:
         """Bytes of the automata, their bonds and the arrays of the relaxation."""
-        return BYTES_PER_AUTOMATON * self.domain(task.geometry, task.resolution).count
+        return BYTES_PER_AUTOMATON * self.count(task.geometry, task.resolution)
+
+    def count(self, geometry: G, resolution: int) -> float:
+        """Return the number of automata in all bodies, about."""
+        return len(self.constants) * self.domain(geometry, resolution).count
+
+    @property
+    def _halves(self) -> str:
+        if len(self.constants) == 1:
+            return "half an ellipsoid"
+        return "two half ellipsoids, one for each body, net on net,"
 
     def warm_up(self, task: Task[G]) -> None:
         """Press two automata deep into a handful."""
-        body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), self.nu)
+        body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), self.constants[0][1])
         for _ in body.press((body.points**2).sum(axis=1), Load("penetration", 1.5)):
             pass
 
     def body(self, domain: Domain, spacing: float) -> ParticleHalfSpace:
-        """Return the automata in SI units."""
-        return ParticleHalfSpace(domain, self.nu, spacing=spacing, youngs_modulus=self.modulus)
+        """Return the automata of one body, or of two, in SI units."""
+        (modulus, nu), *other = self.constants
+        if other:
+            ((second, ratio),) = other
+            return ParticlePair(domain, (modulus, second), (nu, ratio), spacing=spacing)
+        return ParticleHalfSpace(domain, nu, spacing=spacing, youngs_modulus=modulus)
 
 
 class Mca(McaSolver[IndenterGeometry]):
@@ -114,9 +135,9 @@ class Mca(McaSolver[IndenterGeometry]):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the body."""
-        number = 100 * round(self.domain(geometry, self.resolutions(geometry)[-1]).count / 100)
+        number = 100 * round(self.count(geometry, self.resolutions(geometry)[-1]) / 100)
         return (
-            f"half an ellipsoid of up to {number} automata in dense packing, scaled to each load, "
+            f"{self._halves} of up to {number} automata in dense packing, scaled to each load, "
             "with pair forces and a mean stress of all neighbours; around it a shell in the field "
             "of Boussinesq"
         )
@@ -171,7 +192,7 @@ class McaPatch(McaSolver[RoughGeometry]):
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Points of the surface, and twice as many where that is affordable."""
         n = geometry.points[0]
-        able = [m for m in (n, 2 * n) if self.domain(geometry, m).count <= MOST_AUTOMATA]
+        able = [m for m in (n, 2 * n) if self.count(geometry, m) <= MOST_AUTOMATA]
         return tuple(able) or (n,)
 
     def block(self, resolution: int) -> int:
@@ -194,7 +215,7 @@ class McaPatch(McaSolver[RoughGeometry]):
     def model(self, geometry: RoughGeometry) -> str:
         """Name the body."""
         return (
-            "half an ellipsoid of automata in dense packing below the patch, one of the surface at "
+            f"{self._halves} of automata in dense packing below the patch, one of the surface at "
             "each of its points; around it a shell in the field of Boussinesq"
         )
 
@@ -208,7 +229,7 @@ class McaPatch(McaSolver[RoughGeometry]):
         numbers = _numbers_at(body, corner, (nx, ny))
         for realisation in task.realisations:
             sweep = partial(self._steps, task, body, numbers, realisation)
-            unknowns = 6 * body.automata.packing.free
+            unknowns = body.bodies * 6 * body.automata.packing.free
             yield Row(sweep, unknowns=unknowns, truncation=ROUGH_TRUNCATION)
 
     def _steps(

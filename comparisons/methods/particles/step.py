@@ -57,7 +57,7 @@ def contact_step(
         values,
         iterations=contact.steps,
         violation=contact.imbalance,
-        unknowns=6 * body.automata.packing.free,
+        unknowns=body.bodies * 6 * body.automata.packing.free,
         pressure=pressure_of(task, cells, grid),
         fields=partial(contact_fields, task, cells, grid),
         body_fields=partial(_inside, body, contact),
@@ -94,10 +94,10 @@ def _stiffness(body: ParticleHalfSpace, contact: ParticleContact) -> float:
 
 def _inside(body: ParticleHalfSpace, contact: ParticleContact) -> dict[str, np.ndarray]:
     """Return places, displacements and von Mises stresses of the automata that move."""
-    packing = body.automata.packing
+    places, displacement, stresses = body.inside(contact)
     return {
-        "particle_places": packing.places[: packing.free] * body.spacing,
-        "particle_displacement": contact.moved[: packing.free, :3] * body.spacing,
-        "particle_von_mises": body.equivalent_stresses(contact),
+        "particle_places": places,
+        "particle_displacement": displacement,
+        "particle_von_mises": stresses,
         "particle_spacing": np.array(body.spacing),
     }
