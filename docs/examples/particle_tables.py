@@ -115,9 +115,9 @@ def bodies() -> list[list[str]]:
         ["N", "force, E*", "both bodies", "radius, E*", "both bodies", "time, E*", "both bodies"]
     ]
     for number in NUMBERS[:-1]:
-        one, two = (errors(keys, number) for keys in (ball, both))
-        parts = [per_cent(run[k]) for k in (0, 1) for run in (one, two)]
-        rows.append([str(number), *parts, *(f"{run[4]:.1f} s" for run in (one, two))])
+        single, pair = (errors(keys, number) for keys in (ball, both))
+        parts = [per_cent(run[k]) for k in (0, 1) for run in (single, pair)]
+        rows.append([str(number), *parts, *(f"{run[4]:.1f} s" for run in (single, pair))])
     return rows
 
 
