@@ -36,6 +36,10 @@ Floats = NDArray[np.float64]
 # Largest change of a stress that flow would still make, over the yield stress, and turns at most.
 EXCESS = 0.01
 MOST_TURNS = 400
+# A load beyond all before is reached in stages of this ratio, as the direction of flow changes: of
+# first order, the force on a ball at sixty times the depth of first yield is 5 % too small in one
+# stage, and 1.4 % in these. In the first one an automaton or two touch.
+STAGE, FIRST_STAGE = 2**0.25, 1 / 8
 
 
 class PlasticHalfSpace(ParticleHalfSpace):
@@ -92,13 +96,15 @@ class PlasticHalfSpace(ParticleHalfSpace):
             origin = 0.0
             if value < largest:  # down, or up from there: the dent has a depth
                 origin = self._lift_off(gap, balance).penetration / self.spacing
-            largest = max(largest, value)
+            earlier, largest = largest, max(largest, value)
             if value <= (0.0 if forced else origin):
                 yield self._lift_off(gap, balance, depth=None if forced else value, keep=True)
                 search = None
                 continue
-            search = self._begun(search, gap, value, origin, forced=forced)
-            yield self._rounds(gap, search, balance)
+            for stage in _stages(earlier, value):
+                search = self._begun(search, gap, stage, origin, forced=forced)
+                contact = self._rounds(gap, search, balance)
+            yield contact
 
     def residual_depth(self, gap: ArrayLike, *, balance: float = BALANCE) -> float:
         """Return the penetration at which contact would be lost if the shape were lifted off."""
@@ -172,6 +178,19 @@ class PlasticHalfSpace(ParticleHalfSpace):
     ) -> ParticleContact:
         self._before = self.flowed, self.amount
         return super()._contact(held, rest, near, steps)
+
+
+def _stages(earlier: float, load: float) -> list[float]:
+    """Return loads on the way from the largest one so far to a larger one.
+
+    >>> [round(load, 3) for load in _stages(1.0, 2.0)]
+    [1.189, 1.414, 1.682, 2.0]
+    """
+    start = max(earlier, FIRST_STAGE * load)
+    if load <= start:
+        return [load]
+    count = int(np.ceil(np.log(load / start) / np.log(STAGE) - 1e-9))
+    return (start * (load / start) ** (np.arange(1, count + 1) / count)).tolist()
 
 
 def deviator(stresses: Floats) -> Floats:

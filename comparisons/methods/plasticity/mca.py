@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
-from comparisons.methods.particles.mca import TRUNCATION, Mca, net_of
+from comparisons.methods.particles.mca import Mca, net_of
 from comparisons.methods.particles.step import contact_step
 from comparisons.methods.plasticity.ball import (
     PHYSICS,
@@ -27,6 +27,8 @@ from reference.loads import Load, LoadPath
 from reference.particles import Domain, ParticleHalfSpace
 from reference.particles.plastic import PlasticHalfSpace
 
+# Of the stages in which a load is reached: measured at sixty times the depth of first yield.
+TRUNCATION = 0.015
 # First yield is known where the stress of the last contact tried differs from Y by no more.
 _AGREED, _TRIALS = 1e-3, 12
 

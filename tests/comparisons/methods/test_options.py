@@ -109,7 +109,7 @@ def test_options_of_one_method_are_nothing_to_another():
 def test_every_option_is_read_somewhere_and_nothing_else_is_named(method):
     table = set(type(MethodOptions().of(method)).model_fields)
     solvers = {solver for solver in SOLVERS[method] if issubclass(solver, Solver)}
-    added = {"coupling"} if method == "fem" else set()
+    added = {"coupling"} if method in ("fem", "mca") else set()
     assert set().union(*(solver.options_read for solver in solvers), added) == table
 
 
