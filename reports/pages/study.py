@@ -38,6 +38,7 @@ from reports.plots import (
     pressure,
     slip,
     speed,
+    worn,
 )
 from reports.plots.figure import Figure
 from reports.plots.style import look
@@ -227,6 +228,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "pressure": pressure.pressures(scene),
             "distributions": distributions.distributions(scene),
             "slip": slip.slips(scene),
+            "worn": worn.worn_profiles(scene),
             "speed": speed.speed(scene),
         },
         picture=pictures.Picture(),
