@@ -45,6 +45,7 @@ from comparisons.questions.experiments import (
     tangential,
     two_bodies,
     vibration,
+    wear,
     yielding,
 )
 from comparisons.questions.experiments.base import Experiment, Measurement
@@ -55,7 +56,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    *(relaxation, proved, rolling, yielding, rough_yield, particles, elements, films),
+    *(relaxation, proved, rolling, yielding, rough_yield, particles, elements, films, wear),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
     *(second_truth, stress_below),
     *(contact_ends, analogies, rough_rubber, friction_judges),

@@ -26,7 +26,7 @@ def _fretting(
     effort: Effort,
     *,
     lag: float = 0.5,
-    cycles: float = 10.0,
+    cycles: float = 6.0,
     shape: str = "paraboloid",
     model: str = "springs",
 ) -> Finding:
@@ -39,7 +39,7 @@ def _fretting(
     above("cycles", cycles, 0)
     limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), _DEPTH, lag)
     after = _springs if model == "springs" else _cells
-    finest = {"springs": 16, "half_space": 8}[model] * (1 if effort == "quick" else 2)
+    finest = {"springs": 8, "half_space": 8}[model] * (1 if effort == "quick" else 2)
     fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
     details: dict[str, float | str] = {"force": fine, "limit": limit.force}
     return Finding(fine / limit.force - 1, abs(fine - coarse) / limit.force, details)
@@ -76,8 +76,8 @@ EXPERIMENTS = (
     experiment(
         "fretting-limit",
         "Force after many cycles of fretting against that of the limit shape",
-        "lag",
         "G* U/(mu E* d)",
+        "lag",
         _fretting,
     ),
 )
