@@ -30,7 +30,7 @@ def test_the_stiffness_converges_with_the_fourth_power_of_the_elements(kind, sup
     assert order > 3
 
 
-@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.45])
+@pytest.mark.parametrize("poisson_ratio", [0.0, pytest.param(0.3, marks=pytest.mark.slow), 0.45])
 def test_in_plane_strain_the_compliance_grows_by_two_over_pi_per_e_fold(poisson_ratio):
     """Flamant's field: d = (2 F/(pi E*)) ln R + const, whatever nu; corrections O((a/R)^2)."""
     low, high = (
@@ -83,7 +83,7 @@ def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
     assert 1 - contact.energy[0] == pytest.approx(outside / (contact.stiffness / 2), rel=0.005)
 
 
-@pytest.mark.parametrize("poisson_ratio", [0.1, 0.3])
+@pytest.mark.parametrize("poisson_ratio", [pytest.param(0.1, marks=pytest.mark.slow), 0.3])
 def test_the_mean_displacement_is_that_of_the_chapters_estimate_with_its_coefficient(poisson_ratio):
     """2 <u>/d = (7 - 6 nu)/(2 pi (1 - nu)) D/R in a half-ball of the half-space, as R grows.
 
