@@ -13,19 +13,51 @@ from comparisons.questions.single import solve_scene
 
 _SCENE, _GRID, _LINES = "sliding-rough", 48, 300
 _FORCE = 20.0  # mN, of the scene
+# Four times the force, on many surfaces; what a finer grid changes, on a few of them.
+_MORE, _MANY, _FEW = 4.0, 64, 4
 
 
 @lru_cache(maxsize=256)
-def _coefficients(method: str, grid: int, speed: float, force: float) -> np.ndarray:
-    """Return the coefficients of friction of the scene's surfaces, or of many lines."""
+def _coefficients(method: str, grid: int, speed: float, force: float, count: int = 0) -> np.ndarray:
+    """Return the coefficients of friction of `count` surfaces (0: the scene's), or lines."""
     changes: dict[str, object] = {
         "sliding.speed": [f"{speed!r} mm/s"],
         "loading.force": [f"{force!r} mN"],
     }
-    if method == "reduced":
-        changes["surface.realisations"] = _LINES
+    if count:
+        changes["surface.realisations"] = count
     solved = solve_scene(_SCENE, method, grid, changes).solution
     return np.asarray(solved.quantities["friction_coefficient"][:, 0])
+
+
+def _line(effort: str, speed: float, force: float) -> Finding:
+    """Compare means over lines with means over surfaces; the grid counts with its last change."""
+    finest = 2 * _GRID if effort == "full" else _GRID
+    coarse, fine = (_coefficients("bem_fft", n, speed, force) for n in (finest // 2, finest))
+    change = 1.25 * abs(float(fine.mean() / coarse.mean()) - 1)
+    lines = _coefficients("reduced", 2 * _GRID, speed, force, _LINES)
+    error, bar = compare(lines, fine, change)
+    return Finding(error, bar, {"lines": float(lines.mean()), "surfaces": float(fine.mean())})
+
+
+def _load(effort: str, speed: float, force: float) -> Finding:
+    """Compare surfaces under four times the force with themselves.
+
+    The ratio of many surfaces on one grid, times what the next finer grid changes of that of a few:
+    grids err alike at both loads. That change is the bar of the grid.
+    """
+    many, grid = (_MANY, _GRID) if effort == "full" else (_MANY // 4, _GRID // 2)
+
+    def pair(grid: int, count: int) -> list[np.ndarray]:
+        return [_coefficients("bem_fft", grid, speed, f, count) for f in (_MORE * force, force)]
+
+    (more, base), finer = pair(grid, many), pair(2 * grid, _FEW)
+    ratio, scatter = ratio_of_means(more[:, None], base[:, None], paired=True)
+    coarse = float(more[:_FEW].mean() / base[:_FEW].mean())
+    change = float(finer[0].mean() / finer[1].mean()) / coarse
+    bar = float(combined(float(scatter[0]), 1.25 * abs(change - 1)))
+    details: dict[str, float | str] = {"four times": float(more.mean()), "once": float(base.mean())}
+    return Finding(float(ratio[0]) * change - 1, bar, details)
 
 
 def _rubber(
@@ -33,26 +65,13 @@ def _rubber(
 ) -> Finding:
     """Compare coefficients of friction at a speed in mm/s and a force in mN.
 
-    ``"line"``: means over lines against means over surfaces. ``"load"``: surfaces under this force
-    against the same surfaces under 20 mN. The bar of the grid is its last change, first order.
+    ``"line"``: means over lines against means over surfaces. ``"load"``: surfaces under four times
+    the force against the same surfaces under it.
     """
     above("speed", speed, 0)
     above("force", force, 0)
-    one_of("statement", statement, "line", "load")
-    finest = 2 * _GRID if effort == "full" else _GRID
-    coarse, fine = (
-        _coefficients("bem_fft", n, float(speed), float(force)) for n in (finest // 2, finest)
-    )
-    change = 1.25 * abs(float(fine.mean() / coarse.mean()) - 1)
-    if statement == "line":
-        lines = _coefficients("reduced", 2 * _GRID, float(speed), float(force))
-        error, bar = compare(lines, fine, change)
-        return Finding(error, bar, {"lines": float(lines.mean()), "surfaces": float(fine.mean())})
-    base = _coefficients("bem_fft", finest, float(speed), _FORCE)
-    ratio, scatter = ratio_of_means(fine[:, None], base[:, None], paired=True)
-    bar = float(combined(float(scatter[0]), change))
-    details: dict[str, float | str] = {"there": float(fine.mean()), "at 20 mN": float(base.mean())}
-    return Finding(float(ratio[0]) - 1, bar, details)
+    compared = {"line": _line, "load": _load}
+    return compared[one_of("statement", statement, *compared)](effort, float(speed), float(force))
 
 
 EXPERIMENTS = (
