@@ -175,7 +175,7 @@ def solve_scene(
 ) -> SingleResult:
     """Solve a scene with one method.
 
-    Large grids of the half-space are shared among `threads`, without a change of any digit.
+    Large grids of the half-space, and automata, are shared among `threads`; no digit changes.
 
     Raises
     ------
