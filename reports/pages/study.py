@@ -29,6 +29,7 @@ from reports.pages.summary import Summary, compared_methods, summary, times_to_e
 from reports.pictures import pictures
 from reports.plots import (
     curves,
+    dent,
     distributions,
     errors,
     failure,
@@ -229,6 +230,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "distributions": distributions.distributions(scene),
             "slip": slip.slips(scene),
             "worn": worn.worn_profiles(scene),
+            "dent": dent.dents(scene),
             "speed": speed.speed(scene),
         },
         picture=pictures.Picture(),
