@@ -139,7 +139,7 @@ def test_dense_and_fft_solvers_agree_on_the_same_grid(source, resolution, change
     tight = {"methods.bem_fft.tolerance": 1e-11}
     fft = solve_scene(source, "bem_fft", resolution, SINGLE | changes | tight)
     assert dense.solution.unknowns == fft.solution.unknowns
-    first, second = dense.columns(), fft.columns()
+    first, second = dense.solved(), fft.solved()
     for name in ("force", "penetration", "contact_area", "contact_area_raw", "stiffness", "energy"):
         np.testing.assert_allclose(first[name], second[name], rtol=1e-8, err_msg=name)
     p, q = (part.solution.fields["pressure"] for part in (dense, fft))
