@@ -11,8 +11,8 @@ from comparisons.results.store import SceneRecord
 from reports.plots.figure import Axis, Figure, Series
 from reports.plots.style import DASHED, INK, MUTED, Look, drawing_order, look
 
-# Heights are shown up to this many times the largest worn depth above the lowest point.
-_SHOWN = 2.5
+# Heights are shown up to this many times the highest place that wears.
+_SHOWN = 1.5
 _SHADES = ("#9ecae1", "#4292c6", "#08519c", "#08306b")
 
 
@@ -41,11 +41,11 @@ def _figure(
     x, shapes = np.ravel(stored["worn_r"]), stored["worn_shapes"]
     if shapes.ndim != 2 or shapes.shape[1] != x.size or len(shapes) < 2:
         return None
-    lost = float(np.max(shapes[-1] - shapes[0]))
-    top = float(shapes[0].min()) + _SHOWN * lost
-    near = shapes[0] <= top
-    if not lost > 0 or near.sum() < 2:
+    worn = shapes[-1] > shapes[0]
+    if not worn.any():
         return None
+    top = _SHOWN * float(shapes[-1][worn].max())
+    near = (shapes[0] <= top) | worn
     x, shapes = x[near], shapes[:, near]
     labels = _labels(scene, method, level, len(shapes) - 1)
     looks = [Look("unworn", MUTED, dash=DASHED)]
