@@ -62,6 +62,9 @@ def test_the_page_shows_words_numbers_pictures_and_commands(judged):
     assert 'class="verdict outside">fails' in page
     assert 'class="verdict partly">holds in a range' in page
     assert "<script>alert" not in page
+    # The small scales of the errors are drawn; their attributes are no text of the page.
+    assert 'class="scale" data-beyond=' in page
+    assert "--e:" not in re.sub(r"<[^>]*>", "", page)
     figure = json.loads(
         re.search(r'id="data-claim-ellipsoid-force-evidence">(.*?)</script>', page, re.S)[1]
     )
