@@ -151,7 +151,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     assert run_command(["calibrate", "--out", str(out)]) == 0
     shown = capsys.readouterr().out
     assert "covers the true error in 100.0%" in shown
-    count = sum(case.missed is not None for case in right)
+    count = sum(case.bars.size for case in right if case.missed is not None)
     held = f"{count} bars stand beside an interval that a theorem gives; 0 do not reach it"
     assert count > 0
     assert held in shown
@@ -165,7 +165,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     assert run_command(["calibrate", "--workers", "0"]) == 2
 
 
-def test_calibrate_reports_a_bar_that_a_theorem_refutes_as_a_defect(tmp_path, monkeypatch, capsys):
+def test_calibrate_reports_bars_that_a_theorem_refutes(tmp_path, monkeypatch, capsys):
     """Bars of twice the error, all of which cover; but one interval is somewhere else."""
     from comparisons.questions import calibration
     from comparisons.solving.inquiries import answer_of
@@ -183,6 +183,8 @@ def test_calibrate_reports_a_bar_that_a_theorem_refutes_as_a_defect(tmp_path, mo
     out = tmp_path / "calibration"
     assert run_command(["calibrate", "--out", str(out)]) == 1
     shown = capsys.readouterr().out
-    assert "1 do not reach it" in shown
-    assert f"defect: {wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity}" in shown
-    assert json.loads((out / "proved.json").read_text())["missed"] == 1
+    steps = wrong.bars.size
+    assert f"{steps} do not reach it" in shown
+    told = f"{wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity} at given {wrong.control}: at {steps}"
+    assert told in shown
+    assert json.loads((out / "proved.json").read_text())["missed"] == steps
