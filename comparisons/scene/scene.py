@@ -234,6 +234,14 @@ class Scene(_Physics):
             raise fail("dynamics.velocity: expected above zero, or a loading.force with its times")
         return self
 
+    @model_validator(mode="after")
+    def _one_load_that_wears(self) -> Scene:
+        count = len(self.loading.range.values) if self.wear is not None else 1
+        if count > 1:
+            name = self.loading.control
+            raise fail(f"loading.{name}: expected one load with [wear], which is held, got {count}")
+        return self
+
     @cached_property
     def physics(self) -> tuple[str, ...]:
         """Which physics beyond frictionless elastic contact the scene switches on."""

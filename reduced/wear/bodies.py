@@ -57,13 +57,15 @@ class RoundBody:
     profile : Profile
         Equivalent profile g of the unworn body.
     reach : float
-        Radius that the contact stays below; a sharp edge inside it ends the rings.
+        Radius that the contact stays below; an edge of the body inside it ends the rings.
     springs : int
         Springs up to there.
     """
 
     def __init__(self, profile: Profile, reach: float, springs: int) -> None:
-        reach = min(reach, profile.edge)
+        edge = min(profile.edge, np.inf if profile.section is None else profile.section.edge)
+        self.ends = reach >= edge * (1 - 1e-9)
+        reach = min(reach, edge)
         self.spacing = reach / springs
         self.rings = Rings(self.spacing, springs)
         self.unworn = np.asarray(profile.height(self.rings.middles), dtype=float)
@@ -88,11 +90,14 @@ class RoundBody:
         Raises
         ------
         ConvergenceError
-            If the pressure is a tension somewhere: the contact has opened inside.
+            If the pressure is a tension somewhere: the contact has opened inside; or if the contact
+            reaches the last ring of a body that goes on.
         """
         heights = self.heights(worn)
+        if depth > heights[-1] and not self.ends:
+            raise ConvergenceError("worn so that the contact is wider than the rings")
         pressure = self.rings.pressures(depth - heights)
-        if pressure.min() < -1e9 * pressure.max():
+        if pressure.min() < -1e-9 * pressure.max():
             raise ConvergenceError("worn so that the contact is no full circle any more")
         wear = modulus * np.maximum(pressure, 0.0)
         if slip is not None:

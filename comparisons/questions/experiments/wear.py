@@ -19,7 +19,8 @@ from reference.loads import Load as HalfSpaceLoad
 
 # k E* and d of all bodies, whose stick circle is that of d - lag.
 _DEPTH = 1.0
-_BEYOND = 1.35
+# Grids over the first contact radius: what touches in the end is at most pi/2 as wide (a cone).
+_BEYOND = 1.6
 
 
 def _fretting(

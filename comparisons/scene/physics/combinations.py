@@ -94,7 +94,7 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     if "rolling" in tables:
         yield from _rolls(data, tables, tangential)
     elif "wear" in tables:
-        yield from _wears(data, tables, normal, tangential)
+        yield from _wears(data, tangential)
     elif "friction" in tables and not tangential:
         yield "friction: expected loading.tangential_force or loading.tangential_displacement"
     if "friction" not in tables:
@@ -119,9 +119,7 @@ def _rolls(
         yield "rolling: expected an [indenter]: a rough roller has no steady state"
 
 
-def _wears(
-    data: Mapping[str, Any], tables: tuple[str, ...], normal: list[str], tangential: list[str]
-) -> Iterator[str]:
+def _wears(data: Mapping[str, Any], tangential: list[str]) -> Iterator[str]:
     table, friction = data.get("wear"), data.get("friction")
     swings = isinstance(table, dict) and "amplitude" in table
     if swings and friction is None:
@@ -134,9 +132,6 @@ def _wears(
         yield 'friction.coupling: expected "none" with [wear]: no method here wears with coupling'
     for name in tangential:
         yield f"loading.{name}: expected none with [wear], whose motion is in its own table"
-    loads = data.get("loading", {}).get(normal[0]) if normal else None
-    if isinstance(loads, list) and len(loads) > 1:
-        yield f"loading.{normal[0]}: expected one load with [wear], which is held, got {len(loads)}"
 
 
 def _lubricated(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:

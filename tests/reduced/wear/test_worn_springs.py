@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
-from reduced.profiles.equivalents import cone, cylinder, paraboloid
+from reduced.profiles.equivalents import cone, cylinder, paraboloid, sphere
+from reduced.profiles.section import Profile
 from reduced.rough.lines import RoughLines
 from reduced.wear.bodies import RoundBody, WearingLine
 from reduced.wear.rings import Rings
@@ -91,7 +92,7 @@ def test_fretting_ends_at_popovs_limit_and_stays_there(profile, form):
     form = form or exact_cone(1.0, 1.0)
     limit = FrettingLimit(form, 1.0, 0.5)
     spacing = limit.stick_radius / 8
-    body = RoundBody(profile, 18 * spacing, 18)
+    body = RoundBody(profile, 26 * spacing, 26)  # a cone touches up to 8 pi of them in the end
     swing = Oscillation(1.0, 0.5)
     early, late = wear(body, 1.0, Load("penetration", 1.0), 1.0, np.array([4.0, 6.0]), swing)
     assert_allclose(late.force, limit.force, rtol=4e-3)
@@ -143,3 +144,21 @@ def test_too_long_a_way_and_wrong_numbers_are_refused():
         wear(body, 1.0, Load("force", 1.0), 0.0, np.array([2.0, 1.0]))
     with pytest.raises(ValueError, match="lag"):
         Oscillation(1.0, -1.0)
+
+
+def test_contact_that_opens_or_outgrows_its_rings_is_refused():
+    """A ring whose middle does not touch; a parabola on rings up to its first contact radius."""
+    hollow = Profile("hollow", lambda x: (x - 1) ** 2, lambda x: 2 * (x - 1), None, 1.0)
+    for profile, reach, words in (
+        (hollow, 3.0, "no full circle"),
+        (paraboloid(1.0), 1.0, "wider than the rings"),
+    ):
+        with pytest.raises(ConvergenceError, match=words):
+            last(RoundBody(profile, reach, 30), 1.0, Load("force", 1.3), 1.0, np.array([1.0]))
+
+
+def test_sphere_wears_to_its_equator():
+    body = RoundBody(sphere(1.0), 1.2, 12)
+    state = last(body, 1.0, Load("force", 0.2), 1.0, np.array([5.0]))
+    assert_allclose(state.volume, 1.0, rtol=1e-12)
+    assert state.contact.contact_length[0, 0] <= 2

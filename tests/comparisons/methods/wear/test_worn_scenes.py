@@ -49,6 +49,8 @@ def solved(scene, method, resolution):
         (SLIDING, {"wear.sliding_distance": [0.1, 0.05]}, "strictly increasing"),
         (SLIDING, {"friction": {"coefficient": 0.3}}, "all of the contact slips"),
         (SLIDING, {"loading.force": [1.0, 2.0]}, "expected one load with .wear."),
+        (SLIDING, {"loading.force": {"from": 1.0, "to": 2.0, "steps": 3}}, "one load .* got 3"),
+        (ROUGH, {"loading.force.values": [0.01, 0.02]}, "expected one load with .wear."),
         (SLIDING, {"plasticity": {"yield_stress": 1e9}}, "wear on a half-space that yields"),
         (FRETTING, {"friction.coupling": "full"}, 'friction.coupling: expected "none"'),
         (FRETTING, {"friction": None}, "wear.amplitude: expected .friction."),
