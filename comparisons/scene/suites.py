@@ -8,7 +8,7 @@ SINGLE = (
     "triangle-punch",
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
-# Scenes with friction, memory, sliding, rolling, films, adhesion, yield, inertia, layers.
+# Scenes with friction, memory, sliding, rolling, films, adhesion, yield, wear, inertia, layers.
 PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
@@ -17,7 +17,8 @@ PHYSICS = (
     *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber", "plastic-ball"),
     "plastic-rough",
     *("coated-ball", "layer-on-base", "graded-ball"),
-    *("soft-ball-film", "squeezed-ball"),
+    *("soft-ball-film", "wavy-ball-film", "squeezed-ball"),
+    *("worn-ball", "worn-punch", "worn-rough", "fretting-ball"),
 )
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),

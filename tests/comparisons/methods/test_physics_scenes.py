@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,13 @@ import pytest
 
 from comparisons.geometry.prepare import prepare
 from comparisons.scene.physics.absolute_loads import loads_of
-from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
+from comparisons.scene.scene import (
+    SceneError,
+    builtin_folder,
+    load_scene,
+    make_scene,
+    parse_scene,
+)
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": ["1 MPa", "9 MPa"], "viscosities": "90 kPa s"}
@@ -171,6 +178,14 @@ def test_quantities_follow_from_the_physics_and_what_is_prescribed_is_not_compar
     assert plan.compared == ("tangential_displacement",)
     (glued,) = plan_scene(scene(adhesion=GLUE))
     assert glued.compared == ("force", "contact_area", "pull_off_force")
+
+
+@pytest.mark.parametrize("name", ["fretting-ball", "worn-ball"])
+def test_a_scene_that_wears_compares_what_its_methods_give(name):
+    """Fretting has friction, too, of whose forces they give none."""
+    tables = tomllib.loads((builtin_folder() / f"{name}.toml").read_text(encoding="utf-8"))
+    del tables["compare"]["quantities"]
+    assert "worn_volume" in load_scene(tables).compare.quantities
 
 
 def test_a_plain_scene_compares_force_and_penetration_at_each_other(scene):

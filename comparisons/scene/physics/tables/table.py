@@ -23,7 +23,7 @@ class PhysicsTable(BaseModel):
     key : str
         The name of the table.
     place : float
-        Where plans name it among others; new ones come last.
+        Where plans name it among others, of whose `compared` the first counts; new ones come last.
     compared : tuple of str
         What is compared where a scene does not say, in place of an elastic scene's quantities.
     adds : tuple of str

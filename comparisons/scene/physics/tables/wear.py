@@ -28,7 +28,7 @@ class Wear(PhysicsTable):
     """
 
     key = "wear"
-    place = 7
+    place = 0.7
     compared = ("worn_volume", "wear_depth", "force", "penetration")
     apart: ClassVar = {
         "rolling": "wear by creep is not modelled",
