@@ -11,6 +11,9 @@ from reference.arguments import positive_faults, refuse
 
 Field = NDArray[np.float64]
 
+# The shortest wave is one of the lattice whatever the unit of both lengths makes of their ratio.
+_ROUNDED = 1e-12
+
 
 @dataclass(frozen=True)
 class Waves:
@@ -62,10 +65,11 @@ def self_affine(
 ) -> Waves:
     """Return waves on a lattice of period `longest`, of height q^-(1 + H) and random phase."""
     refuse(positive_faults(rms_height=rms_height, longest=longest, shortest=shortest))
-    most = int(longest / shortest)
+    ratio = longest / shortest * (1 + _ROUNDED)
+    most = int(ratio)
     i, j = np.meshgrid(np.arange(0, most + 1), np.arange(-most, most + 1), indexing="ij")
     # one of each pair q, -q
-    chosen = (i**2 + j**2 <= (longest / shortest) ** 2) & ((i > 0) | (j > 0))
+    chosen = (i**2 + j**2 <= ratio**2) & ((i > 0) | (j > 0))
     i, j = i[chosen].astype(np.float64), j[chosen].astype(np.float64)
     refuse([] if i.size else [f"longest must be at least shortest = {shortest!r}, not {longest!r}"])
     heights = np.hypot(i, j) ** -(1 + hurst)

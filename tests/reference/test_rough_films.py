@@ -63,3 +63,11 @@ def test_heights_have_the_rms_that_is_asked_for_and_waves_need_cells():
     assert np.sqrt((waves.at(x, x) ** 2).mean()) == pytest.approx(3e-7, rel=1e-9)
     with pytest.raises(ValueError, match="need 6 cells"):
         entrain(replace(SOFT, waves=waves), 1e-2, 16)
+
+
+def test_the_shortest_wave_is_there_in_every_unit():
+    """Lengths as scenes read them: 75 um over 25 um is 2.9999999999999996."""
+    assert 75 * 1e-6 / (25 * 1e-6) < 3
+    one, other = (self_affine(u, 0.8, 75 * u, 25 * u, seed=1) for u in (1.0, 1e-6))
+    assert other.shortest == pytest.approx(25e-6)
+    np.testing.assert_allclose(other.heights / 1e-6, one.heights, rtol=1e-12)
