@@ -350,6 +350,7 @@ def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
         (number * formulas.HALF_SOMMERFELD / 12) ** 2,
         (_STIFF * displacement / np.sqrt(2)) ** (2 / 3),
     )
+    separation += max(0.0, -float(loaded.film.gap.min()))  # crests stay in the oil
     rigid = rigid_film_at(loaded.film, separation, 1.0)
     carried = float((rigid.pressure * loaded.film.cells.area).sum())
     s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)

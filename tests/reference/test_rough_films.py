@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reference.errors import ConvergenceError
 from reference.lubrication import formulas
 from reference.lubrication.point import Ball, entrain
 from reference.lubrication.waves import self_affine, waviness
@@ -66,8 +67,15 @@ def test_heights_have_the_rms_that_is_asked_for_and_waves_need_cells():
 
 
 def test_the_shortest_wave_is_there_in_every_unit():
-    """Lengths as scenes read them: 75 um over 25 um is 2.9999999999999996."""
-    assert 75 * 1e-6 / (25 * 1e-6) < 3
-    one, other = (self_affine(u, 0.8, 75 * u, 25 * u, seed=1) for u in (1.0, 1e-6))
+    """75e-6 over 25e-6 is 2.9999999999999996."""
+    one = self_affine(1.0, 0.8, 75.0, 25.0, seed=1)
+    other = self_affine(1e-6, 0.8, 75e-6, 25e-6, seed=1)
     assert other.shortest == pytest.approx(25e-6)
     np.testing.assert_allclose(other.heights / 1e-6, one.heights, rtol=1e-12)
+
+
+def test_crests_higher_than_any_film_are_a_lost_film_never_nan():
+    high = replace(SOFT, waves=waviness(1e-3, LONG))
+    with pytest.raises(ConvergenceError, match="too thin for its cells") as caught:
+        entrain(high, 1e-2, 8)
+    assert np.isfinite(caught.value.history).all()
