@@ -107,7 +107,7 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
     bars, missed, sentences = 0, 0, []
     for reference in (truth, *truth.checks):
         for name, bar, beyond in _held(reference, sides):
-            bars += int(np.isfinite(bar).sum())
+            bars += int(np.isfinite(bar + sides[f"{name}_upper"]).sum())
             missed += int((beyond > 0).sum())
             if np.nanmax(beyond, initial=0.0) > 0:
                 step = int(np.nanargmax(beyond))
@@ -116,7 +116,7 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
                     f"interval by {relative(beyond[step])} at load step {step + 1}."
                 )
     widths = [
-        np.max(1 - sides[name.replace("_upper", "_lower")] / upper)
+        np.nanmax(1 - sides[name.replace("_upper", "_lower")] / upper, initial=0.0)
         for name, upper in sides.items()
         if name.endswith("_upper")
     ]

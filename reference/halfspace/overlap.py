@@ -25,7 +25,14 @@ def overlap_depth(operator: HalfSpace, gap: Field, force: float) -> float:
 
 
 def overlap_pressure(operator: HalfSpace, gap: Field, depth: float) -> Field:
-    """Return a pressure proportional to the overlap, of the right order of magnitude."""
+    """Return a pressure proportional to the overlap, of the right order of magnitude.
+
+    Zero where no cell overlaps, as at a depth that round-off loses:
+
+    >>> from reference.halfspace.operators import FreeOperator
+    >>> overlap_pressure(FreeOperator((1, 2), (1.0, 1.0), 1.0), np.ones((1, 2)), 1.0)
+    array([[0., 0.]])
+    """
     overlap = np.maximum(depth - gap, 0.0)
-    area = np.count_nonzero(overlap) * operator.cell_area
+    area = max(np.count_nonzero(overlap), 1) * operator.cell_area
     return overlap * (operator.effective_modulus / np.sqrt(area))

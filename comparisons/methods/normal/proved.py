@@ -76,7 +76,8 @@ def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[s
     dict
         ``force_lower``, ``force_upper`` and so on -> (k,). Of a prescribed force the penetration,
         and energy and stiffness at the ends of its interval. About a tenth as wide as the scene's
-        tolerance, or less; of rough surfaces a few per cent.
+        tolerance, or less; of rough surfaces a few per cent. NaN at loads at which the bounds
+        prove nothing, such as one whose contact is far smaller than their cells.
 
     Raises
     ------
@@ -90,16 +91,18 @@ def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[s
             "energy": proof.energy,
             "stiffness": proof.stiffness,
         }
-        intervals = {name: [at(float(d)) for d in loads.values] for name, at in known.items() if at}
+        intervals = {
+            name: [_known(at, float(d)) for d in loads.values] for name, at in known.items() if at
+        }
     else:
-        depths = [proof.penetration(float(force)) for force in loads.values]
+        depths = [_known(proof.penetration, float(force)) for force in loads.values]
         intervals = {"penetration": depths}
         for name, at in (("energy", proof.energy), ("stiffness", proof.stiffness)):
             if at is not None:
-                intervals[name] = [_over(at, depth) for depth in depths]
+                intervals[name] = [depth and _over(at, depth) for depth in depths]
     assert set(intervals) <= set(ENCLOSED)
     return {
-        f"{name}_{side}": np.array([getattr(interval, side) for interval in values])
+        f"{name}_{side}": np.array([getattr(interval, side, math.nan) for interval in values])
         for name, values in intervals.items()
         for side in ("lower", "upper")
     }
@@ -138,6 +141,14 @@ def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Pr
             f"the largest is {max(loads.values):.4g} {unit}"
         )
     return proof
+
+
+def _known(at: At, load: float) -> Interval | None:
+    """Return what is enclosed at a load; None where the bounds prove nothing."""
+    try:
+        return at(load)
+    except ArithmeticError:
+        return None
 
 
 def _over(at: At, depth: Interval) -> Interval:

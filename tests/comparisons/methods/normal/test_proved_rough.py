@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from comparisons.errors import InputError
+from comparisons.methods.normal.proved import enclosures
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
@@ -57,6 +59,16 @@ def test_what_no_sample_touches_carries_at_least_nothing():
     columns = solved(False, {"penetration": ["1e-15 m"]}, 12)
     assert columns["force_lower"] == 0
     assert 0 < columns["force_upper"] < 1e-8
+
+
+def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs():
+    """Cells of a period prove nothing of a contact far smaller than they are: NaN, no traceback."""
+    surface = {**ROUGH["surface"], "periodic": True}
+    loads = {"penetration": ["1e-15 m", "10 nm"]}
+    (plan,) = plan_scene(load_scene({**ROUGH, "surface": surface, "loading": loads}))
+    sides = enclosures(plan.scene, plan.geometry, plan.loads)
+    assert np.isnan([sides["force_lower"][0], sides["force_upper"][0]]).all()
+    assert 0 < sides["force_lower"][1] < sides["force_upper"][1]
 
 
 @pytest.mark.parametrize(
