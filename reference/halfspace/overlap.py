@@ -34,5 +34,5 @@ def overlap_pressure(operator: HalfSpace, gap: Field, depth: float) -> Field:
     array([[0., 0.]])
     """
     overlap = np.maximum(depth - gap, 0.0)
-    area = max(np.count_nonzero(overlap), 1) * operator.cell_area
+    area = max(int(np.count_nonzero(overlap)), 1) * operator.cell_area
     return overlap * (operator.effective_modulus / np.sqrt(area))
