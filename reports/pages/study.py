@@ -39,6 +39,7 @@ from reports.plots import (
     pressure,
     slip,
     speed,
+    stress_below,
     worn,
 )
 from reports.plots.figure import Figure
@@ -231,6 +232,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "slip": slip.slips(scene),
             "worn": worn.worn_profiles(scene),
             "dent": dent.dents(scene),
+            "stress": stress_below.stresses_below(scene),
             "speed": speed.speed(scene),
         },
         picture=pictures.Picture(),

@@ -6,43 +6,29 @@ import numpy as np
 from scipy.interpolate import griddata
 
 from comparisons import formatting as fmt
-from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.figure import Axis, Figure, Map, Series
-from reports.plots.style import drawing_order, look
+from reports.plots.stored import Fields, at_last_load, finest_fields
+from reports.plots.style import look
 
-Stored = dict[str, np.ndarray]
 # Points a side of a section, and how far it reaches beyond what has yielded.
 _POINTS, _BEYOND = 160, 1.4
 
 
 def dents(scene: SceneRecord) -> list[Figure]:
     """Return the maps of plastic strain and von Mises' stress, and the dent, at the last load."""
-    chosen = _chosen(scene)
-    if chosen is None:
+    flat = finest_fields(scene, "dent")
+    if flat is not None:
+        return [_plan(flat[2], at_last_load(flat))]
+    chosen = finest_fields(scene, "section_plastic_strain")
+    if chosen is None or not np.any(chosen[2]["section_plastic_strain"] > 0):
         return []
-    method, level, stored = chosen
-    source = f"{look(method).label}, N = {level}, at the last load."
-    if "dent" in stored:
-        return [_plan(stored, source)]
-    if not np.any(stored["section_plastic_strain"] > 0):
-        return []
+    method, _, stored = chosen
+    source = at_last_load(chosen)
     return [*_section(stored, source), _surface(stored, source, method)]
 
 
-def _chosen(scene: SceneRecord) -> tuple[str, int, Stored] | None:
-    """Return the finest fields of the reference, or of another method, that hold what yields."""
-    first, _ = selection.reference(scene)
-    methods = drawing_order(selection.methods(scene))
-    for method in sorted(methods, key=lambda name: name != first):
-        levels = sorted(level for name, level in scene.fields if name == method)
-        stored = scene.load_fields(method, levels[-1]) if levels else {}
-        if {"dent", "section_plastic_strain"} & stored.keys():
-            return method, int(levels[-1]), stored
-    return None
-
-
-def _plan(stored: Stored, source: str) -> Figure:
+def _plan(stored: Fields, source: str) -> Figure:
     """Return the map of the depth to which a rough surface stays dented."""
     depth = stored["dent"]
     x, y = (
@@ -62,7 +48,7 @@ def _plan(stored: Stored, source: str) -> Figure:
     )
 
 
-def _section(stored: Stored, source: str) -> list[Figure]:
+def _section(stored: Fields, source: str) -> list[Figure]:
     """Return plastic strain and von Mises' stress in a half-section, the surface at the top."""
     r, z = np.ravel(stored["section_r"]), np.ravel(stored["section_z"])
     strain, stress = (
@@ -103,7 +89,7 @@ def _section(stored: Stored, source: str) -> list[Figure]:
     return figures
 
 
-def _surface(stored: Stored, source: str, method: str) -> Figure:
+def _surface(stored: Fields, source: str, method: str) -> Figure:
     """Return the shape of the surface."""
     r, sunk = np.ravel(stored["surface_r"]), np.ravel(stored["surface_depth"])
     near = r <= 4 * _BEYOND * float(

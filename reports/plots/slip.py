@@ -7,19 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import SLIP, at_step, stored_steps
 from reports.plots.figure import NO_SCALE, Axis, Figure, Map
 from reports.plots.load_slider import SliderSteps, slider_steps
-from reports.plots.style import drawing_order, look
-
-Stored = dict[str, np.ndarray]
+from reports.plots.stored import Fields, finest_fields
+from reports.plots.style import look
 
 
 def slips(scene: SceneRecord) -> list[Figure]:
     """Return the map of stick and slip and those of the tractions, with the slider's creeps."""
-    chosen = _chosen(scene)
+    chosen = finest_fields(scene, *SLIP)
     if chosen is None:
         return []
     method, level, stored = chosen
@@ -44,19 +42,7 @@ def slips(scene: SceneRecord) -> list[Figure]:
     return [used, *tractions[:1]]
 
 
-def _chosen(scene: SceneRecord) -> tuple[str, int, Stored] | None:
-    """Return the reference's finest tractions, or another method's."""
-    first, _ = selection.reference(scene)
-    methods = drawing_order(selection.methods(scene))
-    for method in sorted(methods, key=lambda name: name != first):
-        levels = sorted(level for name, level in scene.fields if name == method)
-        stored = scene.load_fields(method, levels[-1]) if levels else {}
-        if set(SLIP) <= stored.keys():
-            return method, int(levels[-1]), stored
-    return None
-
-
-def _figure(labels: tuple[str, str, str], name: str, stored: Stored, loads: SliderSteps) -> Figure:
+def _figure(labels: tuple[str, str, str], name: str, stored: Fields, loads: SliderSteps) -> Figure:
     """Return one map at the last creep, with the earlier ones for the slider."""
     x = np.ravel(stored["pressure_x"])
     across = fmt.prefix_for(x, "m")
@@ -86,7 +72,7 @@ def _figure(labels: tuple[str, str, str], name: str, stored: Stored, loads: Slid
     return replace(figures[-1], earlier=tuple(figures[:-1]))
 
 
-def _grid(frame: Stored, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _grid(frame: Fields, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return x, y and the values inside the contact on the grid of the contact."""
     shape = tuple(int(side) for side in np.ravel(frame["pressure_shape"]))
     values = np.ravel(frame[name]).reshape(shape)

@@ -9,7 +9,8 @@ from comparisons.facts.quantities import quantity
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.figure import Axis, Figure, Series
-from reports.plots.style import DASHED, INK, MUTED, Look, drawing_order, look
+from reports.plots.stored import finest_fields
+from reports.plots.style import DASHED, INK, MUTED, Look, look
 
 # Heights are shown up to this many times the highest place that wears.
 _SHOWN = 1.5
@@ -18,21 +19,9 @@ _SHADES = ("#9ecae1", "#4292c6", "#08519c", "#08306b")
 
 def worn_profiles(scene: SceneRecord) -> list[Figure]:
     """Return the section of the body before and after each step, by the reference if it has one."""
-    method, level, stored = _chosen(scene)
-    figure = _figure(scene, method, level, stored) if stored else None
+    chosen = finest_fields(scene, "worn_r", "worn_shapes")
+    figure = _figure(scene, *chosen) if chosen else None
     return [figure] if figure else []
-
-
-def _chosen(scene: SceneRecord) -> tuple[str, int, dict[str, np.ndarray]]:
-    """Return the reference's finest shapes, or another method's; none where nothing wears."""
-    first, _ = selection.reference(scene)
-    methods = drawing_order(selection.methods(scene))
-    for method in sorted(methods, key=lambda name: name != first):
-        levels = sorted(level for name, level in scene.fields if name == method)
-        stored = scene.load_fields(method, levels[-1]) if levels else {}
-        if {"worn_r", "worn_shapes"} <= stored.keys():
-            return method, int(levels[-1]), stored
-    return "", 0, {}
 
 
 def _figure(

@@ -13,8 +13,10 @@ def shown(monkeypatch):
     """Return what makes the figures of given fields."""
 
     def draw(method: str, fields: dict[str, np.ndarray] | None):
-        chosen = None if fields is None else (method, 4, fields)
-        monkeypatch.setattr(dent, "_chosen", lambda scene: chosen)
+        def stored(scene, *names):
+            return (method, 4, fields) if fields and set(names) <= fields.keys() else None
+
+        monkeypatch.setattr(dent, "finest_fields", stored)
         return dent.dents(None)
 
     return draw

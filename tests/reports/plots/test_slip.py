@@ -26,7 +26,7 @@ def stored(monkeypatch):
         "step.0.friction_used": np.where(inside > 0, 0.5, np.nan).ravel(),
         "step.0.traction_x": 0.1 * inside.ravel(),
     }
-    monkeypatch.setattr(slip, "_chosen", lambda scene: ("bem_fft", 4, fields))
+    monkeypatch.setattr(slip, "finest_fields", lambda scene, *names: ("bem_fft", 4, fields))
     monkeypatch.setattr(slip, "slider_steps", lambda scene: SliderSteps((0, 1), ("a", "b")))
     return fields
 
@@ -49,5 +49,5 @@ def test_tractions_follow_the_slider(stored):
 
 
 def test_without_tractions_there_is_no_map(monkeypatch):
-    monkeypatch.setattr(slip, "_chosen", lambda scene: None)
+    monkeypatch.setattr(slip, "finest_fields", lambda scene, *names: None)
     assert slip.slips(None) == []

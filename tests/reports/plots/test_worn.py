@@ -17,7 +17,7 @@ def shapes(monkeypatch):
         "worn_r": x,
         "worn_shapes": np.array([unworn, np.maximum(unworn, 1e-6), np.maximum(unworn, 4e-6)]),
     }
-    monkeypatch.setattr(worn, "_chosen", lambda scene: ("bem_fft", 16, fields))
+    monkeypatch.setattr(worn, "finest_fields", lambda scene, *names: ("bem_fft", 16, fields))
     monkeypatch.setattr(worn, "_labels", lambda *told: ["1 mm", "2 mm"])
     return fields
 
