@@ -56,6 +56,7 @@ LONG = {
     *("memory-nanoseconds", "memory-retreat-slows", "sliding-creeping", "sliding-racing"),
     *("sliding-dashpot", "sliding-twelve-decades", "layer-of-a-thousandth", "rolling-braking"),
     *("plasticity-pumped", "plasticity-thousandfold", "plasticity-flow", "impact-thousand-bounces"),
+    "film-six-decades",
     *("rough-fine", "depth-beyond-table", "coating-a-thousand-times-as-hard", "friction-auxetic"),
 }
 
