@@ -50,7 +50,7 @@ class Torsion:
     >>> from scipy.special import ellipe, ellipk
     >>> ball = Torsion(paraboloid(1.0, 1.0), penetration=1.0, friction=0.3, shear_modulus=0.25)
     >>> exact = 0.3 * (2 / np.pi) / (2 * 0.25) * (ellipk(0.75) - ellipe(0.75))
-    >>> round(ball.angle(0.5) / exact, 9)
+    >>> round(float(ball.angle(0.5) / exact), 9)
     1.0
     """
 

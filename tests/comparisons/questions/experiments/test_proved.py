@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.geometry.prepare import prepare
 from comparisons.methods.normal.proved import proof_of
 from comparisons.methods.solver import Refused
 from comparisons.questions.experiments import EXPERIMENTS
@@ -68,8 +69,14 @@ def test_the_cone_of_equal_area_is_too_soft_for_a_pyramid():
     assert measured.error + measured.uncertainty < 0
 
 
+def proved(**tables):
+    """Return the enclosures of a scene."""
+    made = scene(**tables)
+    return proof_of(made, prepare(made)[0])
+
+
 def test_force_of_a_ball_is_enclosed_in_si_units():
-    proof = proof_of(scene(indenter={"shape": "paraboloid", "radius": "1 mm"}))
+    proof = proved(indenter={"shape": "paraboloid", "radius": "1 mm"})
     hertz = closed_form.paraboloid(1e-3, 1e9)
     assert float(hertz.force(1e-6)) in proof.force(1e-6)
     assert float(hertz.energy(1e-6)) in proof.energy(1e-6)
@@ -79,7 +86,7 @@ def test_force_of_a_ball_is_enclosed_in_si_units():
 
 
 def test_a_cylinder_has_one_stiffness():
-    proof = proof_of(scene(indenter={"shape": "cylinder", "radius": "2 mm"}))
+    proof = proved(indenter={"shape": "cylinder", "radius": "2 mm"})
     assert proof.stiffness is not None
     assert 2 * 1e9 * 2e-3 in proof.stiffness(1e-6)
     assert proof.stiffness(1e-6) == proof.stiffness(2e-6)
@@ -101,7 +108,7 @@ def test_a_cylinder_has_one_stiffness():
 )
 def test_what_no_theorem_covers_says_why(tables, reason):
     with pytest.raises(Refused, match=reason):
-        proof_of(scene(**tables))
+        proved(**tables)
 
 
 @pytest.mark.slow
