@@ -6,6 +6,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.results.store import SceneRecord
+from reports.plots.axes import log_axis
 from reports.plots.figure import Axis, Figure, Map, Series
 from reports.plots.stored import Fields, at_last_load, finest_fields
 from reports.plots.style import look
@@ -57,7 +58,7 @@ def _profile(stored: Fields, source: str, method: str) -> Figure:
         "Largest stress at a depth",
         f"Von Mises' stress, the largest of all places at a depth: {value} {where}, where the body "
         f"first yields. {source}",
-        Axis("depth", "−z", scale=fmt.prefix_for(depth, "m"), log=True),
+        log_axis("depth −z", (depth[0], depth[-1]), lambda value: fmt.with_unit(value, "m", 1)),
         Axis("largest von Mises' stress", "σ", scale=fmt.prefix_for(highest, "Pa")),
         (Series(look(method), depth, highest, marks=False),),
         quantity="pressure force contact_area",

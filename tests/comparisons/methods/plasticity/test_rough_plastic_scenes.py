@@ -57,8 +57,9 @@ def test_soft_surfaces_touch_on_force_over_hardness():
     soft = rough(plasticity__yield_stress="50 MPa", loading__force={"values": [1e-4, 4e-4]})
     soft = load_scene(soft, {"loading.force.relative_to": "E* A0 h'"})
     grid = solved(soft, "bem_fft", 64).quantities
-    # E* h'/H = 49; within what cells at the rim say on this grid
-    assert_allclose(grid["contact_area"], grid["force"] / soft.plasticity.hardness, rtol=0.03)
+    # E* h'/H = 49; some 20 and 80 cells touch, so that a cell is 5 and 1.3 per cent
+    hard = grid["force"] / soft.plasticity.hardness
+    assert (np.abs(grid["contact_area"] / hard - 1) < [[0.05, 0.013]]).all()
     line = solved(soft, "reduced", 64).quantities
     # by (19.37) parabolas in full yield have (pi/4) H, and contacts of lines nearly so
     mean = line["force"].sum() / line["contact_area"].sum() / soft.plasticity.hardness
