@@ -68,6 +68,8 @@ class Verification:
 def in_words(proved: Mapping[str, Any]) -> str:
     """Say of a document how wide the intervals are, how many bars reach them, what it all took."""
     bars, missed = proved["bars"], proved["missed"]
+    if not bars:
+        return f"theorems enclose none of the loads, as {duration(proved['seconds'])} have shown."
     reached = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
     return (
         "interval in which the truth lies by theorem, at most "
@@ -82,10 +84,10 @@ def tally(documents: Iterable[Mapping[str, Any]]) -> str:
     >>> ball = {"bars": 6, "missed": 0, "seconds": 0.1, "truth_seconds": 0.5}
     >>> tally([ball, ball | {"missed": 1}]).splitlines()[0]
     'Proved: 12 bars of references are held against intervals that theorems give; 1 misses.'
-    >>> tally([])
+    >>> tally([ball | {"bars": 0}])
     ''
     """
-    known = list(documents)
+    known = [document for document in documents if document["bars"]]
     if not known:
         return ""
     total = {key: sum(item[key] for item in known) for key in ("bars", "missed")}
