@@ -129,6 +129,8 @@ def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> p
     level = column(rows, "resolution")
     finest = np.nanmax(level) if resolution is None else resolution
     rows = rows[level == finest] if np.isfinite(finest) else rows
+    if rows.empty:  # it lost all its steps
+        return rows
     options = texts(rows, "options")
     rows = rows[[text == options[0] for text in options]]
     names = texts(rows, "realisation")

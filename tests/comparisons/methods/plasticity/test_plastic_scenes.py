@@ -204,7 +204,8 @@ def test_an_ellipsoid_dents_automata_along_a_path_of_forces(scene):
     depths = curve(
         solved(yielding(scene, indenter=shape, loading=loading), "mca", 3), "penetration"
     )
-    assert_allclose(depths / FIRST, [10, 5], rtol=0.03)
+    # the stages of a path of forces and of one of depths differ: 1 to 2 per cent of the deepest
+    assert_allclose(depths / FIRST, [10, 5], atol=0.2)
 
 
 @pytest.mark.parametrize(
