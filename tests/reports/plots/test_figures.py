@@ -240,3 +240,8 @@ def test_ticks_of_logarithmic_axes_stay_few_and_inside():
         assert 1 <= len(ticks) <= 11
         assert low * 0.99 <= ticks[0]
         assert ticks[-1] <= high * 1.01
+
+
+def test_a_setting_without_any_answer_has_no_curve(study):
+    """As where the finest grid lost all its steps; the page then ended in an error."""
+    assert selection.curve(study.scenes[0], "reduced", 10**6).empty
