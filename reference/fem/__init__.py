@@ -10,10 +10,10 @@
 True
 """
 
+from reference.elasticity import Material
 from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, Enforcement, press
 from reference.fem.contact_area import contact_radius
-from reference.fem.elasticity import Material
 from reference.fem.half_space import half_space_body
 from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
 from reference.fem.mesh import graded_lines

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature_tri
 
-from reference.fem.elasticity import gauss_points, simplex_points
+from reference.fem.element_stiffness import gauss_points, simplex_points
 
 # Positions of VTK's nodes: corners, then the middles of these edges, faces and the cell.
 _CUBE = np.array(

@@ -36,8 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import choice_faults, positive_faults, refuse
+from reference.elasticity import Material
 from reference.fem.column_elements import ELEMENTS, Element, in_plane
-from reference.fem.elasticity import Material
 from reference.fem.elimination import GROUP, eliminated
 
 Array = NDArray[np.float64]
@@ -53,13 +53,16 @@ _FIRST, _GROWTH = 0.35, 1.25
 
 @dataclass(frozen=True)
 class Layers:
-    """Materials below the surface, each down to a depth, on a rigid base.
+    """Materials below the surface, each down to a depth, on a rigid base or on a half-space.
 
     Parameters
     ----------
     thicknesses : sequence of float
         From the surface down.
     materials : sequence of Material
+    below : Material, optional
+        Of a half-space below them all, which enters by the stiffness of its surface (`_base`): the
+        theory of the half-space solvers, where clamped columns share none. None: a rigid base.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class Layers:
 
     thicknesses: Sequence[float]
     materials: Sequence[Material]
+    below: Material | None = None
 
     def __post_init__(self) -> None:
         faults = []
@@ -124,7 +128,7 @@ def compliance(
     -------
     ndarray
         C in length per pressure. For long waves on a deep body 2/(E* |q|); at q = 0 the sum of
-        thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)).
+        thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), infinite on a half-space.
 
     Raises
     ------
@@ -144,7 +148,7 @@ def compliance(
     mesh = _Mesh(spacing, layers, element, first, growth)
     result, unit = _of_waves(phases, mesh, _pressed)
     flat = result == 0  # no wave, but uniform
-    result[flat] = _squeezed(mesh.cells)
+    result[flat] = np.inf if layers.below else _squeezed(mesh.cells)
     return result * unit
 
 
@@ -231,6 +235,8 @@ def tensor(
     """
     if not 0 <= inertia < 1:
         raise ValueError(f"inertia must be at least 0 and below 1, not {inertia!r}")
+    if inertia and layers.below:
+        raise ValueError("inertia must be 0 above a half-space, whose stiffness is that at rest")
     mesh = _Mesh(spacing, layers, element, _FIRST, _GROWTH, inertia)
     result, unit = _of_waves(phases, mesh, _pulled, (3, 3))
     return np.moveaxis(result, (-2, -1), (0, 1)) * unit
@@ -257,7 +263,7 @@ class _Mesh:
         scaled = Layers([t / self.unit for t in layers.thicknesses], layers.materials)
         self.cells = scaled.elements(first, growth)
         self.sides = spacing[0] / self.unit, spacing[1] / self.unit
-        self.element, self.inertia = element, inertia
+        self.element, self.inertia, self.below = element, inertia, layers.below
 
 
 def _of_waves(
@@ -348,6 +354,41 @@ def _surface(along: Array, across: Array, mesh: _Mesh) -> tuple[Array, _Ends]:
         whole = 2 * abs(nu) + 1 - 2 * nu
         modulus = material.youngs_modulus / (2 + 2 * nu) / shear
         row[:] = thickness, modulus, 2 * nu / whole, (1 - 2 * nu) / whole
-    stiffness = eliminated(plane, layers, np.array(active), mesh.inertia)
+    base = None
+    if mesh.below is not None:
+        stored = _base(plane.wave, (along[full], across[full]), mesh.sides, mesh.below)
+        base = stored / shear, int(np.searchsorted(wavenumber, _REACH / depth))
+    stiffness = eliminated(plane, layers, np.array(active), mesh.inertia, base)
     ends = (part.T[: along.size] for part in (plane.force, plane.point, plane.wave))
     return stiffness[: along.size], _Ends(*ends)
+
+
+def _base(
+    wave: Array, phases: tuple[Array, Array], sides: tuple[float, float], material: Material
+) -> Array:
+    """Stiffness of a half-space for the nodes on its surface, (unknowns, unknowns, waves).
+
+    Tractions over displacements of a wave are, along it and in depth, and across it G q,
+
+        2 G q/(3 - 4 nu) [[2 (1 - nu), 2 nu - 1], [2 nu - 1, 2 (1 - nu)]]
+
+    (Johnson 1985, ch. 13, solved for the tractions). Of the nodes' displacement it holds the wave
+    itself: its aliases have died away some cells below the surface.
+    """
+    slopes = np.array([theta / side for theta, side in zip(phases, sides, strict=True)])
+    q, nu = np.hypot(*slopes), material.poisson_ratio
+    ahead = np.zeros((3, q.size))
+    ahead[:2] = slopes / q
+    across = np.array([-ahead[1], ahead[0], ahead[2]])
+    deep = np.array([[0.0], [0.0], [1.0]]) * np.ones_like(q)
+
+    def pair(first: Array, second: Array) -> Array:
+        return np.einsum("iw,jw->ijw", first, second)
+
+    plane = 2 * (1 - nu) * (pair(ahead, ahead) + pair(deep, deep))
+    plane -= (1 - 2 * nu) * (pair(ahead, deep) + pair(deep, ahead))
+    shear = material.youngs_modulus / (2 + 2 * nu)
+    stiffness = shear * q * (2 / (3 - 4 * nu) * plane + pair(across, across))
+    size = 3 * len(wave)
+    held: Array = np.einsum("mw,nw,ijw->minjw", wave, wave, stiffness)
+    return np.ascontiguousarray(held.reshape(size, size, -1))

@@ -11,7 +11,7 @@ from skfem.element import ElementQuad1, ElementQuad2
 
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
-from reference.fem.elasticity import element_order
+from reference.fem.element_stiffness import element_order
 from reference.fem.mesh import facet_quadrature
 
 # Largest deviation of nodes from the straight-sided face, as a fraction of its size.

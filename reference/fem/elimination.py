@@ -27,8 +27,14 @@ _DEPTH = np.array([elements.MASS, elements.STIFFNESS, elements.MIXED])
 _PRESSED = np.array([elements.PRESSED, elements.PRESSED_SLOPE])
 
 
-def eliminated(plane: Plane, layers: Array, active: NDArray[np.intp], inertia: float) -> Array:
-    """Return the stiffness at the top of all layers, on a rigid base.
+def eliminated(
+    plane: Plane,
+    layers: Array,
+    active: NDArray[np.intp],
+    inertia: float,
+    base: tuple[Array, int] | None = None,
+) -> Array:
+    """Return the stiffness at the top of all layers.
 
     Parameters
     ----------
@@ -40,6 +46,9 @@ def eliminated(plane: Plane, layers: Array, active: NDArray[np.intp], inertia: f
         The number of waves that reach a layer; the others stand on a rigid base.
     inertia : float
         See `columns.tensor`.
+    base : (ndarray, int), optional
+        Stiffness of what the layers stand on, (unknowns, unknowns, waves), and the number of waves
+        that reach it; a rigid base if left out.
 
     Returns
     -------
@@ -47,23 +56,23 @@ def eliminated(plane: Plane, layers: Array, active: NDArray[np.intp], inertia: f
         Unknowns: three components on each node.
     """
     waves, nodes = plane.moves.shape[-1], plane.moves.shape[1]
-    top = np.zeros((3 * nodes, 3 * nodes, waves))
+    top, reached = base or (np.zeros((3 * nodes, 3 * nodes, waves)), 0)
     stored = np.where(plane.mute, 0.0, plane.stored)
     parts = plane.moves, plane.volumes, stored, plane.mute * 1.0, plane.degrees
-    _eliminate(parts, (_DEPTH, _PRESSED), layers, active, inertia, top)
+    _eliminate(parts, (_DEPTH, _PRESSED), layers, np.append(active, reached), inertia, top)
     lower: Array = np.ascontiguousarray(top.transpose(2, 0, 1))
     return lower
 
 
 @njit(cache=True, error_model="numpy")
 def _eliminate(plane, depth, layers, active, inertia, result):
-    """Fill the stiffness of the surface, from the bottom up."""
+    """Turn the stiffness of the base into that of the surface, from the bottom up."""
     size, pressures = result.shape[0], plane[2].shape[0]
     matrix = np.empty((3 * size + pressures, 3 * size + pressures, GROUP))
     last = 2 * size + pressures
     for start in range(0, result.shape[2], GROUP):
         waves = slice(start, start + GROUP)
-        carried = False
+        carried = active[-1] > start
         for layer in range(len(layers) - 1, -1, -1):
             if active[layer] <= start:
                 continue

@@ -15,7 +15,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material, stiffness_matrices
+from reference.elasticity import LARGEST_POISSON_RATIO, Material
+from reference.fem.element_stiffness import stiffness_matrices
 from reference.fem.far_field import boussinesq
 from reference.fem.mesh import GradedMesh, facet_nodes, growing_lines, ring_mesh
 

@@ -5,7 +5,10 @@ stiffness of a mesh that repeats; with it the solvers of `halfspace.fft`, stiffn
 work on finite elements as they do on the half-space, and share its contact iteration.
 
 A periodic body is clamped two periods below its layers, where no more than 1e-8 of the longest
-wave's compliance comes from: nothing of it is taken from the half-space. On a free surface the body
+wave's compliance comes from: nothing of it is taken from the half-space. With an impedance bottom
+the mesh ends eight cells below its layers, on the stiffness of a half-space's surface: a third of
+the elements at 256 points a side, no floor from their growth, but a theory shared with half-space
+solvers. On a free surface the body
 differs from the continuum within some cells only, where the elements do:
 
     K_free = K_continuum + (K_columns - K_cells),
@@ -18,16 +21,16 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
 from reference.arguments import choice_faults, refuse
+from reference.elasticity import Material
 from reference.fem.column_elements import ELEMENTS, Element
 from reference.fem.columns import Layers, compliance
-from reference.fem.elasticity import Material
 from reference.halfspace.operators import FreeOperator, check_grid
 from reference.layered.graded import Graded
 from reference.layered.operators import OfBody, cell_modes, cell_modulus, is_local, uniform
@@ -35,9 +38,14 @@ from reference.layered.radial import Body, cell_coefficients
 from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]
+Bottom = Literal["clamped", "impedance"]
+BOTTOMS: tuple[Bottom, ...] = ("clamped", "impedance")
 
 # Where a body without a base is clamped, in the longer period.
 _DEPTH = 2.0
+# Where a half-space's stiffness takes over, in the longer side of a cell: aliases of the longest
+# waves have died away to exp(-50) there.
+_SHALLOW = 8.0
 # Slices of a graded body: the uppermost in cells, and each over the one above.
 _FIRST, _SLICE = 0.05, 1.1
 # Long sides of cells from one loaded cell to its image where elements and continuum are the same.
@@ -70,11 +78,14 @@ class GridBody(OfBody):
     contact_compliance : float
         Depth per pressure by which shape and body may overlap, on top of all displacements: the
         penalty method, 1/eps.
+    bottom : {"clamped", "impedance"}
+        Of bodies with a half-space at their base.
 
     Raises
     ------
     ValueError
-        For an unknown element; if shape, spacing or modulus is not positive.
+        For an unknown element or bottom; for an impedance without a half-space; if shape, spacing
+        or modulus is not positive.
     """
 
     def __init__(
@@ -84,12 +95,17 @@ class GridBody(OfBody):
         body: Material | Body,
         element: Element = "splines",
         contact_compliance: float = 0.0,
+        bottom: Bottom = "clamped",
     ) -> None:
         self.body: Body = Stack([], [], body) if isinstance(body, Material) else body
         check_grid(shape, spacing, plane_modulus(self.body.top))
         super().__init__(shape, spacing, cell_modulus(self.body, spacing))
-        refuse([*choice_faults("element", element, ELEMENTS), *self._cell_faults()])
-        self.element = element
+        faults = choice_faults("element", element, ELEMENTS)
+        faults += choice_faults("bottom", bottom, BOTTOMS)
+        if bottom == "impedance" and not ends_uniform(self.body):
+            faults.append("bottom must be clamped where no half-space of one modulus lies below")
+        refuse([*faults, *self._cell_faults()])
+        self.element, self.bottom = element, bottom
         compressible, incompressible = _RIM_EXCESS[element]
         ratio = self.body.top.poisson_ratio
         self.rim_excess = compressible + 2 * ratio * (incompressible - compressible)
@@ -113,7 +129,7 @@ class GridBody(OfBody):
     ) -> Self:
         """Return a body of the same elements on other cells, with more overlap per pressure."""
         total = self.contact_compliance + more
-        return type(self)(shape, spacing, self.body, self.element, total)
+        return type(self)(shape, spacing, self.body, self.element, total, self.bottom)
 
     def softened(self, compliance: float) -> Self:
         """Return the same body with more overlap per pressure (kept)."""
@@ -135,7 +151,7 @@ class PeriodicBody(GridBody):
 
     Parameters
     ----------
-    shape, spacing, body, element, contact_compliance
+    shape, spacing, body, element, contact_compliance, bottom
         As for `GridBody`.
 
     Raises
@@ -155,7 +171,7 @@ class PeriodicBody(GridBody):
     periodic = True
 
     def _elastic(self) -> Array:
-        return modes(self.shape, self.spacing, self.body, self.element)
+        return modes(self.shape, self.spacing, self.body, self.element, self.bottom)
 
     def _transfer(self) -> Array:
         return self.elastic + self.contact_compliance
@@ -172,7 +188,7 @@ class FreeBody(GridBody, FreeOperator):
 
     Parameters
     ----------
-    shape, spacing, body, element, contact_compliance
+    shape, spacing, body, element, contact_compliance, bottom
         As for `GridBody`.
 
     Raises
@@ -224,7 +240,7 @@ class FreeBody(GridBody, FreeOperator):
             for n, step in zip(self.shape, self.spacing, strict=True)
         ]
         period = 2 * half[0], 2 * half[1]
-        more = modes(period, self.spacing, self.body, self.element)
+        more = modes(period, self.spacing, self.body, self.element, self.bottom)
         local = is_local(self.body, self.shape, period, self.spacing)
         if not local:
             more -= cell_modes(self.body, period, self.spacing)
@@ -245,29 +261,45 @@ class FreeBody(GridBody, FreeOperator):
         return part
 
 
+def ends_uniform(body: Body) -> bool:
+    """Whether a half-space of one modulus lies below all layers.
+
+    >>> ends_uniform(Stack([1.0], [Material(1.0, 0.3)]))  # on a rigid base
+    False
+    """
+    return isinstance(body, Stack) and body.base is not None
+
+
 def modes(
-    shape: tuple[int, int], spacing: tuple[float, float], body: Body, element: Element
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    body: Body,
+    element: Element,
+    bottom: Bottom,
 ) -> Array:
     """Compliance on the modes of `rfft2`, from an octant or a quarter of them; length/pressure.
 
     That of a uniform pressure is zero where no rigid base is, the datum of a periodic half-space.
     """
     small = (shape[0] // 2 + 1) * (shape[1] // 2 + 1) <= _LARGEST
-    quarter = (_kept if small else _quarter)(shape, spacing, body, element)
+    quarter = (_kept if small else _quarter)(shape, spacing, body, element, bottom)
     whole: Array = quarter[np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0]))]
     return whole
 
 
 def _quarter(
-    shape: tuple[int, int], spacing: tuple[float, float], body: Body, element: Element
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    body: Body,
+    element: Element,
+    bottom: Bottom,
 ) -> Array:
     rows, columns = shape[0] // 2 + 1, shape[1] // 2 + 1
     along, across = (
         2 * np.pi * np.arange(rows) / shape[0],
         2 * np.pi * np.arange(columns) / shape[1],
     )
-    depth = _DEPTH * max(n * step for n, step in zip(shape, spacing, strict=True))
-    layers = _meshed(body, depth, min(spacing))
+    layers = _meshed(body, shape, spacing, bottom)
     if shape[0] == shape[1] and spacing[0] == spacing[1]:
         m, n = np.tril_indices(rows)
         quarter = np.empty((rows, columns))
@@ -284,13 +316,18 @@ def _quarter(
 _kept = lru_cache(maxsize=_KEPT)(_quarter)
 
 
-def _meshed(body: Body, depth: float, side: float) -> Layers:
-    """Return the layers of a body down to a rigid base: its own, or one so deep below them."""
+def _meshed(
+    body: Body, shape: tuple[int, int], spacing: tuple[float, float], bottom: Bottom
+) -> Layers:
+    """Return the layers of a body down to a rigid base or to a half-space."""
+    depth = _DEPTH * max(n * step for n, step in zip(shape, spacing, strict=True))
     if isinstance(body, Graded):
-        ratio = depth / (_FIRST * side)
+        ratio = depth / (_FIRST * min(spacing))
         number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
         ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
         return Layers(np.diff(ends).tolist(), body.slices(ends))
     if body.base is None:
         return Layers(body.thicknesses, body.materials)
-    return Layers([*body.thicknesses, depth], [*body.materials, body.base])
+    below = body.base if bottom == "impedance" else None
+    thickness = depth if below is None else _SHALLOW * max(spacing)
+    return Layers([*body.thicknesses, thickness], [*body.materials, body.base], below)

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import choice_faults, refuse
+from reference.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.fem import pardiso
 from reference.fem.body import CondensedBody
-from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material, stiffness_matrices
+from reference.fem.element_stiffness import stiffness_matrices
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.half_space_mesh import Region, RingMesh, TensorMesh
 from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature

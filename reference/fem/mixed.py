@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex2
 
-from reference.fem.elasticity import gauss_points, shape_gradients
+from reference.fem.element_stiffness import gauss_points, shape_gradients
 
 STRESSES = 4  # mean-stress unknowns of an element: a constant, and three slopes
 GAUSS = 3

@@ -125,6 +125,30 @@ def expand(
     return np.concatenate([values[: system.first], system.boundary @ values[system.first :]])
 
 
+def forward(fronts: list[Front | Shift], loads: NDArray[np.float64]) -> None:
+    """Eliminate the loads on eliminated unknowns of a definite system, in place.
+
+    What is left on the retained ones is theirs to be solved for; `backward` does the rest.
+    """
+    for front in fronts:
+        assert isinstance(front, Front)
+        reduced = solve_triangular(
+            front.factor, loads[front.eliminated], lower=True, check_finite=False
+        )
+        loads[front.eliminated] = reduced
+        loads[front.remaining] -= front.coupling.T @ reduced
+
+
+def backward(fronts: list[Front | Shift], values: NDArray[np.float64]) -> None:
+    """Replace eliminated loads by displacements, where those of the retained unknowns are known."""
+    for front in reversed(fronts):
+        assert isinstance(front, Front)
+        left = values[front.eliminated] - front.coupling @ values[front.remaining]
+        values[front.eliminated] = solve_triangular(
+            front.factor, left, lower=True, trans="T", check_finite=False
+        )
+
+
 class _Dissection:
     """The recursion with its common data."""
 

@@ -9,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
+from reference.elasticity import lame_parameters, largest_shear, von_mises
 from reference.fem.body import CondensedBody
-from reference.fem.elasticity import (
+from reference.fem.element_stiffness import (
     element_order,
     gauss_points,
-    lame_parameters,
     shape_gradients,
     simplex_points,
 )
@@ -84,33 +84,6 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
         von_mises=von_mises(stress),
         largest_shear=largest_shear(stress),
     )
-
-
-def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
-
-    Those of an axisymmetric body have one shear stress (..., 4): rr, zz, tt, rz.
-
-    Examples
-    --------
-    >>> float(von_mises(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
-    3.0
-    """
-    direct = stress[..., :3]
-    differences = direct - np.roll(direct, 1, axis=-1)
-    return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
-
-
-def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
-
-    Examples
-    --------
-    >>> float(largest_shear(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
-    1.5
-    """
-    principal = np.linalg.eigvalsh(stress[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
-    return 0.5 * (principal[..., 2] - principal[..., 0])
 
 
 def _displacement(body: CondensedBody, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, dot, sym_grad
 
 from reference.arguments import choice_faults, count_faults, refuse
-from reference.fem.elasticity import LARGEST_POISSON_RATIO
+from reference.elasticity import LARGEST_POISSON_RATIO
 
 Kind = Literal["axisymmetric", "plane"]
 Support = Literal["fixed", "inertia"]

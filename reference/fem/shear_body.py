@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from reference.elasticity import Material
 from reference.fem.column_elements import Element
 from reference.fem.columns import Layers, tensor
-from reference.fem.elasticity import Material
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import kernels
 from reference.halfspace.cerruti import Compliance, Transfer

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import refuse
+from reference.elasticity import Material
 from reference.fem.body import CondensedBody
-from reference.fem.elasticity import Material, stiffness_matrices
+from reference.fem.element_stiffness import stiffness_matrices
 from reference.fem.mesh import GradedMesh
 from reference.fem.nested_dissection import LinearSystem, condense
 from reference.fem.solid_mesh import SolidMesh

@@ -1,6 +1,6 @@
 """Bodies whose stiffness depends on depth: layers, coatings, a rigid base, powers of the depth.
 
->>> from reference.fem.elasticity import Material
+>>> from reference.elasticity import Material
 >>> rubber = Stack([1.0], [Material(1.0, 0.5)])  # bonded to a rigid base
 >>> bool(rubber.compliance(1e-3) < rubber.compliance(2e-3))  # long waves cannot squeeze it out
 True

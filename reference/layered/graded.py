@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gamma
 
 from reference.arguments import positive_faults, refuse
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 
 Array = NDArray[np.float64]
 

@@ -44,7 +44,7 @@ class GradedContact:
     --------
     Hertz, k = 0:
 
-    >>> from reference.fem.elasticity import Material
+    >>> from reference.elasticity import Material
     >>> ball = GradedContact(Graded(Material(0.75, 0.5), 0.0, 1.0), 2.0, 0.5)
     >>> round(ball.at("penetration", 0.25).force, 12)
     0.166666666667

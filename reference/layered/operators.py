@@ -81,7 +81,7 @@ class LayeredPeriodic(OfBody):
 
     Examples
     --------
-    >>> from reference.fem.elasticity import Material
+    >>> from reference.elasticity import Material
     >>> steel = Material(1 - 0.3**2, 0.3)
     >>> x = np.arange(16) / 16
     >>> p = np.broadcast_to(np.cos(2 * np.pi * x)[:, None], (16, 16))
@@ -142,7 +142,7 @@ class LayeredFree(OfBody, FreeOperator):
 
     Examples
     --------
-    >>> from reference.fem.elasticity import Material
+    >>> from reference.elasticity import Material
     >>> steel = Material(1 - 0.3**2, 0.3)
     >>> layered = LayeredFree((9, 9), (1.0, 1.0), Stack([0.1], [steel], steel))
     >>> plain = FreeOperator((9, 9), (1.0, 1.0), 1.0)

@@ -84,7 +84,7 @@ class RoundContact:
     --------
     A paraboloid of radius 1, g = x^2, on a half-space is Hertz's:
 
-    >>> from reference.fem.elasticity import Material
+    >>> from reference.elasticity import Material
     >>> ball = RoundContact(Stack([], [], Material(1 - 0.3**2, 0.3)), lambda x: x**2)
     >>> step = ball.at_radius(0.5)
     >>> float(round(step.penetration, 12)), float(round(step.force, 12))

@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 
 Array = NDArray[np.float64]
 

@@ -22,8 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.arguments import refuse, spacing_faults
-from reference.fem.elasticity import Material
-from reference.fem.recovery import von_mises
+from reference.elasticity import Material, von_mises
 from reference.halfspace import kernels
 from reference.layered.stack import Stack, half_space, shear_modulus, slice_matrix
 
@@ -142,7 +141,8 @@ class _Waves:
     def of(cls, pressure: Array, spacing: tuple[float, float]) -> _Waves:
         qx, qy = np.broadcast_arrays(*kernels.wavenumbers(pressure.shape, spacing))
         length = np.hypot(qx, qy).ravel()
-        safe = np.where(length > 0, length, 1.0)
+        # the mean has no direction; as a wave it counts with the shortest
+        safe = np.where(length > 0, length, length.max() or 1.0)
         directions = [q.ravel() / safe for q in (qx, qy)]
         amplitude = fft.rfft2(pressure, workers=1).ravel()
         return cls(pressure.shape, amplitude, safe, *directions)

@@ -10,7 +10,7 @@ from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.element import ElementDG
 
 from reference.errors import ConvergenceError
-from reference.fem import Enforcement, Material, grid_contact
+from reference.fem import Enforcement, Material, columns, grid_contact
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
@@ -18,6 +18,7 @@ from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press, assemble
+from reference.layered import Graded, Stack
 from reference.loads import Load
 
 WAVES = np.array([64.0, 32.0, 16.0, 8.0])
@@ -271,6 +272,32 @@ def test_layer_on_a_rigid_base_has_the_closed_transform(nu, element):
         assert value[0] == pytest.approx(bonded(q[0], thickness, nu), rel=1e-5)
 
 
+@pytest.mark.parametrize("element", ["splines", "quadratic"])
+@pytest.mark.parametrize(
+    ("ratio", "within"), [(1e-3, 1e-5), (0.1, 1e-5), (10.0, 1e-5), (100.0, 5e-5), (1e3, 1e-4)]
+)
+def test_coatings_have_the_closed_transform(element, ratio, within):
+    """32 cells a wave, from a sixteenth to once the wave; a hard plate bends like (q h)^4."""
+    q = 2 * np.pi / np.array([32.0])
+    base = Material(1.0, 0.3)
+    for nu in (0.0, 0.5):
+        for thickness in (2.0, 8.0, 30.0):
+            coating = Material(ratio, nu)
+            exact = Stack([thickness], [coating], base).compliance(q)
+            body = Layers([thickness, 300.0], [coating, base])
+            waves = 0.6 * q, 0.8 * q
+            value = of_smooth_pressure(waves, (1.0, 1.0), body, element=element, growth=1.08)
+            assert value == pytest.approx(exact, rel=within)
+
+
+def test_layers_of_a_thousandth_of_the_wave_are_springs_and_rubber_is_squeezed():
+    """C = t (1 - 2 nu)(1 + nu)/(E (1 - nu)), and t^3 q^2/E for rubber, but for (q t)^2 of it."""
+    q, t = np.array([2 * np.pi / 32]), 0.032
+    for nu, thin in ((0.0, t), (0.3, t * 0.4 * 1.3 / 0.7), (0.5, t**3 * q[0] ** 2)):
+        value = of_smooth_pressure((q, 0 * q), (1.0, 1.0), Layers([t], [Material(1.0, nu)]))
+        assert value[0] == pytest.approx(thin, rel=1e-4)
+
+
 def test_uniform_pressure_squeezes_a_layer():
     """At q = 0: thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), layer by layer, to rounding."""
     still = (np.zeros(1), np.zeros(1))
@@ -281,15 +308,6 @@ def test_uniform_pressure_squeezes_a_layer():
     assert abs(compliance(still, (1.0, 1.0), rigid)[0]) < 1e-12
 
 
-def test_a_coating_of_the_same_material_is_none():
-    q = np.array([0.1, 0.7, 2.0])
-    waves, material = (q, 0.3 * q), Material(2.0, 0.3)
-    whole = compliance(waves, (1.0, 1.0), Layers([120.0], [material]), growth=1.1)
-    parts = compliance(waves, (1.0, 1.0), Layers([3.0, 117.0], [material] * 2), growth=1.1)
-    # other lines in depth: the floor of the growth
-    assert parts == pytest.approx(whole, rel=3e-4)
-
-
 def test_needle_cells_and_any_units_give_the_same_digits():
     waves = (np.array([0.3, 2.0]), np.array([1.0, 0.1]))
     body = Layers([50.0], [Material(2.0, 0.3)])
@@ -298,6 +316,63 @@ def test_needle_cells_and_any_units_give_the_same_digits():
     assert np.isfinite(value).all()
     assert tiny == pytest.approx(value * 1e-18, rel=1e-12)
     assert np.all(value > 0)
+
+
+# --- the half-space's own stiffness below ----------------------------------------------------
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
+@pytest.mark.parametrize(("element", "order"), [("linear", 2), ("splines", 4), ("quadratic", 4)])
+def test_shallow_mesh_on_an_impedance_is_a_half_space_with_the_order_of_its_elements(
+    element, order, nu
+):
+    """Oblique waves on two cells of mesh; what the elements err by grows with its share."""
+    material = Material(2.0, nu)
+    q = 2 * np.pi / np.array([800.0, 16.0, 8.0])
+    waves, exact = (0.8 * q, -0.6 * q), half_space(q, nu) / 2.0
+    shallow, deeper = (
+        of_smooth_pressure(
+            waves, (1.0, 1.0), Layers([t], [material], material), element=element, growth=1.08
+        )
+        for t in (2.0, 8.0)
+    )
+    clamped = of_smooth_pressure(
+        waves, (1.0, 1.0), Layers([1600.0], [material]), element=element, growth=1.08
+    )
+    errors, whole = (np.abs(value / exact - 1) for value in (shallow, clamped))
+    # no floor from the growth of layers: a hundredth of what the clamped mesh has
+    assert errors[0] < (3e-2 if element == "linear" else 1e-4) * whole[0]
+    assert np.log2(errors[2] / errors[1]) > order - 0.5
+    # eight cells below a wave of eight nothing is left of the bottom
+    np.testing.assert_allclose(deeper[2], clamped[2], rtol=5e-5)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_stiffness_on_an_impedance_is_symmetric_positive_and_its_energy_bounded(element):
+    """Displacements of elements are some of those that are possible: less energy is stored."""
+    hard, soft = Material(30.0, 0.0), Material(1.0, 0.0)
+    q = 2 * np.pi / np.array([64.0, 16.0, 4.0])
+    waves, body = (0.6 * q, 0.8 * q), Layers([1.0], [hard], soft)
+    stiffness, _ = columns._surface(*waves, columns._Mesh((1.0, 1.0), body, element, 0.35, 1.25))
+    np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), rtol=1e-12)
+    assert (np.linalg.eigvalsh(stiffness) > 0).all()
+    energy = of_smooth_pressure(waves, (1.0, 1.0), body, element=element)
+    assert (energy < Stack([1.0], [hard], soft).compliance(q) * (1 + 1e-13)).all()
+    with pytest.raises(ValueError, match="inertia must be 0"):
+        columns.tensor(waves, (1.0, 1.0), body, inertia=0.1)
+
+
+def test_bodies_on_an_impedance_answer_as_clamped_ones():
+    """Clamped two periods down the floor of growing layers is left: 1e-5 of the longest waves."""
+    hard, soft = Material(100.0, 0.2), Material(1.0, 0.3)
+    for kind, body in ((PeriodicBody, Stack([0.02], [hard], soft)), (FreeBody, soft)):
+        grid = (16, 48), (1 / 16, 1 / 48), body
+        clamped, ended = (kind(*grid, bottom=end) for end in ("clamped", "impedance"))
+        np.testing.assert_allclose(ended.elastic, clamped.elastic, rtol=2e-5)
+        assert ended.softened(1.0).bottom == ended.coarser().bottom == "impedance"
+    for body in (Stack([1.0], [soft]), Graded(soft, 0.3, 1.0)):
+        with pytest.raises(ValueError, match="no half-space of one modulus"):
+            PeriodicBody((4, 4), (1.0, 1.0), body, bottom="impedance")
 
 
 # --- contact ---------------------------------------------------------------------------------

@@ -125,6 +125,7 @@ def punch_stiffness(elements, aspect=1.0, nu=0.3):
     return step.stiffness / exact - 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("aspect", "bound"), [(1.0, 1.2e-3), (2.0, 1.3e-3), (5.0, 2e-3)])
 def test_flat_elliptic_punch_stiffness(aspect, bound):
     """Rings crowd towards the singular edge; from above, as contact in nodes of a Ritz method."""
@@ -140,6 +141,7 @@ def test_cylinder_stiffness_and_its_extrapolation():
     assert abs(fine - (coarse - fine) / (1.4**4 - 1)) < 5e-5
 
 
+@pytest.mark.slow
 def test_square_punch_with_mesh_lines_on_its_edge():
     """Stiffness 1.0212 times that of the disc of equal area (recomputed by boundary elements).
 
@@ -155,6 +157,7 @@ def test_square_punch_with_mesh_lines_on_its_edge():
     assert 0.0 < step.stiffness / disc / 1.0212 - 1.0 < 8e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("ratio", "nu"), [(4.0, 0.0), (25.0, 0.49)])
 def test_ellipsoid_force_and_area(ratio, nu):
     """R'/R'' = 4 and 25 against Hertz (Johnson 1985, eqs. 4.26-4.32): 7e-5 and up to 3.1e-4."""
@@ -191,6 +194,7 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
     assert step.contact_area == pytest.approx(np.pi * radius**2, rel=4e-3)
 
 
+@pytest.mark.slow
 def test_pressure_peak_and_radius_are_those_of_hertz():
     """At 24 000 unknowns: peak 1e-3, L2 5e-3, contact radius 5e-4 (measured 7e-5, 5e-4, 1e-6)."""
     fitted, step = next(
@@ -327,6 +331,7 @@ def test_depths_count_from_first_touch():
     assert nothing.force == 0.0
 
 
+@pytest.mark.slow
 def test_linear_and_quadratic_elements_agree_on_two_bumps():
     """Two bumps of different height, off centre: no symmetry to hide behind; measured 0.6 %."""
 

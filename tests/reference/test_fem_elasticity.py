@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from reference.elasticity import lame_parameters
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, recover
-from reference.fem.elasticity import lame_parameters, shape_gradients, stiffness_matrices
+from reference.fem.element_stiffness import shape_gradients, stiffness_matrices
 from reference.fem.far_field import boussinesq, exterior_stiffness
 from reference.fem.mesh import facet_quadrature, growing_lines, ring_mesh, tensor_mesh
 from reference.fem.nested_dissection import LinearSystem, condense

@@ -49,6 +49,7 @@ def test_von_mises_and_largest_shear_on_the_axis_are_those_of_hertz():
     assert abs(z[top] - 0.481) < 0.15
 
 
+@pytest.mark.slow
 def test_penalty_at_gauss_points_approaches_hertz():
     """Below 1 % of the force on a fixed mesh, and softer than a stiffer penalty."""
     lines = np.linspace(0.0, 1.02, 7)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, indent, press, recover
-from reference.fem.elasticity import shape_gradients
+from reference.fem.element_stiffness import shape_gradients
 from reference.fem.far_field import exterior_stiffness
 from reference.fem.mesh import tensor_mesh
 from reference.fem.mixed import mixed_matrices
@@ -34,12 +34,14 @@ def test_hertz_force_on_rubber_converges_with_fourth_order():
     assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] > 3.3
 
 
+@pytest.mark.slow
 def test_the_mixed_form_goes_on_where_the_displacement_form_ends():
     """Nu 0.4999 by displacements and 0.49991 mixed: E* differs by 1e-5, the two meshes by 3e-5."""
     forces = [hertz(rubber(4, nu))[1].force * (1 - nu**2) for nu in (0.4999, 0.49991, 0.5)]
     np.testing.assert_allclose(forces, forces[0], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_volume_is_kept_and_the_mean_stress_is_smooth():
     """Divergence has no mean in any element; no checkerboard: below the centre -s = 0.99 p0.
 

@@ -164,6 +164,7 @@ def oscillation(pair):
     return np.sqrt(np.mean(np.square(forces))), np.mean(pressures)
 
 
+@pytest.mark.slow
 def test_two_elastic_spheres_are_hertz_with_both_compliances():
     """1/E* adds, 1/R adds: force to 2e-3 on 4 elements per radius against 5.
 

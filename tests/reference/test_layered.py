@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from reference.elasticity import Material
 from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
-from reference.fem.elasticity import Material
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.fem.grid_contact import sweep
 from reference.halfspace import FreeOperator, PeriodicOperator, fft, kernels

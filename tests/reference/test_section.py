@@ -8,6 +8,7 @@ import pytest
 from reference.fem.section import press_section
 
 
+@pytest.mark.slow
 def test_the_half_ball_tends_to_the_half_space_as_its_inverse_radius():
     """k/(2 E* a) - 1 = c a/R: constant c to 2 % between R/a = 100 and 1000 (mesh error 2e-5)."""
     excess = [

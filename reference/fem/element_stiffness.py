@@ -7,70 +7,12 @@ batched matrix product, 26 to 96 times faster.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex2, ElementTetP2
 
-from reference.arguments import poisson_faults, positive_faults, refuse
-
-LARGEST_POISSON_RATIO = 0.4999
-
-
-@dataclass(frozen=True)
-class Material:
-    """Isotropic linear elasticity.
-
-    Parameters
-    ----------
-    youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-    """
-
-    youngs_modulus: float
-    poisson_ratio: float
-
-    def __post_init__(self) -> None:
-        faults = positive_faults(youngs_modulus=self.youngs_modulus)
-        refuse(faults + poisson_faults(self.poisson_ratio))
-
-    @property
-    def incompressible(self) -> bool:
-        """Whether displacement methods lock."""
-        return self.poisson_ratio > LARGEST_POISSON_RATIO
-
-
-def lame_parameters(poisson_ratio: float) -> tuple[float, float]:
-    """Return Lamé's constants for a unit Young's modulus.
-
-    ``lambda = nu / ((1 + nu)(1 - 2 nu))``, ``mu = 1 / (2 (1 + nu))`` (Johnson 1985, app. 1).
-
-    Raises
-    ------
-    ValueError
-        Outside ``-1 < nu <= 0.4999``: beyond it ``lambda`` exceeds the shear modulus by more than
-        5000 and a displacement method loses the digits of the pressure.
-
-    Examples
-    --------
-    >>> lame_parameters(0.25)
-    (0.4, 0.4)
-    """
-    if not -1.0 < poisson_ratio <= LARGEST_POISSON_RATIO:
-        raise ValueError(
-            f"poisson_ratio must lie in (-1, {LARGEST_POISSON_RATIO}], got {poisson_ratio!r}: "
-            "nearer to 1/2 a displacement-based element cannot carry the pressure of an "
-            "incompressible body; take 0.4999 (its effect on E* is below 0.01 % of that of 0.5)"
-        )
-    shear = 0.5 / (1.0 + poisson_ratio)
-    return poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio)), shear
+from reference.elasticity import lame_parameters
 
 
 def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,0 +1,93 @@
+"""Isotropic linear elasticity: constants of a material, invariants of its stress."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.arguments import poisson_faults, positive_faults, refuse
+
+LARGEST_POISSON_RATIO = 0.4999
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elasticity.
+
+    Parameters
+    ----------
+    youngs_modulus, poisson_ratio : float
+        ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`.
+
+    Raises
+    ------
+    ValueError
+        Lists all invalid arguments.
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(youngs_modulus=self.youngs_modulus)
+        refuse(faults + poisson_faults(self.poisson_ratio))
+
+    @property
+    def incompressible(self) -> bool:
+        """Whether displacement methods lock."""
+        return self.poisson_ratio > LARGEST_POISSON_RATIO
+
+
+def lame_parameters(poisson_ratio: float) -> tuple[float, float]:
+    """Return Lamé's constants for a unit Young's modulus.
+
+    ``lambda = nu / ((1 + nu)(1 - 2 nu))``, ``mu = 1 / (2 (1 + nu))`` (Johnson 1985, app. 1).
+
+    Raises
+    ------
+    ValueError
+        Outside ``-1 < nu <= 0.4999``: beyond it ``lambda`` exceeds the shear modulus by more than
+        5000 and a displacement method loses the digits of the pressure.
+
+    Examples
+    --------
+    >>> lame_parameters(0.25)
+    (0.4, 0.4)
+    """
+    if not -1.0 < poisson_ratio <= LARGEST_POISSON_RATIO:
+        raise ValueError(
+            f"poisson_ratio must lie in (-1, {LARGEST_POISSON_RATIO}], got {poisson_ratio!r}: "
+            "nearer to 1/2 a displacement-based element cannot carry the pressure of an "
+            "incompressible body; take 0.4999 (its effect on E* is below 0.01 % of that of 0.5)"
+        )
+    shear = 0.5 / (1.0 + poisson_ratio)
+    return poisson_ratio / ((1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio)), shear
+
+
+def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+
+    Those of an axisymmetric body have one shear stress (..., 4): rr, zz, tt, rz.
+
+    Examples
+    --------
+    >>> float(von_mises(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    3.0
+    """
+    direct = stress[..., :3]
+    differences = direct - np.roll(direct, 1, axis=-1)
+    return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
+
+
+def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+
+    Examples
+    --------
+    >>> float(largest_shear(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    1.5
+    """
+    principal = np.linalg.eigvalsh(stress[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    return 0.5 * (principal[..., 2] - principal[..., 0])
