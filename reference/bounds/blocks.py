@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from reference.bounds.heights import Waves
 from reference.bounds.interval import EPSILON
-from reference.bounds.potentials import GridPotential
+from reference.bounds.potentials import Expansion, GridPotential
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
@@ -94,9 +94,12 @@ class Block:
         press = Press(self.operator, gap - lowest)
         return fft.solve(press, Load("penetration", penetration - lowest)).pressure
 
-    def shortfall(self, pressure: Array, penetration: float) -> Array:
-        """By how much a pressure fails at most, anywhere in each cell, to reach d - g."""
-        worst = np.zeros(self.shape)
+    def shortfall(self, pressure: Array, penetration: float) -> tuple[Array, float]:
+        """By how much a pressure fails at most, anywhere in each cell, to reach d - g.
+
+        With an upper bound of <p, K p>, see `stored`.
+        """
+        worst, stored = np.zeros(self.shape), 0.0
         half = self.potential.half
         for gap, (along, across), u in zip(
             self._gaps, self._slopes, self.potential.expansions(pressure), strict=True
@@ -106,15 +109,25 @@ class Block:
             # beyond the body's reach d - g is negative everywhere on the square
             reach = half * (np.abs(along) + np.abs(across)) + self._rest
             worst = np.maximum(worst, np.where(penetration - gap + reach > 0, missing, 0.0))
-        return worst
+            stored += self.stored(pressure, u)
+        return worst, stored
 
-    def deepest(self, pressure: Array) -> Array:
-        """Upper bound of the displacement on each loaded cell; zero elsewhere."""
-        most = np.zeros(self.shape)
+    def deepest(self, pressure: Array) -> tuple[Array, float]:
+        """Upper bound of the displacement on each loaded cell; zero elsewhere. And of <p, K p>."""
+        most, stored = np.zeros(self.shape), 0.0
         for u in self.potential.expansions(pressure):
             sway = self.potential.half * (np.abs(u.slope_x) + np.abs(u.slope_y))
             most = np.maximum(most, np.where(pressure > 0, u.value + sway + u.over, 0.0))
-        return most
+            stored += self.stored(pressure, u)
+        return most, stored
+
+    def stored(self, pressure: Array, u: Expansion) -> float:
+        """Upper bound of the integral of p u over a square of each cell, p >= 0.
+
+        The mean of value and slopes over a square about its middle is the value.
+        """
+        total = math.fsum((pressure * (u.value + u.over)).flat) * (1 + 16 * EPSILON)
+        return total * (2 * self.potential.half) ** 2
 
     def force(self, pressure: Array) -> float:
         """Integral of a pressure."""

@@ -96,7 +96,7 @@ class Paraboloid:
         """Return k (1 - a^2/(6 R_x) - b^2/(6 R_y))."""
         a, b = self._semi_axes()
         mean = a * a / (6 * self.radius_x) + b * b / (6 * self.radius_y)
-        return elliptic_stiffness(a, b) * (1 - mean) * (1 - 32 * EPSILON)
+        return elliptic_stiffness(a, b).lower * (1 - mean) * (1 - 32 * EPSILON)
 
 
 @dataclass(frozen=True)

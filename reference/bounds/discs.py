@@ -3,11 +3,13 @@ r"""Pressures that are steps on rings: their energy from below, in closed form.
 A pressure that is uniform on concentric rings is a sum of pressures uniform on discs, and the
 double integral of 1/r over two concentric discs of radii b <= a is, with k = b/a,
 
-    I(a, b) = (8 pi/3) a b^2 [B(k) + E(k)] = (8 pi/3) a b^2 [2 K(k) - (1 + k^2) D(k)],
+    I(a, b) = (8 pi/3) a b^2 [B(k) + E(k)]
+            = (8 pi/3) a b^2 int (2 cos^2 t + (1 - k^2) sin^2 t)/(1 - k^2 sin^2 t)^(1/2) dt,
 
-the integral over the smaller disc of the potential 4 a E(r/a) of the larger one (Johnson 1985,
-(3.29)); K, E, B, D are the complete elliptic integrals. Sums over discs instead of differences
-over rings cancel no digits where the pressure falls outwards.
+t from 0 to pi/2, the integral over the smaller disc of the potential 4 a E(r/a) of the larger one
+(Johnson 1985, (3.29)); B and E are complete elliptic integrals, enclosed by `elliptic.complete`.
+Sums over discs instead of differences over rings cancel no digits where the pressure falls
+outwards.
 """
 
 from __future__ import annotations
@@ -15,38 +17,37 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from scipy.special import ellipkm1, elliprd
 
+from reference.bounds.elliptic import complete
 from reference.bounds.interval import EPSILON
 
 Array = NDArray[np.float64]
 
 # Steps of the pressures, relative to the largest: differences of such numbers are exact.
 _STEP = 2.0**-44
-# Of an elliptic integral (Cephes and Carlson's algorithm: a few units in the last place), with the
-# handful of products around it.
+# Of the products around an elliptic integral, and of the integrals of d - g over a disc.
 _FORMULA = 32 * EPSILON
 
 
-def mutual_energies(radii: Array) -> Array:
-    """Integrals of 1/|x - y| over all pairs of concentric discs, symmetric.
+def mutual_energies(radii: Array) -> tuple[Array, Array]:
+    """Integrals of 1/|x - y| over all pairs of concentric discs, and bounds of their errors.
 
     Examples
     --------
     >>> import numpy as np
-    >>> float(np.round(mutual_energies(np.array([1.0]))[0, 0] * 3 / (16 * np.pi), 15))
-    1.0
+    >>> energy, error = mutual_energies(np.array([1.0]))
+    >>> bool(abs(energy - 16 * np.pi / 3)[0, 0] < error[0, 0] < 1e-12)
+    True
     """
     large = np.maximum(radii[:, None], radii[None, :])
     small = np.minimum(radii[:, None], radii[None, :])
     complement = (large - small) / large * ((large + small) / large)  # 1 - k^2
     same = large == small
     complement[same] = 1.0
-    k_integral = ellipkm1(complement)
-    d_integral = elliprd(0.0, complement, 1.0) / 3
-    bracket = 2 * k_integral - (1 + (small / large) ** 2) * d_integral
-    bracket[same] = 2.0
-    return 8 * np.pi / 3 * large * small**2 * bracket
+    lower, upper = complete(complement, 2.0, complement)
+    lower[same] = upper[same] = 2.0
+    scale = 8 * np.pi / 3 * large * small**2
+    return scale * 0.5 * (lower + upper), scale * (0.5 * (upper - lower) + _FORMULA * upper)
 
 
 class Discs:
@@ -60,7 +61,7 @@ class Discs:
 
     def __init__(self, radii: Array) -> None:
         self.radii = radii
-        self.matrix = mutual_energies(radii) / np.pi
+        self.matrix, self.errors = (part / np.pi for part in mutual_energies(radii))
         self._factor = cho_factor(self.matrix)
 
     def energy_below(self, work: Array, magnitude: Array) -> float:
@@ -108,5 +109,6 @@ def bound_of_pressure(discs: Discs, pressure: Array, work: Array, magnitude: Arr
     rounding = 2 * len(steps) * EPSILON
     done = steps @ work - (rounding + _FORMULA) * (np.abs(steps) @ magnitude)
     stored = steps @ discs.matrix @ steps
-    stored += 2 * (rounding + _FORMULA) * (np.abs(steps) @ discs.matrix @ np.abs(steps))
+    doubt = 2 * rounding * discs.matrix + discs.errors
+    stored += np.abs(steps) @ doubt @ np.abs(steps)
     return float(done**2 / (2 * stored) * (1 - 8 * EPSILON)) if done > 0 else 0.0

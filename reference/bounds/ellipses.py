@@ -9,9 +9,9 @@ by the linear programme whose value is the force (Barber 1974, Int. J. Eng. Sci.
 
 with <g> the mean of the gap over the sphere: a body without another formula has this one. Several
 ellipses carry more. Under the force f_j ellipse j sinks in by f_j/k_j, and a point outside by
-f_j F(phi_j, m_j)/(pi a_j) with sin^2 phi = a^2/(a^2 + s), s the confocal coordinate of the point
-(F Legendre's integral). No point of another convex set with the support function h lies within the
-confocal ellipse s if for any one direction n, c the vector between the middles,
+f_j R_F(s, s + a_j^2, s + b_j^2)/pi, s the confocal coordinate of the point (R_F Carlson's
+integral, `elliptic.first_kind_above`). No point of another convex set with the support function h
+lies within the confocal ellipse s if for any one direction n, c the vector between the middles,
 
     s <= (n . c - h(n))^2 - h_j(n)^2,    n . c > h(n),        h_j(n)^2 = a^2 n_1^2 + b^2 n_2^2,
 
@@ -29,24 +29,27 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linprog, minimize
-from scipy.special import ellipkinc, ellipkm1
 
-from reference.bounds.interval import EPSILON, above, below
+from reference.bounds.elliptic import complete, first_kind_above
+from reference.bounds.interval import EPSILON, Interval, above, below
 
 Array = NDArray[np.float64]
 
-# Of Legendre's integrals (Cephes and Carlson's algorithm) with a handful of products around them.
-_FORMULA = 64
 # Searches one after the other, each from the end of the last, while they gain.
 _SEARCHES = 5
 # Directions in which two ellipses are tried apart: any one proves, more make it sharper.
 _DIRECTIONS = 64
 
 
-def elliptic_stiffness(a: float, b: float) -> float:
-    """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5)."""
+def elliptic_stiffness(a: float, b: float) -> Interval:
+    """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5).
+
+    It is enclosed but for rounding, as the pressure moves the whole face by the same.
+    """
     long, short = max(a, b), min(a, b)
-    return math.pi * long / float(ellipkm1((short / long) ** 2))
+    least, most = complete((short / long) ** 2, 1.0, 1.0)
+    product = math.pi * long
+    return Interval(below(product / float(most), 4), above(product / float(least), 4))
 
 
 @dataclass(frozen=True)
@@ -64,7 +67,7 @@ class Ellipse:
         """Stiffness for E* = 1, not rounded up; zero of no size."""
         if not min(self.a, self.b) > 0:
             return 0.0
-        return below(elliptic_stiffness(self.a, self.b), _FORMULA)
+        return elliptic_stiffness(self.a, self.b).lower
 
     @property
     def axes(self) -> Array:
@@ -186,22 +189,24 @@ def shares(gap: MeanGap, ellipses: Sequence[Ellipse], penetration: float) -> Arr
 
 def deepest(ellipses: Sequence[Ellipse]) -> Array:
     """Upper bounds (k, j) of the displacement on ellipse k under unit force on ellipse j."""
-    depths = np.empty((len(ellipses), len(ellipses)))
+    count = len(ellipses)
+    own = np.array([above(1 / ellipse.stiffness, 2) for ellipse in ellipses])
+    axes = [ellipse.a for ellipse in ellipses], [ellipse.b for ellipse in ellipses]
+    confocal = np.zeros((count, count))
     turns = np.linspace(0, 2 * np.pi, _DIRECTIONS, endpoint=False)
     for j, source in enumerate(ellipses):
-        own = above(1 / source.stiffness, 2)
-        long, short = max(source.a, source.b), min(source.a, source.b)
         for k, target in enumerate(ellipses):
             away = math.atan2(target.y - source.y, target.x - source.x)
             n = np.stack([np.cos(away + turns), np.sin(away + turns)])
             wide, narrow = (np.hypot(*(e.axes.T @ n)) for e in (target, source))
             middle = (target.x - source.x) * n[0] + (target.y - source.y) * n[1]
             reach = np.maximum(middle - wide * (1 + 16 * EPSILON), 0.0) * (1 - 64 * EPSILON)
-            confocal = float((reach**2 - narrow**2 * (1 + 64 * EPSILON)).max())
-            if k == j or confocal <= 0:
-                depths[k, j] = own
-                continue
-            angle = math.atan2(long, math.sqrt(confocal))
-            integral = float(ellipkinc(angle, 1 - (short / long) ** 2))
-            depths[k, j] = min(own, above(integral / (math.pi * long), _FORMULA))
+            confocal[k, j] = float((reach**2 - narrow**2 * (1 + 64 * EPSILON)).max())
+    np.fill_diagonal(confocal, 0.0)
+    depths = np.tile(own, (count, 1))
+    apart = confocal > 0
+    a, b = (np.tile(axis, (count, 1))[apart] for axis in axes)
+    s = confocal[apart]
+    integral = first_kind_above(s, s + a**2, s + b**2)
+    depths[apart] = np.minimum(depths[apart], integral / np.pi * (1 + 4 * EPSILON))
     return depths

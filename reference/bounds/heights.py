@@ -1,9 +1,10 @@
 r"""Heights that are trigonometric polynomials: values, slopes and certified curvatures.
 
 A map of n points per side stands for the trigonometric polynomial of least degree through them
-(`reference.surfaces.refine`). Sampled M times finer than its degree asks for, its largest modulus
-exceeds the largest sample by a factor of 1/cos(pi/(2M)) per direction at most (Ehlich & Zeller
-1964, Math. Z. 86, 41).
+(`reference.surfaces.refine`): the one of the modes that are computed, and proofs are of this one;
+it passes the points at a distance of rounding. Sampled M times finer than its degree asks for, its
+largest modulus exceeds the largest sample by a factor of 1/cos(pi/(2M)) per direction at most
+(Ehlich & Zeller 1964, Math. Z. 86, 41).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.bounds.interval import EPSILON
+from reference.bounds.transforms import transform_rounding
 
 Array = NDArray[np.float64]
 
@@ -99,16 +101,21 @@ class Waves:
 
     @property
     def rounding(self) -> float:
-        """Bound of the rounding of a value.
+        """Bound of the rounding of a value, from `on` or `mean_under`.
 
         Phases up to pi n err by as many epsilons, sums of n terms by not more.
         """
         return 8 * EPSILON * sum(self.points) * float(np.abs(self._modes).sum())
 
+    def rounding_on(self, grid: tuple[int, int]) -> float:
+        """Bound of the rounding of a value on a grid, from `at`: the norm over all of them."""
+        return _of_grid(grid) * float(np.linalg.norm(self._modes))
+
     def curvatures(self, finer: int = 8) -> tuple[float, float, float]:
         """Bounds of |h_xx|, |h_xy|, |h_yy| everywhere, from samples so many times finer."""
         grid = (finer * self.points[0], finer * self.points[1])
-        beyond = math.cos(math.pi / (2 * finer)) ** -2 * (1 + 1e-9)
+        # the largest of the values is not below their rms, the norm over the root of their number
+        beyond = math.cos(math.pi / (2 * finer)) ** -2 * (1 + 2 * _of_grid(grid))
         bounds = [
             float(np.abs(self.at(grid, (0, 0), order)).max()) * beyond
             for order in ((2, 0), (1, 1), (0, 2))
@@ -123,6 +130,11 @@ class Waves:
         # at the highest point the slope is zero, and the nearest sample half a step away
         step_x, step_y = (0.5 * s / n for s, n in zip(self._size, grid, strict=True))
         return top, top + 0.5 * (xx * step_x**2 + 2 * xy * step_x * step_y + yy * step_y**2)
+
+
+def _of_grid(grid: tuple[int, int]) -> float:
+    """Return the rounding of the values on a grid, over the norm of their modes."""
+    return (transform_rounding(*grid) + 16 * EPSILON) * math.sqrt(grid[0] * grid[1])
 
 
 def _split(modes: NDArray[np.complex128], count: int, axis: int) -> NDArray[np.complex128]:

@@ -1,4 +1,11 @@
-"""An enclosure: a number that a theorem puts between two computed ones."""
+"""An enclosure: a number that a theorem puts between two computed ones.
+
+What the proofs of this package trust: sums, products, quotients and square roots are rounded
+correctly (IEEE 754); the C library's logarithms, sines, powers and the like are within four units
+in the last place of theirs, which tests hold against more digits, and each allowance for them is
+several times that; and `transforms` of what it says. No solver is trusted: whatever it finds is an
+admissible pressure or displacement, whose bound is added up with its rounding.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +15,7 @@ from dataclasses import dataclass
 # One operation in double precision errs by at most half of this, relative to its result.
 EPSILON = 2.0**-52
 # Operations that a factor is taken for: x^y errs by half an epsilon times y ln x.
-_FACTOR = 256
+POWER = 256
 
 
 @dataclass(frozen=True)
@@ -52,7 +59,7 @@ class Interval:
         """
         if not (factor > 0 and math.isfinite(factor)):
             raise ValueError(f"an interval is scaled by a positive number, not by {factor!r}")
-        return Interval(below(self.lower * factor, _FACTOR), above(self.upper * factor, _FACTOR))
+        return Interval(below(self.lower * factor, POWER), above(self.upper * factor, POWER))
 
     __rmul__ = __mul__
 

@@ -11,6 +11,11 @@ positive: elsewhere the first condition holds for any pressure, and the second a
 
 What a pressure still fails to reach is made up for by flat circular punches over it: one of radius
 b that pushes a depth s carries 2 E* b s, and lifts the surface nowhere.
+
+The same pressures enclose the energy U, the integral of F. Any p >= 0 has U >= <p, d - g>^2 over
+2 <p, K p>; and a q that fails by s at most has, with one punch over all, K q + s >= d - g, whose
+energy is <q, K q>/2 + s int q + b s^2, as the punch pushes by no more than s anywhere. The
+stiffness lies between chords of the force, which is convex as the contact area grows (Barber 1974).
 """
 
 from __future__ import annotations
@@ -34,6 +39,8 @@ Array = NDArray[np.float64]
 _ROUNDS = 8
 # Roughly the power of the penetration with which the force grows.
 _POWER = 1.8
+# Steps of the chords of the force, over the penetration.
+_CHORD = 0.05, 0.6
 # Share of the upper bound below which the lower one is tried anew, in closed form.
 _SHARP = 0.5
 # Squares per point of the map on which places that a body does not reach are told.
@@ -89,6 +96,43 @@ class Patch:
             # cells larger than the contacts prove little, ellipses on the summits then more
             lower = max(lower, self.by_ellipses(penetration, 1.0))
         return effective_modulus * Interval(lower, upper)
+
+    def energy(self, penetration: Interval, effective_modulus: float) -> Interval:
+        """Energy, with which it grows, at a penetration that is enclosed itself.
+
+        Raises
+        ------
+        ArithmeticError
+            If cells of this size prove nothing from below.
+        """
+        ends = penetration.lower, penetration.upper
+        least = energy_below(self.block(ends[0]), ends[0])
+        if not least > 0:
+            raise ArithmeticError(f"no energy is proved at a penetration of {ends[0]:.4g}")
+        return effective_modulus * Interval(least, energy_above(self.block(ends[1]), ends[1]))
+
+    def stiffness(
+        self, penetration: Interval, force: Interval, effective_modulus: float
+    ) -> Interval:
+        """Stiffness where penetration and force are enclosed, one of them given exactly or both.
+
+        As F is convex and zero at some depth -s above all samples, for d below d2 and F(d) not
+        below F1 it is not below (F1 - F(d2 - h))/h and F1/(d2 + s), not above (F(d2 + h) - F1)/h.
+
+        Raises
+        ------
+        ValueError
+            For a modulus that is not positive and finite.
+        """
+        refuse(positive_faults(effective_modulus=effective_modulus))
+        deep, least = penetration.upper, force.lower / effective_modulus
+        # of a power law d^1.8: the chord's excess, 0.4 h/d, against the force's width over the rise
+        width = force.width + _POWER * penetration.width
+        step = deep * min(max(math.sqrt(1.4 * width), _CHORD[0]), _CHORD[1])
+        near, far = (force_above(self.block(d), d) for d in (deep - step, deep + step))
+        started = deep + self.block(deep).above_samples
+        lower = max((least - near) / step, least / started)
+        return effective_modulus * Interval(below(lower, 8), above((far - least) / step, 8))
 
     def penetration(self, force: float, effective_modulus: float) -> Interval:
         """Penetration at a force, counted as in `force`: a force grows with it.
@@ -159,12 +203,37 @@ def force_above(block: Block, penetration: float) -> float:
     best = _made_up(block, np.full(block.shape, penetration + block.above_samples))
     for _ in range(_ROUNDS):
         pressure = block.pressed(penetration, raised)
-        shortfall = block.shortfall(pressure, penetration)
+        shortfall, _ = block.shortfall(pressure, penetration)
         best = min(best, block.force(pressure) + _made_up(block, shortfall))
         raised += shortfall
         if not shortfall.any():
             break
     return above(best, 16)
+
+
+def energy_above(block: Block, penetration: float) -> float:
+    """Least energy of displacements that reach d - g everywhere, for E* = 1."""
+    raised, best = np.zeros(block.shape), math.inf
+    radius = 0.5 * above(math.hypot(*block.shape) * block.spacing, 4)
+    for _ in range(_ROUNDS):
+        pressure = block.pressed(penetration, raised)
+        shortfall, stored = block.shortfall(pressure, penetration)
+        most = float(shortfall.max())
+        best = min(best, 0.5 * stored + most * (block.force(pressure) + radius * most))
+        raised += shortfall
+        if not most:
+            break
+    return above(best, 16)
+
+
+def energy_below(block: Block, penetration: float) -> float:
+    """Energy that the pressure under the body proves, for E* = 1."""
+    pressure = block.pressed(penetration)
+    work = block.work(pressure, penetration)
+    if work <= 0:
+        return 0.0
+    _, stored = block.deepest(pressure)
+    return below(work**2 / (2 * stored), 16)
 
 
 def _made_up(block: Block, shortfall: Array) -> float:
@@ -183,7 +252,7 @@ def force_below(block: Block, penetration: float) -> float:
     best = 0.0
     for _ in range(_ROUNDS):
         pressure = _pushing(block, target, loaded)
-        deepest = block.deepest(pressure)
+        deepest, _ = block.deepest(pressure)
         best = max(best, block.work(pressure, penetration) / float(deepest.max()))
         target -= np.maximum(deepest - np.quantile(deepest[loaded], 0.5), 0.0) * loaded
     return below(best, 16)

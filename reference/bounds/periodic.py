@@ -3,7 +3,7 @@ r"""Energy and penetration of a periodic rough contact between proved bounds.
 At a mean pressure P the elastic energy and the work against the gap g are together as small as any
 pressure of that mean, nowhere negative, makes them,
 
-    Pi(P) = min <p, K p>/2 + <p, g>  = int d dF,        dPi/dP = A0 d,
+    Pi(P) = min <p, K p>/2 + <p, g>  = int d dF,        dPi/dP = A0 d,        U = A0 P d - Pi,
 
 with the penetration d of the rigid surface against the mean plane of the half-space, counted from
 the surface's highest sample. *Above*: the energy of any pressure uniform on the grid's cells, with
@@ -11,10 +11,11 @@ all its aliases. *Below*: for any displacement v of mean zero
 
     Pi >= -<v, K^-1 v>/2 + P A0 min (v + g)
 
-(Fenchel's inequality, as <p, v + g> >= P A0 min (v + g)). Here v is a trigonometric polynomial, so
-its energy is a sum over modes, and its minimum is bounded everywhere (`least_on_cells`). The
-polynomial comes from a body that is raised wherever it would fall short, so that little is lost to
-the minimum.
+(Fenchel's inequality, as <p, v + g> >= P A0 min (v + g)). So <v, K^-1 v>/2 is not below the energy
+U stored at the penetration min (v + g), which is convex with the slope A0 P. Here v is a
+trigonometric polynomial, so its energy is a sum over modes, and its minimum is bounded everywhere
+(`least_on_cells`). The polynomial comes from a body that is raised wherever it would fall short, so
+that little is lost to the minimum.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.inverse import inverse
 from reference.bounds.polynomials import least_on_cells
+from reference.bounds.transforms import transform_rounding
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
 from reference.halfspace.solution import Press
@@ -38,9 +40,13 @@ from reference.loads import Load
 Array = NDArray[np.float64]
 
 _ROUNDS = 4
+# Rounding of a sum of squares over all modes, added up by halves, of the few products in each.
+_SUM = 512
 # Steps of the mean pressure, relative to it, of the penetration's two difference quotients: their
 # errors, both of second order, against the width of the energies over the step.
 _STEPS = 0.1, 0.12
+# The same of the second differences, from the width of the energies: (10 w)^(1/3), at most.
+_BEND, _LARGEST = 10.0, 0.45
 # Roughly the power of the mean pressure with which the penetration grows.
 _POWER = 0.5
 
@@ -64,7 +70,8 @@ class PeriodicSurface:
 
     def __init__(self, heights: Array, size: tuple[float, float], finer: int = 4) -> None:
         heights = levelled(heights)
-        refuse(positive_faults(length=size[0], width=size[1]) + count_faults(1, finer=finer))
+        # at least two: a wave of two cells is none of the polynomials below
+        refuse(positive_faults(length=size[0], width=size[1]) + count_faults(2, finer=finer))
         self.waves = Waves(heights, size)
         self.grid = (finer * heights.shape[0], finer * heights.shape[1])
         self.spacing = (size[0] / self.grid[0], size[1] / self.grid[1])
@@ -116,6 +123,52 @@ class PeriodicSurface:
         sides = self._not_below, self._not_above
         return effective_modulus * inverse(penetration, *sides, near, _POWER)
 
+    def stored(
+        self, mean_pressure: Interval, penetration: Interval, effective_modulus: float
+    ) -> Interval:
+        """Energy U per area where both are enclosed, one of them given exactly or both.
+
+        It is the largest of P d - Pi(P) over all P, and at d not above that at another penetration
+        less P times what that lies deeper.
+        """
+        P = Interval(*(x / effective_modulus for x in (mean_pressure.lower, mean_pressure.upper)))
+        least, most = self._dual(P.middle)
+        ahead = max(P.lower * (penetration.upper - least), P.upper * (penetration.upper - least))
+        work = below(P.middle * penetration.lower, 2)
+        lower = max(work - self._above(P.middle), 0.0)
+        return effective_modulus * Interval(below(lower, 4), above(most + above(ahead, 4), 4))
+
+    def stiffness(self, mean_pressure: Interval, effective_modulus: float) -> Interval:
+        """Stiffness dP/dd per area at a mean pressure that is enclosed itself.
+
+        It grows with the pressure. As the penetration d = Pi' is concave, and -s without a load, of
+        a surface that rises s above its samples, Pi''(P) is not above (d + s)/P, nor what second
+        differences of Pi make it over [P - 2 h, P], and not below these over [P, P + 2 h].
+
+        Raises
+        ------
+        ArithmeticError
+            If no upper bound is proved, as of Pi a second difference is left within its width, or
+            the pressure is not proved to be positive.
+        """
+        light, heavy = (x / effective_modulus for x in (mean_pressure.lower, mean_pressure.upper))
+        if not light > 0:
+            raise ArithmeticError(f"no stiffness is proved at a pressure from {light:.4g} E* on")
+        ends = self._below(light), self._above(light)
+        # a chord's excess grows with the step, and what the width of Pi makes of it falls twice
+        share = ((ends[1] - ends[0]) / ends[1] * _BEND) ** (1 / 3)
+        steps = min(share, _LARGEST) * light, share * heavy
+        behind = self._above(light - 2 * steps[0]) - 2 * self._below(light - steps[0]) + ends[1]
+        ahead = self._below(heavy) - 2 * self._above(heavy + steps[1])
+        ahead += self._below(heavy + 2 * steps[1])
+        loss = 16 * EPSILON * abs(self._above(heavy + 2 * steps[1]))
+        started = self.waves.highest()[1] - self.top
+        softest = min((behind + loss) / steps[0] ** 2, (self._not_above(light) + started) / light)
+        stiffest = (ahead - loss) / steps[1] ** 2
+        if not 0 < stiffest <= softest:
+            raise ArithmeticError(f"no stiffness is proved at a pressure of {heavy:.4g} E*")
+        return effective_modulus * Interval(below(1 / softest, 8), above(1 / stiffest, 8))
+
     def _not_below(self, P: float) -> float:
         less, more = P * (1 - _STEPS[0]), P * (1 + _STEPS[0])
         under, over = self._below(more), self._above(less)
@@ -158,10 +211,13 @@ class PeriodicSurface:
         square = np.abs(modes) ** 2 * _both_signs(self.grid)
         stored = 0.5 * ((transfer + remainder) * square).sum()
         work = (pressure * (self.top - self._cell_means())).mean()
-        # transforms err in the mean of squares, relative to that of what they transform
-        noise = 64 * EPSILON * math.log2(2 * pressure.size)
-        sizes = (float(np.sqrt((field**2).mean())) for field in (pressure, self.gap))
-        return float(stored * (1 + noise) + work + noise * math.prod(sizes))
+        # transforms err in the root mean square, relative to that of what they transform: what the
+        # energy makes of it by Cauchy and Schwarz, and the work, of two transforms of the heights
+        noise = 1.1 * transform_rounding(*self.grid) + _SUM * EPSILON
+        size, lift = (float(np.sqrt((field**2).mean())) for field in (pressure, self.gap))
+        amiss = noise * size * math.sqrt(0.5 * float((transfer + remainder).max()))
+        stored = (math.sqrt(stored * (1 + _SUM * EPSILON)) + amiss) ** 2
+        return float(stored + work + 4 * noise * size * (lift + abs(self.top)))
 
     def _cell_means(self) -> Array:
         """Means of the heights over the cells: every wave times two sincs."""
@@ -172,25 +228,32 @@ class PeriodicSurface:
         return transforms.irfft2(modes, self.grid)
 
     def _below(self, P: float) -> float:
-        """Bound from below by the displacement under a body that is raised where it fell short."""
+        return fenchel_bound(P, *self._dual(P))
+
+    def _dual(self, P: float) -> tuple[float, float]:
+        """Least sum with the gap, and energy, of the displacement that proves most at a load.
+
+        Under a body that is raised where it fell short.
+        """
         raised = np.zeros(self.grid)
-        best = -math.inf
+        best, most = (0.0, 0.0), -math.inf
         for _ in range(_ROUNDS):
             gap = self.gap - raised
             contact = fft.solve(self._press(gap), Load("force", P * self.area))
             modes = transforms.rfft2(contact.displacement, norm="forward")
             least = self.least_sum(modes, contact.pressure)
-            best = max(best, self.bound_of(modes, float(least.min()), P))
+            stored = self.stored_by(modes)
+            if P * least.min() - stored > most:
+                best, most = (float(least.min()), stored), P * least.min() - stored
             # where the sum is least, and by how much below its mean under the pressure
             raised += np.maximum(_mean_under(contact.pressure, least) - least, 0.0)
         return best
 
-    def bound_of(self, modes: NDArray[np.complex128], least: float, P: float) -> float:
-        """Lower bound of Pi per area, of a displacement whose sum with the gap is nowhere less."""
+    def stored_by(self, modes: NDArray[np.complex128]) -> float:
+        """Upper bound of the energy of a displacement, per area."""
         wave = np.hypot(*wavenumbers(self.grid, self.spacing))
         stored = 0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum()
-        noise = 64 * EPSILON * math.log2(2 * self.grid[0] * self.grid[1])
-        return float(P * least - stored * (1 + noise) - noise * P * np.ptp(self.gap))
+        return float(stored * (1 + _SUM * EPSILON))
 
     def least_sum(self, modes: NDArray[np.complex128], pressure: Array) -> Array:
         """Lower bound of v + g on each cell, v the polynomial with the given modes.
@@ -202,7 +265,13 @@ class PeriodicSurface:
         total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
         ceiling = _mean_under(pressure, transforms.irfft2(total, self.grid, norm="forward"))
         least = least_on_cells(total, self.spacing, self.grid, ceiling)
-        return self.top + least - 4 * self.waves.rounding - 4 * EPSILON * abs(self.top)
+        rounding = 4 * self.waves.rounding_on(self.grid)
+        return self.top + least - rounding - 4 * EPSILON * abs(self.top)
+
+
+def fenchel_bound(P: float, least: float, stored: float) -> float:
+    """Fenchel's bound of Pi per area: of an energy, and the least sum with the gap."""
+    return below(P * least, 2) - above(stored, 4)
 
 
 def _mean_under(pressure: Array, field: Array) -> float:

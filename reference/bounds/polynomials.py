@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from reference.bounds.interval import EPSILON
+from reference.bounds.transforms import transform_rounding
 from reference.halfspace.kernels import wavenumbers
 
 Array = NDArray[np.float64]
@@ -29,9 +30,8 @@ _DEGREE = 5
 _ORDERS = tuple((m, n) for m in range(_DEGREE + 2) for n in range(_DEGREE + 2 - m))
 # How far a trigonometric polynomial may exceed the largest of such samples: cos(pi/4)^-2.
 _BEYOND = 2.0
-# Of the terms, each of which may err by the transforms' rounding times the root of the points, and
-# of the products with Bernstein's matrix, whose factors go up to 3^5.
-_ROUNDING = 2**10
+# Sizes of the terms' factors, (pi/4)^(m + n)/(m! n!), added up over all m and n.
+_TERMS = math.exp(math.pi / 2)
 
 
 def least_on_cells(
@@ -55,7 +55,9 @@ def least_on_cells(
     """
     both = np.abs(modes[:, 1:]) ** 2
     norm = math.sqrt(grid[0] * grid[1] * (2 * both.sum() + (np.abs(modes[:, 0]) ** 2).sum()))
-    rounding = _ROUNDING * EPSILON * math.log2(2 * grid[0] * grid[1]) * norm
+    # of transforms, in the norm over all points; of factors, and products with Bernstein's matrix
+    noise = transform_rounding(*grid) + 128 * EPSILON
+    rounding = noise * _TERMS * (_GREATEST + _BEYOND) * norm
     least = np.full(grid, np.inf)
     largest = dict.fromkeys((order for order in _ORDERS if sum(order) > _DEGREE), 0.0)
     for place in _PLACES:
@@ -107,3 +109,5 @@ def _bernstein() -> Array:
 
 
 _BERNSTEIN = _bernstein()
+# By how much coefficients of Bernstein's form in two variables may exceed those of the powers.
+_GREATEST = float(np.abs(_BERNSTEIN).sum(axis=1).max()) ** 2

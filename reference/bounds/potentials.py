@@ -11,8 +11,8 @@ adds to the rest is bounded
 
 Far cells add up as the displacements do, in one more convolution. Near a cell the block of its
 neighbours is taken under one pressure first, whose rest is that of one large cell, and then what
-the pressures differ: nothing is sampled. The rounding of the transforms is bounded by their size
-(Higham 2002, theorem 24.2).
+the pressures differ: nothing is sampled. The rounding of the transforms is bounded by a theorem
+(`transforms`), that of logarithms as `interval` says.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from reference.bounds.interval import EPSILON
+from reference.bounds.transforms import transform_rounding
 from reference.halfspace.kernels import love
 
 Array = NDArray[np.float64]
@@ -120,17 +121,18 @@ class GridPotential:
         kernels = self._kept.get(place) or self._kernels(place)
         if math.prod(self._padded) <= _KEPT:
             self._kept[place] = kernels
+        results = [fft.irfft2(modes * kernel, self._padded) for kernel in kernels.transforms]
         value, slope_x, slope_y, bend = (
-            fft.irfft2(modes * kernel, self._padded)[: self.shape[0], : self.shape[1]]
-            for kernel in kernels.transforms
+            result[: self.shape[0], : self.shape[1]] for result in results
         )
         under, over = np.zeros((2, *self.shape))
         deepest, highest = (rest[place] for rest in _near_rests(self.squares))
         block = _block_rests(place, self.squares)
         _add_near(pressure, deepest, highest, block, under, over)
-        # the transforms' rounding, relative to the norms of what they multiply; the kernels'
-        noise = 16 * EPSILON * math.log2(self._padded[0] * self._padded[1])
-        slack = noise * float(np.linalg.norm(pressure)) * kernels.size
+        # the rounding of two transforms, by Cauchy and Schwarz, of their product and of its inverse
+        noise = 1.1 * transform_rounding(*self._padded) + 8 * EPSILON
+        slack = 2 * noise * float(np.linalg.norm(pressure)) * kernels.size
+        slack += noise * self._size([float(np.linalg.norm(result)) for result in results])
         slack += _LOVE * value + _LOGARITHM * self.half * math.fsum(pressure.flat)
         under = bend + self.spacing * under + slack
         over = 2 * bend + self.spacing * over + slack
@@ -155,9 +157,12 @@ class GridPotential:
         # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
         bend = step**2 * self.half**2 / far**3 / math.pi
         parts = value, slope_x, slope_y, bend
-        norms = [float(np.linalg.norm(part)) for part in parts]
-        size = norms[0] + self.half * (norms[1] + norms[2]) + 2 * norms[3]
+        size = self._size([float(np.linalg.norm(part)) for part in parts])
         return _Kernels(tuple(fft.rfft2(part) for part in parts), size)
+
+    def _size(self, norms: list[float]) -> float:
+        """Return what value, slopes and bend of these norms come to on a square."""
+        return norms[0] + self.half * (norms[1] + norms[2]) + 2 * norms[3]
 
 
 @lru_cache(maxsize=4)

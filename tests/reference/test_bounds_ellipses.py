@@ -154,6 +154,7 @@ def test_ellipses_stay_on_their_face(corners):
     assert face.within(Ellipse(2.5, 2.5, 1.0, 1.0)).stiffness == 0.0
 
 
+@pytest.mark.slow
 def test_the_best_ellipse_of_a_square_is_its_circle_and_of_an_l_lies_along_an_arm():
     square = Face(SQUARE)
     assert best_ellipse(square, 1.0, square.starts())[1] == pytest.approx(2.0, rel=1e-4)
@@ -164,6 +165,7 @@ def test_the_best_ellipse_of_a_square_is_its_circle_and_of_an_l_lies_along_an_ar
     assert 2 < max(ellipse.a, ellipse.b) / min(ellipse.a, ellipse.b) < 3.1
 
 
+@pytest.mark.slow
 def test_summits_of_a_rough_patch_carry_most_of_its_force():
     heights = _heights()
     depth = 0.3 * heights.std()

@@ -8,8 +8,9 @@ import pytest
 
 from reference import closed_form, surfaces
 from reference.bounds.heights import Waves
+from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch, force_below
-from reference.bounds.periodic import PeriodicSurface
+from reference.bounds.periodic import PeriodicSurface, fenchel_bound
 from reference.bounds.polynomials import least_on_cells
 from reference.bounds.potentials import _LOVE, GridPotential, _antiderivative
 from reference.halfspace.kernels import cell_energies, love, periodic
@@ -88,7 +89,7 @@ def test_conditions_at_the_middles_of_cells_prove_nothing():
         short = depth - gap - _displacement(pressure, x, y, patch.spacing)
         worst = max(worst, short.max())
     assert worst > 0.01 * depth
-    assert block.shortfall(pressure, depth).max() >= worst
+    assert block.shortfall(pressure, depth)[0].max() >= worst
 
 
 def test_force_of_a_rough_patch_is_enclosed():
@@ -99,6 +100,31 @@ def test_force_of_a_rough_patch_is_enclosed():
     assert coarse.lower < fine.lower < fine.upper < coarse.upper
     assert fine.width < 0.5 * coarse.width
     assert 3.0 * Patch(heights, 1.0, 4).on_grid(depth) in fine
+
+
+def test_energy_and_stiffness_of_a_rough_patch_are_enclosed():
+    """A cell solver on four times as many cells lies inside, and so does what theorems relate.
+
+    The energy is the integral of the force: between its sums from the left and from the right.
+    """
+    heights = _heights(8)
+    patch, depth = Patch(heights, 1.0, 2), 0.6 * np.ptp(heights)
+    exact = Interval(depth, depth)
+    stored = patch.energy(exact, 3.0)
+    assert stored.width < 0.6
+    forces = [3.0 * patch.on_grid(share * depth) for share in (0.25, 0.5, 0.75, 1.0)]
+    assert stored.lower < 0.25 * depth * sum(forces)
+    assert stored.upper > 0.25 * depth * sum(forces[:3])
+    pressed = patch.force(depth, 3.0)
+    stiffness = patch.stiffness(exact, pressed, 3.0)
+    rise = 3.0 * (patch.on_grid(1.01 * depth) - patch.on_grid(0.99 * depth)) / (0.02 * depth)
+    assert rise in stiffness
+    assert stiffness.width < 1
+    # at a penetration that is only enclosed both are wider, and hold these
+    about = Interval(0.97 * depth, 1.03 * depth)
+    assert patch.energy(about, 3.0).lower < stored.lower < stored.upper
+    given = Interval(pressed.middle, pressed.middle)
+    assert patch.stiffness(about, given, 3.0).upper > stiffness.lower
 
 
 def test_cells_where_nothing_can_touch_are_left_out():
@@ -198,7 +224,19 @@ def test_westergaards_wave_is_enclosed(share):
     stored = surface.energy(mean, 1.0)
     assert exact in stored
     assert stored.width < 2e-2
-    assert float(wave.penetration(mean)) in surface.penetration(mean, 1.0)
+    depth = surface.penetration(mean, 1.0)
+    exact_depth = float(wave.penetration(mean))
+    assert exact_depth in depth
+    # U = P d - Pi, and dP/dd from d = D s (1 - ln s)
+    given = Interval(mean, mean)
+    elastic = mean * exact_depth - exact
+    assert elastic in surface.stored(given, depth, 1.0)
+    pressed = Interval(exact_depth, exact_depth)
+    assert elastic in surface.stored(surface.mean_pressure(exact_depth, 1.0), pressed, 1.0)
+    rise = wave.full_contact_pressure / (0.01 * -np.log(share))
+    stiffness = surface.stiffness(given, 1.0)
+    assert rise in stiffness
+    assert stiffness.width < 0.8
 
 
 def _sine_waves(points, rng):
@@ -239,8 +277,9 @@ def test_a_minimum_that_is_only_sampled_proves_a_falsehood():
     modes = np.fft.rfft2(contact.displacement, norm="forward")
     proved = surface.least_sum(modes, contact.pressure).min()
     sampled = (np.fft.irfft2(modes, surface.grid, norm="forward") + surface.gap).min()
-    assert surface.bound_of(modes, float(sampled), mean) > exact
-    assert surface.bound_of(modes, float(proved), mean) < exact
+    stored = surface.stored_by(modes)
+    assert fenchel_bound(mean, float(sampled), stored) > exact
+    assert fenchel_bound(mean, float(proved), stored) < exact
 
 
 def test_bounds_of_the_energy_converge_with_the_cells():
@@ -249,6 +288,7 @@ def test_bounds_of_the_energy_converge_with_the_cells():
     assert fine.width < 0.5 * coarse.width
 
 
+@pytest.mark.slow
 def test_a_map_far_above_zero_keeps_its_digits():
     # heights in steps of 2^-14 at a level of 2^36: the level is exact, and so are the differences
     heights = np.round(_heights(8) * 2**14) / 2**14
@@ -295,9 +335,13 @@ def test_the_deepest_place_of_a_cell_is_not_a_sampled_one():
     middle = float(_displacement(pressure, 0.0, 0.0, patch.spacing)[1, 2])
     squares = [float(u.value[1, 2]) for u in block.potential.expansions(pressure)]
     assert max(squares) < 0.995 * middle
-    assert block.deepest(pressure)[1, 2] >= middle
+    deepest, stored = block.deepest(pressure)
+    assert deepest[1, 2] >= middle
     # nothing acts elsewhere, and nothing is asked there
-    assert np.count_nonzero(block.deepest(pressure)) == 1
+    assert np.count_nonzero(deepest) == 1
+    # <p, K p> of a square, in closed form: its sides to the third times that of the unit square
+    exact = 4 * (np.log(1 + np.sqrt(2)) + (1 - np.sqrt(2)) / 3) / np.pi * patch.spacing**3
+    assert exact < stored < 1.05 * exact
 
 
 @pytest.mark.parametrize(
@@ -318,3 +362,10 @@ def test_the_deepest_place_of_a_cell_is_not_a_sampled_one():
 def test_bad_input_is_refused(wrong):
     with pytest.raises(ValueError, match=r"\w+ \w+"):
         wrong()
+
+
+def test_no_stiffness_is_proved_where_no_pressure_is():
+    """As at a penetration of less than what the bounds resolve: its pressure is from 0 on."""
+    surface = PeriodicSurface(_heights(8), (1.0, 1.0), 2)
+    with pytest.raises(ArithmeticError, match="no stiffness is proved"):
+        surface.stiffness(Interval(0.0, 1e-3), 1.0)
