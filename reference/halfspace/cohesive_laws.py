@@ -26,8 +26,8 @@ class CohesiveLaw:
         sigma(0), the largest tension.
     reach : float
         w/sigma(0), the range.
-    tension, softening : callable
-        sigma(h) and -sigma'(h) >= 0 on arrays.
+    tension, softening, energy : callable
+        sigma(h), -sigma'(h) >= 0 and the integral of sigma from h to infinity, on arrays.
     """
 
     name: str
@@ -36,6 +36,7 @@ class CohesiveLaw:
     reach: float
     tension: Callable[[Field], Field]
     softening: Callable[[Field], Field]
+    energy: Callable[[Field], Field]
 
     def weakened(self, share: float) -> CohesiveLaw:
         """Return the law with all tensions scaled by a factor, and the same range."""
@@ -45,6 +46,7 @@ class CohesiveLaw:
             strength=share * self.strength,
             tension=lambda h: share * self.tension(h),
             softening=lambda h: share * self.softening(h),
+            energy=lambda h: share * self.energy(h),
         )
 
 
@@ -63,7 +65,15 @@ def exponential(work: float, reach: float) -> CohesiveLaw:
     def tension(h: Field) -> Field:
         return strength * np.exp(-h / reach)
 
-    return CohesiveLaw("exponential", work, strength, reach, tension, lambda h: tension(h) / reach)
+    return CohesiveLaw(
+        name="exponential",
+        work=work,
+        strength=strength,
+        reach=reach,
+        tension=tension,
+        softening=lambda h: tension(h) / reach,
+        energy=lambda h: tension(h) * reach,
+    )
 
 
 def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
@@ -94,4 +104,8 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
         t = np.clip((high - h) / (high - low), 0.0, 1.0)
         return 6 * strength / (high - low) * t * (1 - t)
 
-    return CohesiveLaw("dugdale", work, strength, reach, tension, softening)
+    def energy(h: Field) -> Field:
+        t = np.clip((high - h) / (high - low), 0.0, 1.0)
+        return strength * ((high - low) * t**3 * (1 - t / 2) + np.maximum(low - h, 0.0))
+
+    return CohesiveLaw("dugdale", work, strength, reach, tension, softening, energy)

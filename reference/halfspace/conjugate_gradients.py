@@ -250,7 +250,7 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
             padded = rows, columns
         stiffness = operator.wave_stiffness(kernels.quarter(padded, operator.spacing))
         stiffness *= _wave_unit(operator)
-        return Convolution(operator.shape, padded, stiffness, dtype)
+        return Convolution(padded, padded, stiffness, dtype)
 
     inverse = operator.cached(("preconditioner", np.dtype(dtype).name), make)
     lowest = 2 * np.pi / max(n * s for n, s in zip(inverse.padded, operator.spacing, strict=True))

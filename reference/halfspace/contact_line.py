@@ -89,9 +89,10 @@ def located_area(contact: Contact, hardness: float = np.inf) -> float:
     if not mask.any() or mask.all():
         return cells * contact.operator.cell_area
     operator = contact.operator
-    gap = contact.initial_gap - contact.penetration + contact.displacement
-    gap *= operator.effective_modulus
-    fields = mask, contact.pressure, gap, (operator.spacing, periodic, float(hardness))
+    # gaps are needed beside the rim only: on large grids a map of them would be the largest field
+    heights = contact.initial_gap, contact.displacement, contact.penetration
+    grid = operator.spacing, periodic, operator.effective_modulus, float(hardness)
+    fields = mask, contact.pressure, heights, grid
     shift, rim, located, crossings = np.sum(
         [_shift(*fields, (axis, side)) for axis in (0, 1) for side in (1, -1)], axis=0
     )
@@ -131,14 +132,15 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shift(mask, pressure, gap, grid, way):
+def _shift(mask, pressure, heights, grid, way):
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
     Also the length of the rim there, in cells, the number of crossings included, and of all
-    crossings. The gap is in units of pressure over modulus; the grid is spacing, periodicity and
-    hardness, the way an axis and a direction.
+    crossings. The heights are initial gap, displacement and penetration, the grid is spacing,
+    periodicity, effective modulus and hardness, the way an axis and a direction.
     """
-    spacing, periodic, hardness = grid
+    initial, displacement, penetration = heights
+    spacing, periodic, modulus, hardness = grid
     axis, side = way
     total, rim, located, crossings = 0.0, 0.0, 0, 0
     size = mask.shape[axis]
@@ -156,7 +158,7 @@ def _shift(mask, pressure, gap, grid, way):
             crossings += 1
             inner = pressure[_along(i, j, axis, -side, size)]
             innermost = pressure[_along(i, j, axis, -2 * side, size)]
-            opening = max(gap[beside], 0.0)
+            opening = max(initial[beside] - penetration + displacement[beside], 0.0)
             if not np.isfinite(opening) or pressure[i, j] >= hardness:
                 continue
             if _rising(pressure[i, j], inner, innermost):
@@ -170,7 +172,7 @@ def _shift(mask, pressure, gap, grid, way):
             ) / spacing[1 - axis]
             square = steep**2 / max(steep**2 + across**2, _TINY)
             cosine = max(np.sqrt(square), _LEAST_COSINE)
-            ratio = opening / spacing[axis] / pressure[i, j]
+            ratio = modulus * opening / spacing[axis] / pressure[i, j]
             total += square * (place(ratio, cosine) - 0.5)
             rim += square / cosine
     return total, rim, located, crossings

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from reference.halfspace import pieces
 from reference.halfspace.convolution import Convolution
+from reference.halfspace.extension import Extension
 
 Array = NDArray[np.floating]
 Map = NDArray[np.floating] | NDArray[np.uint8]
@@ -34,6 +35,10 @@ NEVER = 1e30
 _REORDER = {"reassoc", "contract", "nsz"}
 # LLVM does not vectorise a running maximum of floats; this many are computed in parallel.
 _PEAKS = 64
+
+# Without halving of the violation in so many iterations the residual is continued by zeros, which
+# is slow and sure: cutting off steps that reach far may lead in circles.
+_WANDERING = 5
 
 # End of an iteration: at its goal, without progress, or at the limit of iterations.
 REACHED, STALLED, EXHAUSTED = 0, 1, 2
@@ -48,7 +53,8 @@ class Descent:
     clearance, lower : ndarray
         K x - t, first -t, and the bound of the correction, in the precision of the iteration.
     kernel, inverse : Convolution
-        K, and its approximate inverse as preconditioner; None for the plain method.
+        K, and its inverse on a period that contains the grid, which with an `Extension` of the
+        residual to it is the preconditioner; None for the plain method.
     fixed_sum : bool
         Whether the sum of the correction is zero and the depth free (force control).
     settle : float
@@ -79,7 +85,15 @@ class Descent:
         # the preconditioned residual, then the displacement by the direction
         self._response = np.empty_like(self.clearance)
         self._free = np.zeros(self.clearance.size, np.uint8)
-        self._slope, self._opened = 0.0, 0.0
+        self._slope, self._opened, self._cautious = 0.0, 0.0, False
+        if self.inverse is not None:
+            shape, period = self.kernel.shape, self.inverse.shape
+            self._extension = Extension(shape, period, self.clearance.dtype)
+            # on a periodic grid the result of the preconditioner is computed in place
+            whole = period == shape
+            self._period = (
+                self._response.reshape(shape) if whole else np.empty(period, self.lower.dtype)
+            )
 
     def _blank(self) -> Array:
         return np.zeros_like(self.clearance)
@@ -105,6 +119,7 @@ class Descent:
                 return REACHED
             if worst < best / 2:
                 best, best_at = worst, iteration
+            self._cautious = iteration - best_at > _WANDERING
             if iteration - best_at > patience or count == 0 or not self._step(count):
                 return STALLED
         return EXHAUSTED
@@ -131,7 +146,7 @@ class Descent:
         slope = self._turn(self._preconditioned(count), count)
         if not slope > 0:
             return False
-        response = self._convolve(self.kernel, self._direction)
+        response = self._displaced(self._direction)
         curvature = _dot(self._direction, response)
         if not curvature > 0:
             return False
@@ -140,13 +155,37 @@ class Descent:
         clipped, excess, loads = _summed(moved)
         if clipped:
             # the response now has what the bound added to the pressure
+            if self.inverse is not None and not self._cautious:
+                excess, loads = self._shifted(excess, loads)
             if self.fixed_sum:
                 share = -excess / loads if loads > 0 else 0.0
                 _swept(_rescale, (response, self.correction, self.lower), share)
-            more = self._convolve(self.kernel, response)
+            more = self._displaced(response)
             _swept(_add, (self.clearance, more))
         self._residual, self._previous = self._previous, self._residual
         return True
+
+    def _shifted(self, excess: float, loads: float) -> tuple[float, float]:
+        """Take what the bounds added from the loaded cells around; return sums as `_advance`.
+
+        Pressure p on open cells displaces the contact as K_CC^-1 K_CO p does on the contact, the
+        transpose of its best extension: the contact hardly moves when the cut-off moves there. A
+        change of all pressures in proportion alone excites the longest waves.
+        """
+        shape = self.kernel.shape
+        state = self.correction, self.lower
+        if not sum(_swept(_between, (*state, self._free), self.cap)):
+            return excess, loads
+        # the previous residual is no longer needed
+        free, moved = self._free.reshape(shape), self._previous.reshape(shape)
+        added = self._response.reshape(shape)
+        if self._period.shape != shape:
+            self._period[:] = 0
+            self._period[: shape[0], : shape[1]] = added
+            added = self._period
+        self._extension.cover(free)
+        self._extension.restrict(added, free, moved)
+        return _summed(_swept(_shift, (self._response, *state, self._previous), self.cap))
 
     def _turn(self, scaled: Array, count: float) -> float:
         """Set the next conjugate direction (Polak-Ribiere); return the slope along it.
@@ -174,15 +213,27 @@ class Descent:
         empty = self.clearance.size - count
         if self.settle > 0 and empty > 0 and abs(empty - self._opened) > empty / 5:
             self._opened = empty
-            free = self._free.astype(self.clearance.dtype)
-            response = self._convolve(self.kernel, free)
-            self.inverse.set_mean_factor(self.settle * count / _dot(free, response))
-        return self._convolve(self.inverse, self._residual)
-
-    def _convolve(self, operator: Convolution, values: Array) -> Array:
+            uniform = self._free.astype(self.clearance.dtype)
+            mean = _dot(uniform, self._displaced(uniform))
+            self.inverse.set_mean_factor(self.settle * count / mean)
+        shape, period = self.kernel.shape, self._period
+        residual, free = self._residual.reshape(shape), self._free.reshape(shape)
+        response = self._response.reshape(shape)
         self.convolutions += 1
-        shape = operator.shape
-        operator(values.reshape(shape), self._response.reshape(shape))
+        if self._cautious:
+            period[:] = 0
+            period[: shape[0], : shape[1]] = residual
+            response[:] = self.inverse(period, period)[: shape[0], : shape[1]]
+        else:
+            self._extension.extend(residual, free, period)
+            self.inverse(period, period)
+            self._extension.restrict(period, free, response)
+        return self._response
+
+    def _displaced(self, values: Array) -> Array:
+        self.convolutions += 1
+        shape = self.kernel.shape
+        self.kernel(values.reshape(shape), self._response.reshape(shape))
         return self._response
 
 
@@ -317,6 +368,32 @@ def _advance(response, clearance, correction, lower, direction, limits):
         excess += np.float64(bounded)
         loads += np.float64(bounded - lower[k])
     return clipped, excess, loads
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _between(correction, lower, free, cap):
+    """Fill the cells on neither bound; return their number."""
+    count = 0
+    for k in range(correction.size):
+        free[k] = (correction[k] > lower[k]) & (correction[k] < lower[k] + cap)
+        count += free[k]
+    return count
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
+def _shift(added, correction, lower, moved, cap):
+    """Take `moved` off within the bounds; return the sum of the correction and of the pressures."""
+    excess, loads = 0.0, 0.0
+    for k in range(correction.size):
+        value = correction[k] - moved[k]
+        upper = lower[k] + cap
+        value = value if value > lower[k] else lower[k]
+        value = value if value < upper else upper
+        added[k] += value - correction[k]
+        correction[k] = value
+        excess += np.float64(value)
+        loads += np.float64(value - lower[k])
+    return excess, loads
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)

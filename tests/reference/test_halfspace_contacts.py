@@ -252,6 +252,7 @@ def two_way_wave(n: int, ratio: float, rng: np.random.Generator) -> float:
     return areas.corrected_area(contact.mask, operator.spacing, periodic=True)
 
 
+@pytest.mark.slow
 def test_johnson_greenwood_higginson_limit_of_light_loads_is_hertz():
     """A/A0 -> pi (3 p/(8 pi p*))^(2/3): from above with the load, within 1 % at p/p* = 3e-4."""
     rng = np.random.default_rng(20)

@@ -52,6 +52,7 @@ def test_complementarity_holds_to_rounding_at_every_load(control):
         assert np.abs(clearance[contact.mask]).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["penetration", "force"])
 def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisations):
     """Fewer than half of the rounds factorise, and the answers are those of single solves."""

@@ -1,0 +1,187 @@
+"""Adhesion of rough surfaces: a stable equilibrium of a periodic contact, by least energy.
+
+Rough surfaces with a cohesive law jump into and out of contact spot by spot, at folds too many to
+follow (`cohesive_path`). Here the energy per area of all gaps h >= 0,
+
+    E(h) = <(h - g) S (h - g)>/2 - <phi(h)> + F <h>/A0,   phi(h) = int_h^inf sigma,
+
+is minimised instead, with S = E* |q|/2 the stiffness of the half-space to waves, g the initial gap
+and F the load (Rey, Anciaux & Molinari 2017). Where the mean gap is prescribed in place of the
+load, a stiff machine holds it, F/A0 = S_max (<h> - m). Several minima exist: the one downhill from
+the start is taken, as a slow motion would.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+from scipy.optimize import minimize
+
+from reference.arguments import refuse
+from reference.errors import ConvergenceError
+from reference.halfspace.cohesive_laws import CohesiveLaw
+from reference.halfspace.operators import HalfSpace
+from reference.halfspace.solution import check_gap
+
+Field = NDArray[np.float64]
+
+_MEMORY, _ITERATIONS = 20, 20_000
+_SETTINGS = 12  # of the machine; its way shrinks by the contact's stiffness over its own
+_SAME = 1e-3
+# A least energy is known to its rounding, and its slope, the pressure, to the root of that.
+_ROUNDED = 1e-6
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A stable equilibrium.
+
+    Attributes
+    ----------
+    force : float
+        F, negative when pulling.
+    gap, pressure : ndarray, shape (nx, ny)
+        Gap, and net pressure on the body: negative in tension.
+    mask : ndarray of bool
+        Cells pressed together: in contact, under compression.
+    residual : float
+        Largest tension out of balance, relative to the strength of the law.
+    """
+
+    force: float
+    gap: Field = field(repr=False)
+    pressure: Field = field(repr=False)
+    mask: NDArray[np.bool_] = field(repr=False)
+    residual: float
+
+    @property
+    def mean_gap(self) -> float:
+        """Mean gap."""
+        return float(self.gap.mean())
+
+
+@dataclass(frozen=True)
+class _Grip:
+    """What holds the body: a load per area, and a machine F/A0 = k (<h> - setting)."""
+
+    load: float = 0.0
+    machine: float = 0.0
+    setting: float = 0.0
+
+    def pressed(self, mean: float) -> float:
+        """Return F/A0."""
+        return self.load + self.machine * (mean - self.setting)
+
+    def energy(self, mean: float) -> float:
+        """Return the energy per area that the load and the machine have."""
+        return self.load * mean + 0.5 * self.machine * (mean - self.setting) ** 2
+
+
+class Adhesive:
+    """A periodic half-space, the gap of a rough body and a cohesive law.
+
+    Parameters
+    ----------
+    operator : HalfSpace
+        Periodic. Its grid must resolve the zone in which the tension falls, see `CohesiveProblem`.
+    gap : array_like, shape (nx, ny)
+        Initial gap g, finite.
+    law : CohesiveLaw
+    """
+
+    def __init__(self, operator: HalfSpace, gap: ArrayLike, law: CohesiveLaw) -> None:
+        self.operator, self.law = operator, law
+        self.initial = check_gap(operator, gap)
+        faults = [] if operator.periodic else ["operator must be periodic"]
+        faults += [] if np.isfinite(self.initial).all() else ["gap must be finite"]
+        refuse(faults)
+        rows = np.arange(operator.shape[0])
+        compliance = operator.transfer[np.minimum(rows, rows[::-1] + 1)]
+        self._stiffness = np.zeros_like(compliance)
+        np.divide(1.0, compliance, out=self._stiffness, where=compliance > 0)
+        # units of pressure, and of energy per area
+        self._unit = float(self._stiffness.max()) * law.reach
+
+    def at_force(self, force: float, start: Field, tolerance: float = 1e-4) -> Settled:
+        """Return the equilibrium under a force F >= 0 that is downhill from a field of gaps.
+
+        Raises
+        ------
+        ConvergenceError
+            If the tensions are not in balance to the tolerance, relative to the law's strength.
+        """
+        if not force >= 0:
+            refuse([f"force must be at least 0, not {force!r}: pulls have no least energy"])
+        area = self.operator.cell_area * start.size
+        return self._downhill(start, _Grip(load=force / area), tolerance)
+
+    def at_setting(self, setting: float, start: Field, tolerance: float = 1e-4) -> Settled:
+        """Return the equilibrium in the machine, downhill from a field of gaps.
+
+        Its mean gap is the setting, but for F/(A0 S_max), by which the machine gives way.
+        """
+        grip = _Grip(0.0, float(self._stiffness.max()), setting)
+        return self._downhill(start, grip, tolerance)
+
+    def at_mean_gap(
+        self, mean: float, start: Field, force: float, tolerance: float = 1e-4
+    ) -> Settled:
+        """Return the equilibrium at a mean gap, to a thousandth of the reach of the law.
+
+        The machine's first setting is that for `force`, an estimate of F.
+        """
+        machine = float(self._stiffness.max()) * self.operator.cell_area * start.size
+        setting = mean - force / machine
+        for _ in range(_SETTINGS):
+            settled = self.at_setting(setting, start, tolerance)
+            missing = mean - settled.mean_gap
+            if abs(missing) <= _SAME * self.law.reach:
+                return settled
+            setting, start = setting + missing, settled.gap
+        history = [abs(missing) / self.law.reach]
+        raise ConvergenceError("no adhesive equilibrium at this mean gap", history)
+
+    def _downhill(self, start: Field, grip: _Grip, tolerance: float) -> Settled:
+        law, shape, reach = self.law, start.shape, self.law.reach
+
+        def energy(flat: Field) -> tuple[float, Field]:
+            gap = flat.reshape(shape) * reach
+            mean = float(gap.mean())
+            elastic = self._elastic(gap)
+            total = 0.5 * np.mean((gap - self.initial) * elastic) - law.energy(gap).mean()
+            total += grip.energy(mean)
+            slope = elastic + law.tension(gap) + grip.pressed(mean)
+            return total / (self._unit * reach), slope.ravel() / (self._unit * gap.size)
+
+        goal = tolerance * law.strength / (self._unit * start.size)
+        limits = {"maxcor": _MEMORY, "maxiter": _ITERATIONS, "maxfun": 2 * _ITERATIONS}
+        flat = np.maximum(start, 0.0).ravel() / reach
+        least = minimize(
+            energy,
+            flat,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(0, None)] * flat.size,
+            options={**limits, "ftol": 0.0, "gtol": 0.5 * goal},
+        )
+        return self._settled(least.x.reshape(shape) * reach, grip, tolerance)
+
+    def _elastic(self, gap: Field) -> Field:
+        """Return the pressure, of zero mean, under which the half-space has these gaps."""
+        waves = self._stiffness * fft.rfft2(gap - self.initial)
+        pressure: Field = fft.irfft2(waves, s=self.initial.shape)
+        return pressure
+
+    def _settled(self, gap: Field, grip: _Grip, tolerance: float) -> Settled:
+        pressed = grip.pressed(float(gap.mean()))
+        pressure = self._elastic(gap) + pressed
+        free = pressure + self.law.tension(gap)
+        unbalanced = float(np.where(gap > 0, np.abs(free), np.maximum(-free, 0.0)).max())
+        residual = unbalanced / self.law.strength
+        if not unbalanced <= tolerance * self.law.strength + _ROUNDED * np.abs(pressure).max():
+            raise ConvergenceError("no adhesive equilibrium of least energy", [residual])
+        force = pressed * self.operator.cell_area * gap.size
+        return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)
