@@ -1,4 +1,4 @@
-"""A rigid round indenter on an elastic-plastic half-space: loading, unloading and reloading.
+"""A rigid indenter on an elastic-plastic half-space: loading, unloading and reloading.
 
 The surface is held off the indenter by stiff springs at quadrature points; the sum of their forces
 is the force, exactly. Each step minimises one convex potential (incremental plasticity, exterior,
@@ -13,20 +13,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
 
-from reference.arguments import count_faults, refuse
+from reference.arguments import refuse
 from reference.errors import ConvergenceError
+from reference.plastic.elements import Elements
 from reference.plastic.materials import PlasticMaterial, Points, Response, respond
-from reference.plastic.section import Section
 
 Array = NDArray[np.float64]
 
 # Stiffness of the surface springs, in E* over the length of an element.
 _SPRINGS = 100.0
 _ROUNDS, _SEARCHES, _HALVINGS = 30, 12, 6
-# Radii of the largest contact within which the surface may be touched.
-_TOUCHABLE = 1.25
 # Unbalanced forces, relative to the force on the indenter.
 TOLERANCE = 1e-8
 
@@ -98,53 +95,40 @@ class _Target:
 
 
 class Indentation:
-    """A half-space below a round shape.
+    """A half-space below a shape.
 
     Parameters
     ----------
     material : PlasticMaterial
         With E = 1.
     shape : callable
-        f(r) >= 0, the gap at first touch.
-    per_radius : int
-        Elements per contact radius.
-    smallest : float
-        Smallest contact radius that the mesh shall resolve; the largest is 1.
+        f(r), or f(x, y) >= 0, the gap at first touch.
+    mesh : Elements
+        Round or in three dimensions, for that Poisson's ratio.
 
     Raises
     ------
     ValueError
-        Lists all invalid arguments.
+        If E is another one.
     """
 
     def __init__(
-        self,
-        material: PlasticMaterial,
-        shape: Callable[[Array], Array],
-        *,
-        per_radius: int = 12,
-        smallest: float = 1.0,
+        self, material: PlasticMaterial, shape: Callable[..., Array], mesh: Elements
     ) -> None:
-        faults = count_faults(2, per_radius=per_radius)
-        if not 0 < smallest <= 1:
-            faults.append(f"smallest must lie in (0, 1], not {smallest!r}")
         if material.elastic.youngs_modulus != 1:
-            faults.append("the material must have E = 1")
-        refuse(faults)
+            refuse(["the material must have E = 1"])
         nu = material.elastic.poisson_ratio
-        self.material, self.shape = material, shape
-        self.section = Section(smallest, 1.0, per_radius, nu)
-        self.surface = self.section.surface(_TOUCHABLE)
-        self.gap = np.asarray(shape(self.surface.radius), dtype=float)
-        element = np.ptp(self.surface.radius, axis=1)[:, None]
-        self.springs = _SPRINGS / (1 - nu**2) / element
+        self.material, self.shape, self.mesh = material, shape, mesh
+        self.surface = mesh.surface()
+        self.gap = np.asarray(shape(*self.surface.place), dtype=float)
+        self.springs = _SPRINGS / (1 - nu**2) / self.surface.length[:, None]
 
     @property
     def virgin(self) -> State:
         """The state before anything."""
-        shape = self.section.weight.shape
-        nothing = np.zeros(self.section.size)
-        return State(0.0, 0.0, nothing, Points.virgin(shape), np.zeros((*shape, 4)))
+        mesh, shape = self.mesh, self.mesh.weight.shape
+        points = Points.virgin(shape, mesh.components)
+        return State(0.0, 0.0, np.zeros(mesh.size), points, np.zeros((*shape, mesh.components)))
 
     def press(self, state: State, penetration: float) -> State:
         """Return the state at another penetration.
@@ -169,28 +153,29 @@ class Indentation:
         """
         return self._reach(state, _Target(force=force))
 
-    def contact_radius(self, state: State) -> float:
-        """Return the radius at which the surface parts from the indenter; 0 without contact."""
-        radius, over = self.surface.radius.ravel(), self._over(state)
-        touching = np.flatnonzero(over > 0)
-        if state.force == 0 or touching.size == 0:
+    def contact_area(self, state: State) -> float:
+        """Return the area within which the surface touches; 0 without contact.
+
+        Raises
+        ------
+        OutgrownError
+            If it reaches the end of what may be touched.
+        """
+        if state.force == 0:
             return 0.0
-        last = int(touching[-1])
-        if last + 1 == radius.size:
+        area = self.mesh.contact_area(self.shape, state.penetration, state.unknowns)
+        if not np.isfinite(area):
             raise OutgrownError("the contact is larger than its mesh was made for")
-        share = over[last] / (over[last] - over[last + 1])
-        return float(radius[last] + share * (radius[last + 1] - radius[last]))
+        return area
 
     def residual_depth(self, state: State) -> float:
         """Return the penetration at which an indenter would just touch the surface as it is."""
-        return float((self.gap + self._sunk(state.unknowns)).min())
+        return self._touch(state.unknowns)
 
     def surface_shape(self, state: State) -> tuple[Array, Array]:
-        """Return radii, and how far the surface there has gone into the body."""
-        return self.surface.radius.ravel(), self._sunk(state.unknowns).ravel()
-
-    def _over(self, state: State) -> Array:
-        return (state.penetration - self.gap - self._sunk(state.unknowns)).ravel()
+        """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
+        place = self.surface.place
+        return place.reshape(len(place), -1), self._sunk(state.unknowns).ravel()
 
     def _reach(self, state: State, target: _Target, depth: int = 0) -> State:
         """Take one step, or two halves of it where it fails."""
@@ -223,21 +208,22 @@ class Indentation:
             history.append(size / scale if scale > 0 else size)
             if history[-1] <= TOLERANCE:
                 if target.lifted:
-                    depth = float((self.gap + self._sunk(unknowns)).min())
+                    depth = self._touch(unknowns)
                 reached = self._reached(state, unknowns, depth, balance)
                 rounds = state.iterations + round_
                 return replace(reached, iterations=rounds, residual=history[-1])
             step = self._direction(balance, lack, target)
-            unknowns, depth = self._searched(state, (unknowns, depth), step, target)
+            first = float(balance.residual @ step[0] - lack * step[1])
+            unknowns, depth = self._searched(state, (unknowns, depth), step, target, first)
         raise ConvergenceError("an elastic-plastic step does not come to balance", history)
 
     def _balance(
         self, state: State, unknowns: Array, depth: float, lifted: bool, *, tangent: bool
     ) -> _Balance:
-        section, surface = self.section, self.surface
-        response = respond(self.material, section.strain(unknowns), state.points, tangent=tangent)
-        residual = section.forces(response.stress)
-        residual[-1] += section.exterior * unknowns[-1]
+        mesh, surface = self.mesh, self.surface
+        response = respond(self.material, mesh.strain(unknowns), state.points, tangent=tangent)
+        residual = mesh.forces(response.stress)
+        residual[-1] += mesh.exterior * unknowns[-1]
         overlap = np.zeros(self.gap.shape)
         if not lifted:
             overlap = np.maximum(depth - self.gap - self._sunk(unknowns), 0.0)
@@ -252,6 +238,10 @@ class Indentation:
         """Return how far the surface points have gone into the body."""
         return np.asarray((self.surface.shape @ unknowns[self.surface.unknowns][..., None])[..., 0])
 
+    def _touch(self, unknowns: Array) -> float:
+        """Return the penetration at which the indenter just touches the surface as it is."""
+        return float((self.gap + self._sunk(unknowns)).min())
+
     def _touching(self, unknowns: Array) -> float:
         """Return a depth at which some points touch, from where a force finds its own."""
         height = np.sort((self.gap + self._sunk(unknowns)).ravel())
@@ -259,25 +249,21 @@ class Indentation:
 
     def _direction(self, balance: _Balance, lack: float, target: _Target) -> tuple[Array, float]:
         """Return Newton's step of the unknowns and of the penetration."""
-        section, surface = self.section, self.surface
+        mesh, surface = self.mesh, self.surface
         assert balance.response.tangent is not None
-        local = section.stiffness(balance.response.tangent)
+        local = mesh.stiffness(balance.response.tangent)
         held = self.springs * surface.weight * (balance.overlap > 0)
-        local[surface.element, 9:, 9:] += np.einsum(
+        down = mesh.into_body
+        local[surface.element, down, down] += np.einsum(
             "fpi,fp,fpj->fij", surface.shape, held, surface.shape
         )
-        factor = splu(
-            section.matrix(local),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        change = factor.solve(-balance.residual)
+        solve = mesh.solver(local)
+        change = solve(-balance.residual)
         if target.force is None or target.lifted:
             return change, 0.0
-        column = np.zeros(section.size)
+        column = np.zeros(mesh.size)
         np.add.at(column, surface.unknowns, np.einsum("fpi,fp->fi", surface.shape, held))
-        by_depth = factor.solve(column)
+        by_depth = solve(column)
         stiffness = held.sum() - column @ by_depth
         if not stiffness > 0:
             raise ConvergenceError("a force is prescribed where nothing touches")
@@ -285,9 +271,14 @@ class Indentation:
         return change + deeper * by_depth, deeper
 
     def _searched(
-        self, state: State, start: tuple[Array, float], step: tuple[Array, float], target: _Target
+        self,
+        state: State,
+        start: tuple[Array, float],
+        step: tuple[Array, float],
+        target: _Target,
+        first: float,
     ) -> tuple[Array, float]:
-        """Go along a direction until the slope of the potential is a small part of the first."""
+        """Go along a direction until the slope of the potential is half of the first at most."""
         (unknowns, depth), (change, deeper) = start, step
 
         def slope(share: float) -> float:
@@ -301,7 +292,6 @@ class Indentation:
             lack = 0.0 if target.force is None else target.force - there.force
             return float(there.residual @ change - lack * deeper)
 
-        first = slope(0.0)
         share, low, high = 1.0, (0.0, first), None
         for _ in range(_SEARCHES):
             value = slope(share)
@@ -324,10 +314,10 @@ class Indentation:
 
     def _reached(self, state: State, unknowns: Array, depth: float, balance: _Balance) -> State:
         """Return the state at a balance, with its energies."""
-        weight, response = self.section.weight, balance.response
-        elastic_strain = self.section.strain(unknowns) - response.points.strain
+        weight, response = self.mesh.weight, balance.response
+        elastic_strain = self.mesh.strain(unknowns) - response.points.strain
         stored = 0.5 * float((weight * (response.stress * elastic_strain).sum(-1)).sum())
-        stored += 0.5 * self.section.exterior * unknowns[-1] ** 2
+        stored += 0.5 * self.mesh.exterior * unknowns[-1] ** 2
         pressed = 0.5 * self.springs * balance.overlap**2 * self.surface.weight
         more = response.points.amount - state.points.amount
         amounts = state.points.amount, response.points.amount
@@ -335,6 +325,14 @@ class Indentation:
         yielding = more > 0  # elsewhere the resistance may be infinite
         lost = float((weight * resistance * more)[yielding].sum()) if yielding.any() else 0.0
         way = depth - state.penetration
+        # without a force nothing is done on the way to the touch
+        start, end = (
+            at if force > 0 or not state.peak else max(at, self._touch(u))
+            for at, force, u in (
+                (state.penetration, state.force, state.unknowns),
+                (depth, balance.force, unknowns),
+            )
+        )
         return replace(
             state,
             penetration=depth,
@@ -345,16 +343,36 @@ class Indentation:
             stress=response.stress,
             elastic=stored + float(pressed.sum()),
             dissipated=state.dissipated + lost,
-            work=state.work + _work(state, depth, balance.force),
+            work=state.work + _work((start, end), (state.force, balance.force), state.peak),
             rate=(unknowns - state.unknowns) / way if way > 0 else None,
         )
 
 
-def _work(before: State, depth: float, force: float) -> float:
-    """Return the work of a step: of a force that goes with a power of the depth while both rise."""
-    way = depth - before.penetration
-    if way <= 0 or before.penetration <= 0 or not 0 < before.force < force:
-        return 0.5 * (before.force + force) * way
-    power = np.log(force / before.force) / np.log(depth / before.penetration)
-    risen = force * depth - before.force * before.penetration
-    return float(risen / (power + 1))
+def _work(depths: tuple[float, float], forces: tuple[float, float], peak: float) -> float:
+    """Return the work of a step: of a force that goes with a power of the depth while both rise.
+
+    From a body that nothing has pressed before, of a force that goes linearly.
+    """
+    (start, end), (before, force) = depths, forces
+    if peak == 0:
+        return 0.5 * force * (end - start)
+    if not (0 < start < end and 0 < before < force):
+        return elastic_work(end - start, forces)
+    power = np.log(force / before) / np.log(end / start)
+    return float((force * end - before * start) / (power + 1))
+
+
+def elastic_work(way: float, forces: tuple[float, float]) -> float:
+    """Return the work of a force whose power 2/3 is linear along a way.
+
+    That is exact for a ball on an elastic surface, which what is dented nearly is.
+
+    Examples
+    --------
+    >>> round(elastic_work(1.0, (0.0, 1.0)), 12)
+    0.4
+    """
+    before, force = (float(f) ** (2 / 3) for f in forces)
+    if before == force:
+        return way * forces[0]
+    return float(0.4 * way * (force**2.5 - before**2.5) / (force - before))

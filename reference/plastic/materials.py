@@ -1,6 +1,7 @@
 """J2 plasticity with isotropic hardening: stress, plastic strain and tangent of many points.
 
-Stresses are (rr, zz, tt, rz), strains (rr, zz, tt, 2 rz), in units of the caller.
+Stresses have three direct components first, then their shears: (rr, zz, tt, rz) or (xx, yy, zz, yz,
+xz, xy); shear strains are twice those of the tensor. Units of the caller.
 """
 
 from __future__ import annotations
@@ -12,17 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import choice_faults, poisson_faults, refuse
+from reference.elasticity import Material
 from reference.errors import ConvergenceError
-from reference.fem.elasticity import Material
 
 Array = NDArray[np.float64]
 Law = Literal["linear", "power"]
 
 # Newton steps for the plastic strain of a point; the flow stress is concave, so they never fail.
 _ROUNDS = 60
-_TRACE = np.array([1.0, 1.0, 1.0, 0.0])
-# Deviator from strain with engineering shear.
-_DEVIATOR = np.diag([1.0, 1.0, 1.0, 0.5]) - np.outer(_TRACE, _TRACE) / 3
 
 
 @dataclass(frozen=True)
@@ -93,20 +91,20 @@ class PlasticMaterial:
 
 @dataclass(frozen=True)
 class Points:
-    """The state of material points: plastic strain (..., 4) and its accumulated amount (...)."""
+    """The state of material points: plastic strain (..., c) and its accumulated amount (...)."""
 
     strain: Array
     amount: Array
 
     @classmethod
-    def virgin(cls, shape: tuple[int, ...]) -> Points:
+    def virgin(cls, shape: tuple[int, ...], components: int = 4) -> Points:
         """Return points that have not yielded."""
-        return cls(np.zeros((*shape, 4)), np.zeros(shape))
+        return cls(np.zeros((*shape, components)), np.zeros(shape))
 
 
 @dataclass(frozen=True)
 class Response:
-    """Stress (..., 4), state and, where asked for, consistent tangent (..., 4, 4) of a step."""
+    """Stress (..., c), state and, where asked for, consistent tangent (..., c, c) of a step."""
 
     stress: Array
     points: Points
@@ -122,7 +120,7 @@ def respond(material: PlasticMaterial, strain: Array, old: Points, *, tangent: b
     Parameters
     ----------
     material : PlasticMaterial
-    strain : (..., 4)
+    strain : (..., c)
         Total strain at the end of the step.
     old : Points
         State at its beginning.
@@ -130,24 +128,31 @@ def respond(material: PlasticMaterial, strain: Array, old: Points, *, tangent: b
         Whether the tangent is needed.
     """
     shear, bulk = material.shear_modulus, material.bulk_modulus
+    trace, twice, deviator = _frame(strain.shape[-1])
     elastic = strain - old.strain
-    trial = 2 * shear * elastic @ _DEVIATOR
-    norm = np.sqrt((trial[..., :3] ** 2).sum(-1) + 2 * trial[..., 3] ** 2)
+    trial = 2 * shear * elastic @ deviator
+    norm = np.sqrt((twice * trial**2).sum(-1))
     equivalent = np.sqrt(1.5) * norm
     more = plastic_step(material, equivalent, old.amount)
     kept = 1 - 3 * shear * more / np.where(equivalent > 0, equivalent, 1.0)
     pressure = bulk * strain[..., :3].sum(-1)
-    stress = kept[..., None] * trial + pressure[..., None] * _TRACE
+    stress = kept[..., None] * trial + pressure[..., None] * trace
     normal = trial / np.where(norm > 0, norm, 1.0)[..., None]
-    flow = np.sqrt(1.5) * more[..., None] * normal * np.array([1.0, 1.0, 1.0, 2.0])
+    flow = np.sqrt(1.5) * more[..., None] * normal * twice
     points = Points(old.strain + flow, old.amount + more)
     if not tangent:
         return Response(stress, points, None)
     slope = material.flow_stress(points.amount)[1]
     along = np.where(more > 0, 1 / (1 + slope / (3 * shear)) - (1 - kept), 0.0)
-    matrix = 2 * shear * kept[..., None, None] * _DEVIATOR
+    matrix = 2 * shear * kept[..., None, None] * deviator
     matrix -= (2 * shear * along)[..., None, None] * normal[..., :, None] * normal[..., None, :]
-    return Response(stress, points, matrix + bulk * np.outer(_TRACE, _TRACE))
+    return Response(stress, points, matrix + bulk * np.outer(trace, trace))
+
+
+def _frame(components: int) -> tuple[Array, Array, Array]:
+    """Return what sums direct components, doubles shears, and makes deviators of strains."""
+    trace = np.where(np.arange(components) < 3, 1.0, 0.0)
+    return trace, 2 - trace, np.diag((1 + trace) / 2) - np.outer(trace, trace) / 3
 
 
 def plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Array:

@@ -8,28 +8,31 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import positive_faults, refuse
+from reference.arguments import count_faults, positive_faults, refuse
 from reference.loads import LoadPath
-from reference.plastic.indentation import Indentation, State
+from reference.plastic.block import Block
+from reference.plastic.indentation import Indentation, State, elastic_work
 from reference.plastic.materials import PlasticMaterial
+from reference.plastic.section import Section
 
 Array = NDArray[np.float64]
 
-# A rising load goes in steps in which a contact grows by a quarter of an element over its last
-# part, the factor _FINE; what lies before is soon forgotten, and goes by _COARSE from 1/_FIRST.
-_FINE, _COARSE, _FIRST = 2.0, 2.0, 32.0
-_GROWTH = 0.25
+# A rising load goes in steps whose logarithms are so many elements over a radius at its end, and
+# the longer the further from it (by this power: what lies before is soon forgotten) from a share of
+# the load on. Round contacts: as fine as their energies need to balance to 1e-4 on nine elements.
+_STEP = {"round": 0.1, "block": 0.5}
+_POWER, _FIRST = 0.75, 1 / 32
 # Steps of a stretch that falls.
 _FALLING = 3
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A round contact at one load of a path.
+    """A contact at one load of a path.
 
     Attributes
     ----------
-    penetration, force, contact_radius : float
+    penetration, force, contact_area : float
     work, elastic, dissipated : float
         Work of the force, elastic energy, plastic dissipation so far.
     iterations : int
@@ -40,13 +43,18 @@ class Moment:
 
     penetration: float
     force: float
-    contact_radius: float
+    contact_area: float
     work: float
     elastic: float
     dissipated: float
     iterations: int
     residual: float
     state: State
+
+    @property
+    def contact_radius(self) -> float:
+        """Radius of the circle of that area."""
+        return float(np.sqrt(self.contact_area / np.pi))
 
 
 class Walk:
@@ -56,13 +64,21 @@ class Walk:
     ----------
     material : PlasticMaterial
     shape : callable
-        f(r), the gap at first touch.
-    radius : float
-        Contact radius at the largest load, roughly: contacts of up to 1.25 times that fit.
+        The gap at first touch, f(r) or f(x, y).
+    radius : float or (float, float)
+        Contact radius at the largest load, roughly: contacts of up to 1.25 times that fit. Two
+        half-widths, in x and y: elements in three dimensions below f(x, y).
     smallest : float
-        That at the smallest load that shall be resolved.
+        Radius at the smallest load that shall be resolved, of round contacts.
     per_radius : int
-        Elements per contact radius.
+        Elements per contact radius, or half-width.
+    even : (bool, bool)
+        Whether x = 0, and y = 0, is a plane of symmetry of f(x, y).
+
+    Attributes
+    ----------
+    step : float
+        Of the logarithm of a rising load, at its end.
 
     Raises
     ------
@@ -73,7 +89,7 @@ class Walk:
     --------
     Elastic, it is Hertz's contact:
 
-    >>> from reference.fem.elasticity import Material
+    >>> from reference.elasticity import Material
     >>> steel = PlasticMaterial(Material(0.91, 0.3), np.inf)
     >>> ball = Walk(steel, lambda r: r**2 / 2, 0.1, per_radius=4)
     >>> (moment,) = ball.along(LoadPath("penetration", 0.01))
@@ -84,22 +100,18 @@ class Walk:
     def __init__(
         self,
         material: PlasticMaterial,
-        shape: Callable[[Array], Array],
-        radius: float,
+        shape: Callable[..., Array],
+        radius: float | tuple[float, float],
         *,
         smallest: float | None = None,
         per_radius: int = 8,
+        even: tuple[bool, bool] = (True, True),
     ) -> None:
-        refuse(positive_faults(radius=radius))
-        self.length = radius
-        self.modulus = material.elastic.youngs_modulus
-        self.indentation = Indentation(
-            material.scaled(self.modulus),
-            lambda r: np.asarray(shape(r * radius)) / radius,
-            per_radius=per_radius,
-            smallest=1.0 if smallest is None else smallest / radius,
+        self.indentation, self.length = below(
+            material, shape, radius, smallest=smallest, per_radius=per_radius, even=even
         )
-        self._per_radius = per_radius
+        self.modulus = material.elastic.youngs_modulus
+        self.step = _STEP["round" if np.isscalar(radius) else "block"] / per_radius
 
     def along(self, path: LoadPath) -> Iterator[Moment]:
         """Yield the contact at each load of a path of penetrations or forces.
@@ -129,24 +141,19 @@ class Walk:
         return self.length * self.indentation.residual_depth(left)
 
     def given_back(self, moment: Moment, steps: int = 6) -> float:
-        """Return the work that the body gives back if the indenter is lifted off from here.
-
-        F^(2/3) is taken as linear in the penetration within a step: exact for a ball on an elastic
-        surface, which what is dented nearly is.
-        """
+        """Return the work that the body gives back if the indenter is lifted off from here."""
         state, work = moment.state, 0.0
         for share in 1 - np.arange(1, steps + 1) / steps:
             lifted = self.indentation.push(state, moment.state.force * share**1.5)
-            high, low = state.force ** (2 / 3), lifted.force ** (2 / 3)
             risen = state.penetration - lifted.penetration
-            work += 0.4 * risen * (high**2.5 - low**2.5) / (high - low)
+            work += elastic_work(risen, (state.force, lifted.force))
             state = lifted
         return float(work * self.modulus * self.length**3)
 
     def surface(self, moment: Moment) -> tuple[Array, Array]:
-        """Return radii, and how far the surface there has gone into the body."""
-        radius, sunk = self.indentation.surface_shape(moment.state)
-        return radius * self.length, sunk * self.length
+        """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
+        place, sunk = self.indentation.surface_shape(moment.state)
+        return place * self.length, sunk * self.length
 
     def _led(self, state: State, control: str, load: float) -> State:
         now = state.penetration if control == "penetration" else state.force
@@ -160,10 +167,10 @@ class Walk:
         if load <= max(now, 0.0):
             count = _FALLING if 0 <= load < now else 1
             return np.linspace(now, load, count + 1)[1:]
-        fine = int(np.ceil(np.log(_FINE) * self._per_radius / (2 * _GROWTH)))
-        shares = np.exp(-np.log(_FINE) * np.arange(fine, -1, -1) / fine)
-        coarse = shares[0] / _COARSE ** np.arange(int(np.log2(_FIRST)), 0, -1)
-        values = load * np.concatenate([coarse, shares])
+        shares = [1.0]
+        while shares[-1] > _FIRST:
+            shares.append(shares[-1] * np.exp(-self.step / shares[-1] ** _POWER))
+        values = load * np.array(shares[::-1])
         return values[values > now * (1 + 1e-9)]
 
     def _moment(self, state: State) -> Moment:
@@ -171,7 +178,7 @@ class Walk:
         return Moment(
             penetration=state.penetration * self.length,
             force=state.force * self.modulus * self.length**2,
-            contact_radius=self.indentation.contact_radius(state) * self.length,
+            contact_area=self.indentation.contact_area(state) * self.length**2,
             work=state.work * energy,
             elastic=state.elastic * energy,
             dissipated=state.dissipated * energy,
@@ -179,3 +186,43 @@ class Walk:
             residual=state.residual,
             state=state,
         )
+
+
+def below(
+    material: PlasticMaterial,
+    shape: Callable[..., Array],
+    radius: float | tuple[float, float],
+    *,
+    smallest: float | None = None,
+    per_radius: int = 8,
+    even: tuple[bool, bool] = (True, True),
+) -> tuple[Indentation, float]:
+    """Return an indentation of E = 1 on a mesh for contacts of a size, and its unit of length.
+
+    Parameters are those of `Walk`.
+
+    Raises
+    ------
+    ValueError
+        Lists all invalid arguments.
+    """
+    faults = count_faults(2, per_radius=per_radius)
+    sides = (radius, radius) if isinstance(radius, (int, float)) else radius
+    faults += positive_faults(radius=min(sides))
+    length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
+    least = 1.0 if smallest is None else smallest / length
+    if not 0 < least <= 1 + 1e-12:
+        faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
+    refuse(faults)
+    nu = material.elastic.poisson_ratio
+    if isinstance(radius, (int, float)):
+        mesh: Section | Block = Section(least, 1.0, per_radius, nu)
+    else:
+        mesh = Block((sides[0] / length, sides[1] / length), per_radius, nu, even)
+    scaled = material.scaled(material.elastic.youngs_modulus)
+    return (
+        Indentation(
+            scaled, lambda *at: np.asarray(shape(*(x * length for x in at))) / length, mesh
+        ),
+        length,
+    )

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
 from reference.plastic.theories import (
