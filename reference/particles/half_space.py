@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.elasticity import von_mises
 from reference.errors import ConvergenceError
-from reference.fem.recovery import von_mises
 from reference.loads import Load
 from reference.particles.equilibrium import Floor, Rest, largest_stiffness, relax
 from reference.particles.far_field import Domain, FarField, Search

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import positive_faults, refuse
-from reference.fem.recovery import von_mises
+from reference.elasticity import von_mises
 from reference.particles.equilibrium import Rest
 from reference.particles.far_field import Domain, FarField
 from reference.particles.half_space import ParticleContact, ParticleHalfSpace

@@ -1,8 +1,12 @@
 """Creep coefficients of elliptic contacts: the limit of vanishing slip.
 
-Kalker's linear theory (1967; 1990, app. E) is F_x = C11 G a b xi, F_y = C22 G a b eta, where all of
-the contact sticks. G is that of two equal bodies; one elastic body on a rigid one has 2 G in its
-place, as here.
+Kalker's linear theory (1967; 1990, app. E), where all of the contact sticks, is with c^2 = a b
+
+    F_x = C11 G c^2 xi,    F_y = C22 G c^2 eta + C23 G c^3 phi,
+    M_z = -C23 G c^3 eta + C33 G c^4 phi,
+
+phi the spin. G is that of two equal bodies; one elastic body on a rigid one has 2 G in its place,
+as here.
 
 The contact is cut into strips along the way of rolling, each of the length that its area asks for,
 and these into cells that are fine at both ends, x = h sin: tractions rise from the leading edge as
@@ -22,11 +26,13 @@ from numpy.typing import NDArray
 
 from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.halfspace.cerruti import Compliance, cell_integrals
+from reference.rolling.contact import Creep, rigid_slip
 from reference.rolling.tractions import Rolling, Surface
 
 Array = NDArray[np.float64]
 
 _CELLS = (10, 14, 20)
+_ONE_OF_EACH = (Creep(1.0), Creep(0.0, 1.0), Creep(0.0, 0.0, 1.0))
 
 
 @dataclass(frozen=True)
@@ -37,11 +43,11 @@ class CreepCoefficients:
     ----------
     cells : ndarray, shape (k,)
         Strips on half the width, and cells on each of them.
-    values : ndarray, shape (k, 2)
-        C11 and C22 on the grids.
-    limit : ndarray, shape (2,)
+    values : ndarray, shape (k, 4)
+        C11, C22, C23 and C33 on the grids.
+    limit : ndarray, shape (4,)
         By a straight line over the square of the cell size.
-    uncertainty : ndarray, shape (2,)
+    uncertainty : ndarray, shape (4,)
         Largest change of the limit where one of the grids is left out, or the way from the finest
         grid to the limit if larger.
     """
@@ -70,7 +76,7 @@ class CreepCoefficients:
 def creep_coefficients(
     poisson_ratio: float, axis_ratio: float, cells: tuple[int, ...] = _CELLS
 ) -> CreepCoefficients:
-    """Return C11 and C22 of the half-space.
+    """Return C11, C22, C23 and C33 of the half-space.
 
     Parameters
     ----------
@@ -125,22 +131,35 @@ class _Strips:
         self.points = half[:, None] * np.append(middle, 2 - middle[-1])
 
     def coefficients(self, compliance: Compliance) -> Array:
-        """Return C11 and C22: tractions of full stick, their sums over 2 G a b."""
-        upstream = np.diff(self.points, axis=1).ravel()
+        """Return C11, C22, C23 and C33, c = 1: sums of the tractions of full stick over 2 G."""
         direct, image = self._differences(compliance)
-        forces = []
-        for direction, parity in enumerate((1, -1)):
+        along, across, spin = self._ways()
+        forces: list[float] = []
+        for parity, ways in ((1, [along]), (-1, [across, spin])):
             # q_x has this parity in y, and q_y the other one
             xx, yy, xy, yx = (
                 direct[part] + sign * parity * image[part]
                 for part, sign in ((0, 1), (1, -1), (2, -1), (2, 1))
             )
             matrix = np.block([[xx, xy], [yx, yy]])
-            way = np.zeros((2, upstream.size))
-            way[direction] = upstream
-            traction = np.linalg.solve(matrix, way.ravel()).reshape(2, *self.x.shape)
-            forces.append(2 * self.width * float((traction[direction] * self.lengths).sum()))
+            tractions = np.linalg.solve(matrix, np.array(ways).reshape(len(ways), -1).T)
+            for traction in tractions.T.reshape(-1, 2, *self.x.shape):
+                sums = 2 * self.width * (traction * self.lengths).sum(axis=(1, 2))
+                forces.append(float(sums[(1 - parity) // 2]))
+        turning = traction[1] * self.x - traction[0] * self.y[:, None]  # by spin, the last
+        forces.append(2 * self.width * float((turning * self.lengths).sum()))
         return np.array(forces) / 2
+
+    def _ways(self) -> Array:
+        """Return the rigid slip from each cell to the next upstream, shape (3, 2, *cells).
+
+        By creep along and across, and by spin, (-y, x), whose integral is taken.
+        """
+        upstream = np.diff(self.points, axis=1)
+        ways = np.zeros((3, 2, *upstream.shape))
+        ways[0, 0] = ways[1, 1] = upstream
+        ways[2] = -self.y[:, None] * upstream, np.diff(self.points**2, axis=1) / 2
+        return ways
 
     def _differences(self, compliance: Compliance) -> Array:
         """Return u - u upstream by the tractions of cells and of their mirror images.
@@ -164,7 +183,7 @@ class _Strips:
 def on_grid(
     surface: Callable[[tuple[int, int], float], Surface], axis_ratio: float, cells: int
 ) -> Array:
-    """Return C11 and C22 on one grid.
+    """Return C11, C22, C23 and C33 on one grid.
 
     Parameters
     ----------
@@ -178,15 +197,14 @@ def on_grid(
     a, b = np.sqrt(axis_ratio), 1 / np.sqrt(axis_ratio)
     side = min(a, b) / cells
     half = [int(np.ceil(axis / side)) for axis in (a, b)]
-    # a row ahead, from which material enters
-    x = (np.arange(-half[0], half[0] + 1) + 0.5) * side
+    # a row ahead, from which material enters, and one behind: the spin is about the middle
+    x = (np.arange(-half[0] - 1, half[0] + 1) + 0.5) * side
     y = (np.arange(-half[1], half[1]) + 0.5) * side
     inside = (x[:, None] / a) ** 2 + (y / b) ** 2 < 1
     rolling = Rolling(surface(inside.shape, side), np.where(inside, np.inf, 0.0))
-    forces = []
-    for direction in range(2):
-        creep = np.zeros((2, *inside.shape))
-        creep[direction] = 1.0
-        forces.append(rolling.at(creep).traction[direction].sum())
-    # F = C 2 G (area/pi)
-    return np.array(forces) * np.pi / (2 * inside.sum())
+    slips = [rigid_slip(creep, inside.shape, (side, side)) for creep in _ONE_OF_EACH]
+    along, across, spin = (rolling.at(slip).traction for slip in slips)
+    turning = (spin[1] * x[:, None] - spin[0] * y).sum()
+    forces = np.array([along[0].sum(), across[1].sum(), spin[1].sum(), turning])
+    # F = C 2 G c^2, c^3 or c^4
+    return forces * side**2 / (2 * (inside.sum() * side**2 / np.pi) ** np.array([1, 1, 1.5, 2]))

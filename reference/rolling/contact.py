@@ -31,6 +31,8 @@ Fields = NDArray[np.float64]
 
 _NORMAL = ("penetration", "force")
 _ROUNDS = 40
+# Of a cell: where the slip by spin is taken, see `rigid_slip`.
+_AHEAD = 1 / 6
 
 
 class Creep(NamedTuple):
@@ -57,8 +59,8 @@ class RollingStep:
     ----------
     creep : Creep
     penetration, force : float
-    tangential_force, lateral_force : float
-        On the half-space, along x and y.
+    tangential_force, lateral_force, moment : float
+        On the half-space, along x and y, and about z at the middle of the grid.
     pressure : ndarray, shape (nx, ny)
     traction, slip : ndarray, shape (2, nx, ny)
         On the half-space; slip per distance rolled.
@@ -78,6 +80,7 @@ class RollingStep:
     force: float
     tangential_force: float
     lateral_force: float
+    moment: float
     pressure: Field = field(repr=False)
     traction: Fields = field(repr=False)
     slip: Fields = field(repr=False)
@@ -86,6 +89,30 @@ class RollingStep:
     violation: float
     error: float
     rounds: int
+
+
+def rigid_slip(creep: Creep, shape: tuple[int, int], spacing: tuple[float, float]) -> Fields:
+    """Return the rigid slip between each cell and the next one upstream, shape (2, nx, ny).
+
+    Its mean is that half a cell ahead. But tractions of stick, which have no bound at the trailing
+    edge, act on cells as in a contact whose middle lies a third of a cell behind: spin is taken a
+    sixth of a cell ahead, as CONTACT does (Vollebregt & Kalker). On eight cells per radius C23
+    then errs by 2.2 % at most, with half a cell by 12.5 %.
+    """
+    x, y = _places(shape, spacing)
+    slip = np.empty((2, *shape))
+    slip[0] = creep.along - creep.spin * y
+    slip[1] = creep.across + creep.spin * (x + spacing[0] * _AHEAD)[:, None]
+    return slip
+
+
+def _places(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Field, Field]:
+    """Return x and y of the cells from the middle of the grid."""
+    nx, ny = shape
+    dx, dy = spacing
+    x = dx * (np.arange(float(nx)) - (nx - 1) / 2)
+    y = dy * (np.arange(float(ny)) - (ny - 1) / 2)
+    return x, y
 
 
 def roll(
@@ -198,21 +225,11 @@ class _Roller:
     def _rolled(self, contact: Contact, creep: Creep, start: Fields | None) -> Tractions:
         if self.rolling is None:
             self.rolling = Rolling(self.body, self.friction * contact.pressure)
-        rate = self._rate(creep)
+        rate = rigid_slip(creep, self.body.shape, self.body.spacing)
         if self.coupled:
             drag = self.body.drag(contact.pressure)
             rate[:, :-1] += np.diff(drag, axis=1) / self.body.spacing[0]
         return self.rolling.at(rate, start, self.tolerance / 10)
-
-    def _rate(self, creep: Creep) -> Fields:
-        """Return the rigid slip of all cells."""
-        x, y = (
-            (np.arange(n) - (n - 1) / 2) * step
-            for n, step in zip(self.body.shape, self.body.spacing, strict=True)
-        )
-        rate = np.empty((2, *self.body.shape))
-        rate[0], rate[1] = creep.along - creep.spin * y, creep.across + creep.spin * x[:, None]
-        return rate
 
     def _violation(self, contact: Contact, depth: float, change: Field) -> float:
         """Return the violation of the normal conditions by a change of the lift."""
@@ -233,12 +250,15 @@ class _Roller:
         rounds: int,
     ) -> RollingStep:
         along, across = answer.traction.sum(axis=(1, 2)) * self.body.cell_area
+        x, y = _places(self.body.shape, self.body.spacing)
+        turning = answer.traction[1] * x[:, None] - answer.traction[0] * y
         return RollingStep(
             creep=creep,
             penetration=depth,
             force=contact.force,
             tangential_force=float(along),
             lateral_force=float(across),
+            moment=float(turning.sum() * self.body.cell_area),
             pressure=contact.pressure,
             traction=answer.traction,
             slip=answer.slip,

@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.arguments import count_faults, positive_faults, refuse
+from reference.elasticity import Material
 from reference.fem.columns import Element
-from reference.fem.elasticity import Material
 from reference.fem.shear_body import beyond_cells
 from reference.halfspace.cerruti import Compliance
 

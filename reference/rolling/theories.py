@@ -1,14 +1,14 @@
 """Theories of rolling that approximate the half-space: Kalker's linear one, and FASTSIM.
 
 **Linear** (Kalker 1967): all of an elliptic contact sticks, F_x = C11 G a b xi, F_y = C22 G a b
-eta; the limit of small creep. The coefficients are those of Kalker's table (1990, table E3), to
-three digits.
+eta + C23 G (a b)^(3/2) phi, phi the spin; the limit of small creep. The coefficients are those of
+Kalker's table (1990, table E3), to three digits.
 
 **FASTSIM** (Kalker, Veh. Syst. Dyn. 11 (1982) 1): the surface is a bed of independent springs,
-u = L q, of two flexibilities L = 8 a/(3 C G) with which the linear limit is right. Strips along the
-rolling direction are followed from their leading edges; the bound is mu times a parabola of the
-contact's force, not mu times Hertz's pressure, with which stick and slip would not meet at the
-trailing edge.
+u = L q, of three flexibilities with which the linear limit is right: L = 8 a/(3 C G) for each
+creep, L = pi a sqrt(a/b)/(4 C23 G) for spin. Strips along the rolling direction are followed from
+their leading edges; the bound is mu times a parabola of the contact's force, not mu times Hertz's
+pressure, with which stick and slip would not meet at the trailing edge.
 
 G is that of two equal bodies; one elastic body on a rigid one has 2 G in its place, as here.
 """
@@ -16,6 +16,7 @@ G is that of two equal bodies; one elastic body on a rigid one has 2 G in its pl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -45,6 +46,33 @@ _C22 = np.array(
         [5.57, 6.40, 7.51], [6.96, 8.14, 9.79], [10.7, 12.8, 16.0],
     ]
 )  # fmt: skip
+_C23 = np.array(
+    [
+        [0.334, 0.473, 0.731], [0.483, 0.603, 0.809], [0.607, 0.715, 0.889], [0.72, 0.823, 0.977],
+        [0.827, 0.929, 1.07], [0.93, 1.03, 1.18], [1.03, 1.14, 1.29], [1.13, 1.25, 1.40],
+        [1.23, 1.36, 1.51], [1.33, 1.47, 1.63], [1.44, 1.59, 1.77], [1.58, 1.75, 1.94],
+        [1.76, 1.95, 2.18], [2.01, 2.23, 2.50], [2.35, 2.62, 2.96], [2.88, 3.24, 3.70],
+        [3.79, 4.32, 5.01], [5.72, 6.63, 7.89], [12.2, 14.6, 18.0],
+    ]
+)  # fmt: skip
+_C33 = np.array(
+    [
+        [6.42, 8.28, 11.7], [3.46, 4.27, 5.66], [2.49, 2.96, 3.72], [2.02, 2.32, 2.77],
+        [1.74, 1.93, 2.22], [1.56, 1.68, 1.86], [1.43, 1.50, 1.60], [1.34, 1.37, 1.42],
+        [1.27, 1.27, 1.27], [1.21, 1.19, 1.16], [1.16, 1.11, 1.06], [1.10, 1.04, 0.954],
+        [1.05, 0.965, 0.852], [1.01, 0.892, 0.751], [0.958, 0.819, 0.650], [0.912, 0.747, 0.549],
+        [0.868, 0.674, 0.446], [0.828, 0.601, 0.341], [0.795, 0.526, 0.228],
+    ]
+)  # fmt: skip
+
+
+class Coefficients(NamedTuple):
+    """Kalker's coefficients: by creep along, by that across, by spin, and its moment."""
+
+    c11: float
+    c22: float
+    c23: float
+    c33: float
 
 
 @dataclass(frozen=True)
@@ -77,8 +105,8 @@ class EllipticContact:
         refuse(faults + poisson_faults(self.poisson_ratio))
 
     @property
-    def coefficients(self) -> tuple[float, float]:
-        """C11 and C22, see `kalker`."""
+    def coefficients(self) -> Coefficients:
+        """See `kalker`."""
         return kalker(self.semi_axes[0] / self.semi_axes[1], self.poisson_ratio)
 
 
@@ -91,8 +119,8 @@ class Rolled:
     stick_area: float
 
 
-def kalker(axis_ratio: float, poisson_ratio: float) -> tuple[float, float]:
-    """Return C11 and C22 from Kalker's table, interpolated.
+def kalker(axis_ratio: float, poisson_ratio: float) -> Coefficients:
+    """Return the coefficients of Kalker's table, interpolated.
 
     Between ratios of the axes linearly in their logarithm, between Poisson's ratios by a parabola.
 
@@ -111,7 +139,7 @@ def kalker(axis_ratio: float, poisson_ratio: float) -> tuple[float, float]:
     Examples
     --------
     >>> kalker(1.0, 0.25)
-    (4.12, 3.67)
+    Coefficients(c11=4.12, c22=3.67, c23=1.47, c33=1.19)
     """
     faults = []
     if not 0.1 <= axis_ratio <= 10:
@@ -121,12 +149,14 @@ def kalker(axis_ratio: float, poisson_ratio: float) -> tuple[float, float]:
     refuse(faults)
     t = poisson_ratio / 0.25
     weights = np.array([(1 - t) * (2 - t) / 2, t * (2 - t), t * (t - 1) / 2])
-    places = np.log(_RATIOS)
-    first, second = (np.interp(np.log(axis_ratio), places, c @ weights) for c in (_C11, _C22))
-    return round(float(first), 12), round(float(second), 12)
+    place, places = np.log(axis_ratio), np.log(_RATIOS)
+    values = (np.interp(place, places, table @ weights) for table in (_C11, _C22, _C23, _C33))
+    return Coefficients(*(round(float(value), 12) for value in values))
 
 
-def linear(contact: EllipticContact, creep: float, lateral_creep: float = 0.0) -> Rolled:
+def linear(
+    contact: EllipticContact, creep: float, lateral_creep: float = 0.0, spin: float = 0.0
+) -> Rolled:
     """Return the forces of the linear theory, beyond the limit too: it knows no friction.
 
     Examples
@@ -134,20 +164,26 @@ def linear(contact: EllipticContact, creep: float, lateral_creep: float = 0.0) -
     >>> round(linear(EllipticContact((1.0, 1.0), 0.5, 0.25, 1.0), 0.01).tangential_force, 12)
     0.0412
     """
-    (a, b), (c11, c22) = contact.semi_axes, contact.coefficients
+    (a, b), known = contact.semi_axes, contact.coefficients
     unit = 2 * contact.shear_modulus * a * b
-    return Rolled(c11 * unit * creep, c22 * unit * lateral_creep, np.pi * a * b)
+    across = known.c22 * lateral_creep + known.c23 * np.sqrt(a * b) * spin
+    return Rolled(known.c11 * unit * creep, float(unit * across), np.pi * a * b)
 
 
 def fastsim(
-    contact: EllipticContact, creep: float, lateral_creep: float = 0.0, cells: int = 50
+    contact: EllipticContact,
+    creep: float,
+    lateral_creep: float = 0.0,
+    spin: float = 0.0,
+    cells: int = 50,
 ) -> Rolled:
     """Return the forces of FASTSIM.
 
     Parameters
     ----------
     contact : EllipticContact
-    creep, lateral_creep : float
+    creep, lateral_creep, spin : float
+        As in `contact.Creep`.
     cells : int
         Strips across half of the contact, and steps along half a strip.
 
@@ -162,19 +198,23 @@ def fastsim(
     1.0
     """
     refuse(count_faults(1, cells=cells))
-    (a, b), (c11, c22) = contact.semi_axes, contact.coefficients
+    (a, b), known = contact.semi_axes, contact.coefficients
     # stress per distance from the leading edge, over the highest bound, lengths over a and b
     peak = 2 * contact.limit / (np.pi * a * b)
     unit = 3 * 2 * contact.shear_modulus / (8 * peak)
-    along, across, stick = _strips(c11 * unit * creep, c22 * unit * lateral_creep, cells)
+    turn = 8 * contact.shear_modulus * known.c23 * spin / (np.pi * peak)
+    creeps = known.c11 * unit * creep, known.c22 * unit * lateral_creep
+    spins = turn * b * np.sqrt(b / a), turn * np.sqrt(a * b)
+    along, across, stick = _strips(np.array([*creeps, *spins]), cells)
     total = contact.limit * 2 / np.pi
     return Rolled(along * total, across * total, stick * a * b)
 
 
 @njit(cache=True)
-def _strips(rate_x, rate_y, cells):
+def _strips(rates, cells):
     """Return integrals of both stresses over the bound's peak, and the sticking area, of a circle.
 
+    Rates of stress by both creeps, and by spin at y = 1 and at x = 1.
     Between two steps the stress is that of stick up to its bound; midpoints across the strips.
     """
     along = across = stick = 0.0
@@ -185,7 +225,8 @@ def _strips(rate_x, rate_y, cells):
         x, qx, qy = half, 0.0, 0.0
         for _ in range(2 * cells):
             x -= step
-            new_x, new_y = qx + rate_x * step, qy + rate_y * step
+            new_x = qx + (rates[0] - rates[2] * y) * step
+            new_y = qy + (rates[1] + rates[3] * (x + step / 2)) * step
             bound = max(half * half - x * x, 0.0)
             size = np.hypot(new_x, new_y)
             if size > bound:

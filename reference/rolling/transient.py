@@ -18,13 +18,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import refuse
 from reference.errors import ConvergenceError
 from reference.halfspace import fft, stick_slip
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
-from reference.rolling.contact import Creep
+from reference.rolling.contact import Creep, rigid_slip
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
@@ -68,7 +67,6 @@ def roll_on(
         In every step: the same one for a smooth roller, `pressed` for a rough one.
     friction : float
     creep : Creep
-        Without spin.
     start : ndarray, shape (2, nx, ny), optional
         Tractions before the first step, such as Cattaneo's; default: none.
 
@@ -78,8 +76,6 @@ def roll_on(
 
     Raises
     ------
-    ValueError
-        If the creep has a spin.
     ConvergenceError
         If a step does not converge.
 
@@ -93,20 +89,9 @@ def roll_on(
     >>> 0.1 < last.tangential_force / (0.3 * last.force) < 0.9
     True
     """
-    refuse([f"creep must be without spin, not {creep.spin!r}"] if creep.spin else [])
-    return _steps(body, pressures, friction, creep, start)
-
-
-def _steps(
-    body: NormalAndTangential,
-    pressures: Iterable[Field],
-    friction: float,
-    creep: Creep,
-    start: Fields | None,
-) -> Iterator[Moment]:
     traction = np.zeros((2, *body.shape)) if start is None else start.copy()
     displacement = body.shear(traction)
-    rigid = body.spacing[0] * np.array([creep.along, creep.across])[:, None, None]
+    rigid = body.spacing[0] * rigid_slip(creep, body.shape, body.spacing)
     for pressure in pressures:
         bound = friction * pressure
         if (bound[-1] > 0).any():

@@ -170,6 +170,7 @@ def test_a_soft_ball_rides_on_the_film_of_hamrock_and_dowson():
     assert not middle[np.abs(fast.x) < 0.9 * SOFT.hertz_radius].any()
 
 
+@pytest.mark.slow
 def test_soft_films_go_as_the_three_fifths_power_of_speed():
     """From 10 to 1 mm/s: the exponent of the similarity theory, not Hamrock & Dowson's 0.64."""
     films = [entrain(SOFT, speed, 12).film_central for speed in (1e-2, 1e-3)]
@@ -258,6 +259,7 @@ def test_cells_that_rupture_or_heal_halt_at_zero_in_a_step():
     assert ((after.s > 0) != (start.s > 0)).all()
 
 
+@pytest.mark.slow
 def test_soft_film_is_of_second_order():
     """Differences between cells of h, h/2, h/4 fall by four."""
     films = [entrain(SOFT, 1e-2, n).film_central for n in (6, 12, 24)]
@@ -273,6 +275,7 @@ def test_a_stiff_ball_is_the_rigid_one():
     assert half < rigid.film_minimum < 1.3 * half
 
 
+@pytest.mark.slow
 def test_a_starved_ball_rides_lower():
     """The nearer the oil begins, the less film; far away it is a bath."""
     full = entrain(SOFT, 1e-2, 8).film_central
@@ -286,6 +289,7 @@ def test_a_starved_ball_rides_lower():
     assert films[2] == pytest.approx(full, rel=0.02)
 
 
+@pytest.mark.slow
 def test_too_thin_films_are_told_with_their_history():
     """Six decades below what eight cells resolve: no number, but an error."""
     with pytest.raises(ConvergenceError, match="too thin for its cells"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reference.fem.recovery import von_mises
+from reference.elasticity import von_mises
 from reference.particles.bonds import Asperities
 
 

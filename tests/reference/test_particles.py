@@ -6,8 +6,8 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from reference.closed_form import paraboloid
+from reference.elasticity import Material
 from reference.errors import ConvergenceError
-from reference.fem.elasticity import Material
 from reference.halfspace import pieces
 from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace
@@ -353,6 +353,7 @@ def test_hardening_makes_the_force_larger():
     assert 1.02 * soft < hard < elastic
 
 
+@pytest.mark.slow
 def test_forces_are_inverted_along_a_path_until_contact_is_lost():
     body, gap = yielding()
     *contacts, lost = walked(body, gap, 3, 1.5, 0.1)
@@ -364,6 +365,7 @@ def test_forces_are_inverted_along_a_path_until_contact_is_lost():
     assert_allclose(depths[2], body.residual_depth(gap) / FIRST, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_threads_change_no_digit(monkeypatch):
     """Each automaton is computed by one thread, from what none of them writes."""
     monkeypatch.setattr("reference.particles.interaction.PIECE", 100)

@@ -23,11 +23,12 @@ from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
 from reference.rolling.tractions import Rolling
 from reference.rolling.transient import pressed, roll_on
 
-# Kalker's printed coefficients have three digits, of which the last is uncertain; C11 of the
-# shortest contact at nu = 1/2 is 0.8 % below that of the half-space, all others agree within 0.3 %;
-# 0.1 % are left to our coarse grids.
-PRINTED = 0.004
-MISPRINTED = (0.5, 0.5)
+# Kalker's printed coefficients have three digits, of which the last is uncertain: all agree within
+# 0.4 % but C11 of the shortest contact at nu = 1/2 and some C33, 0.8 % off; our coarse grids leave
+# 0.1 %, and 0.7 % in C33 of long contacts.
+PRINTED = 0.005
+ODD_ONES = {(0.5, 0.5): 0.0085, (0.0, 0.5): 0.0045, (0.0, 1.0): 0.015, (0.0, 2.0): 0.015}
+ODD_ONES |= {(0.25, 1.0): 0.0115, (0.25, 2.0): 0.0095}
 
 
 def ball(cells, nu=0.5, friction=0.3, coupled=False, ahead=1):
@@ -47,11 +48,11 @@ def hertz_force(nu):
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.5])
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
 def test_creep_coefficients_are_kalkers(nu, ratio):
-    along, across = creep_coefficients(nu, ratio, (6, 8, 11)).limit
+    limit = creep_coefficients(nu, ratio, (6, 8, 11)).limit
     known = kalker(ratio, nu)
-    loose = 2.5 * PRINTED if (nu, ratio) == MISPRINTED else PRINTED
-    assert_allclose(along, known[0], rtol=loose)
-    assert_allclose(across, known[1], rtol=PRINTED)
+    loose = ODD_ONES.get((nu, ratio), PRINTED)
+    assert_allclose(limit[[0, 3]], np.array(known)[[0, 3]], rtol=max(loose, PRINTED))
+    assert_allclose(limit[1:3], known[1:3], rtol=PRINTED)
 
 
 @pytest.mark.slow
@@ -60,12 +61,15 @@ def test_creep_coefficients_are_kalkers(nu, ratio):
 )
 def test_creep_coefficients_of_a_circle_by_extrapolation(nu, known):
     """Within 0.5 % of values extrapolated from square cells by another program."""
-    assert_allclose(creep_coefficients(nu, 1.0).limit, known, rtol=5e-3)
+    assert_allclose(creep_coefficients(nu, 1.0).limit[:2], known, rtol=5e-3)
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_strips_have_the_limit_of_square_cells(ratio):
-    """Square cells, of first order and with steps along the outline, are within 0.7 % on 22."""
+    """Square cells, of first order and with steps along the outline, are within 0.7 % on 22.
+
+    Of spin, whose lever is the outline's, C23 within 1.5 % and C33 within 4 % on 11.
+    """
     compliance = Compliance.of(1.0, 0.5)
     counts = np.array([6, 8, 11])
     values = [
@@ -73,16 +77,20 @@ def test_strips_have_the_limit_of_square_cells(ratio):
         for count in counts
     ]
     line = np.polyfit(1 / counts, np.array(values), 1)[1]
-    assert_allclose(creep_coefficients(0.5, ratio, (5, 6, 8)).limit, line, rtol=1e-2)
+    errors = np.abs(line / creep_coefficients(0.5, ratio, (5, 6, 8)).limit - 1)
+    assert (errors < [0.01, 0.01, 0.015, 0.04]).all()
 
 
 def test_creep_coefficients_converge_faster_than_the_cells_shrink():
-    """Of an order between the 3/2 of the ends of strips and 2; the bar of coarse grids holds."""
+    """Of an order between the 3/2 of the ends of strips and 2; the bar of coarse grids holds.
+
+    C33 has reached its limit, from either side, to 0.6 % before.
+    """
     coarse, fine = (creep_coefficients(0.25, 2.0, grids) for grids in ((4, 5, 6), (8, 9, 12)))
     errors = [study.values[0] - fine.limit for study in (coarse, fine)]
-    assert (np.log2(errors[0] / errors[1]) > 1.5).all()
+    assert (np.log2(errors[0][:3] / errors[1][:3]) > 1.5).all()
     assert (np.abs(coarse.limit - fine.limit) < coarse.uncertainty).all()
-    assert (fine.uncertainty < 3e-3 * fine.limit).all()
+    assert (fine.uncertainty < [3e-3, 3e-3, 3e-2, 3e-3] * fine.limit).all()
 
 
 def test_grids_that_agree_on_a_line_have_no_uncertainty_but_the_last_step():
@@ -163,18 +171,36 @@ def test_creep_curve_of_contact_on_its_own_grid():
 
     F 106.7 kN, R 625 mm, a/b 0.5, G 82 GPa, nu 0.28, mu 0.33; printed to four digits.
     """
-    spacing, shape = (0.2889, 0.6304), (48, 44)
-    x, y = ((np.arange(n) - (n - 1) / 2) * s for n, s in zip(shape, spacing, strict=True))
-    body = NormalAndTangential(shape, spacing, Compliance.of(41000.0, 0.28))
-    gap = 0.8e-3 * x[:, None] ** 2 + 0.2814e-3 * y**2
-    creeps = [Creep(c) for c in (4e-4, 8e-4)]
-    steps = list(roll(FrictionalPress(body, gap, 0.33, False), Load("force", 106.7e3), creeps))
+    press = contacts_press((0.2889, 0.6304), (48, 44), (0.8e-3, 0.2814e-3), 0.33)
+    creeps = [Creep(c) for c in (4e-4, 8e-4, 24e-4, 28e-4, 32e-4)]
+    steps = list(roll(press, Load("force", 106.7e3), creeps))
     tractions = [step.tangential_force / (0.33 * step.force) for step in steps]
-    assert_allclose(tractions, [0.2588, 0.4742], atol=5e-5)
-    assert [int(step.sticking.sum()) for step in steps] == [1182, 976]
+    assert_allclose(tractions, [0.2588, 0.4742, 0.9467, 0.9832, 0.9976], atol=5e-5)
+    assert [int(step.sticking.sum()) for step in steps] == [1182, 976, 262, 132, 32]
     assert_allclose(steps[0].pressure.max(), 640.7, atol=0.05)
     # its frictional power at 10 m/s
-    assert_allclose([10 * step.loss for step in steps], [29.67, 120.7], rtol=1e-3)
+    power = [29.67, 120.7, 773.8, 942.1, 1096]
+    assert_allclose([10 * step.loss for step in steps], power, rtol=1e-3)
+
+
+@pytest.mark.slow
+def test_spin_of_contact_on_its_own_grid():
+    """CONTACT's example fastsim: a/b 2, lateral creep against spin, both 6.25e-4 (per mm)."""
+    press = contacts_press((0.4, 0.2), (44, 44), (0.8464e-3, 2.406e-3), 0.3)
+    (step,) = roll(press, Load("force", 82e3), [Creep(0.0, -6.25e-4, 6.25e-4)])
+    assert_allclose(step.lateral_force / (0.3 * step.force), 0.6074, atol=5e-5)
+    assert_allclose(step.moment, 4.821e4, rtol=1e-4)
+    assert abs(step.tangential_force) < 1e-9 * step.force
+    assert (int(step.sticking.sum()), int((step.pressure > 0).sum())) == (356, 1276)
+    assert_allclose(30 * step.loss, 540.4, rtol=1e-3)
+
+
+def contacts_press(spacing, shape, curvatures, friction):
+    """Return a wheel of CONTACT's examples: G 82 GPa, nu 0.28, two bodies."""
+    x, y = ((np.arange(n) - (n - 1) / 2) * s for n, s in zip(shape, spacing, strict=True))
+    body = NormalAndTangential(shape, spacing, Compliance.of(41000.0, 0.28))
+    gap = curvatures[0] * x[:, None] ** 2 + curvatures[1] * y**2
+    return FrictionalPress(body, gap, friction, False)
 
 
 def test_cattaneo_of_contact():
@@ -193,7 +219,7 @@ def test_cattaneo_of_contact():
 def test_transient_from_cattaneo_arrives_at_steady_rolling():
     """Steps of one cell, each a convex problem, end in the zero of the unsymmetric equations."""
     press = ball(6, nu=0.3)
-    (steady,) = roll(press, Load("force", 2.0), [Creep(0.12, 0.08)])
+    (steady,) = roll(press, Load("force", 2.0), [Creep(0.12, 0.08, 0.1)])
     body, bound = press.body, press.friction * steady.pressure
     stuck = stick_slip.Shear(body, bound, np.zeros((2, *body.shape)), total=0.5 * bound.sum())
     cattaneo = stick_slip.minimise(stuck, np.zeros((2, *body.shape)), 1e-8).traction
@@ -322,12 +348,34 @@ def test_linear_theory_knows_no_friction():
 @pytest.mark.parametrize("cells", [1, 7, 40])
 def test_fastsim_turns_the_force_with_the_creep(cells):
     contact = EllipticContact((1.0, 1.0), 1.0, 0.0, 0.01)
-    rolled = fastsim(contact, 3.0, 4.0, cells)
+    rolled = fastsim(contact, 3.0, 4.0, cells=cells)
     assert_allclose(
         np.array((rolled.tangential_force, rolled.lateral_force)),
         0.01 * np.array((0.6, 0.8)),
         rtol=0.3 / cells**2 + 1e-3,
     )
+
+
+def test_spin_of_fastsim_is_that_of_contacts_fastsim():
+    """Its 0.6098 and 0.6338 on 40 and 200 cells, of first order: 0.640 in the limit.
+
+    Its flexibilities, interpolated otherwise, differ by 2 %.
+    """
+    contact = EllipticContact((8.0, 4.0), 41000.0, 0.28, 0.3 * 82e3)
+    assert_allclose(
+        fastsim(contact, 0.0, -6.25e-4, 6.25e-4).lateral_force / contact.limit, 0.64, rtol=0.015
+    )
+    little = fastsim(contact, 0.0, 0.0, 1e-9, cells=100).lateral_force
+    assert_allclose(little, linear(contact, 0.0, 0.0, 1e-9).lateral_force, rtol=1e-3)
+
+
+def test_spin_turns_the_contact_and_drives_it_aside():
+    """Spin alone: F_x vanishes by symmetry, F_y and M_z have the signs of the spin."""
+    left, right = roll(ball(8, nu=0.25), Load("force", 2.0), [Creep(0, 0, s) for s in (-0.2, 0.2)])
+    assert abs(right.tangential_force) < 1e-9 * right.force
+    assert right.lateral_force > 0.02 * right.force
+    assert right.moment > 0
+    assert_allclose((left.lateral_force, left.moment), (-right.lateral_force, -right.moment))
 
 
 def test_tables_end_where_kalkers_does():
@@ -355,14 +403,14 @@ def elements(nu, inertia=0.0):
 
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.45])
 def test_elements_roll_as_the_half_space_on_the_same_mesh(nu):
-    """C11 and C22 within 1 % on six elements per radius, and closer on finer ones."""
+    """Creep coefficients within 1 % on six elements per radius, C33 1.5 %, closer on finer ones."""
     compliance = Compliance.of(1.0, nu)
     errors = []
     for cells in (6, 10):
         ours = on_grid(lambda s, h: NormalAndTangential(s, (h, h), compliance), 1.0, cells)
         errors.append(np.abs(on_grid(elements(nu), 1.0, cells) / ours - 1))
-    assert (errors[0] < 0.01).all()
-    assert (errors[1] < 0.85 * errors[0]).all()
+    assert (errors[0] < [0.01, 0.01, 0.01, 0.015]).all()
+    assert (errors[1] < 0.92 * errors[0]).all()
 
 
 def test_incompressible_elements_roll_within_two_percent():
@@ -404,7 +452,7 @@ def test_flow_through_the_mesh_softens_it():
     assert_allclose(flow / rest, exact, rtol=1e-3)
     slow, fast = (on_grid(elements(0.25, m), 1.0, 6) for m in (0.0, 0.05))
     assert (0.9 * slow < fast).all()
-    assert (fast < 0.99 * slow).all()
+    assert (fast < 0.992 * slow).all()
 
 
 def test_inertia_beyond_waves_is_refused():

@@ -14,6 +14,7 @@ SOFT = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 LONG = 1e-3
 
 
+@pytest.mark.slow
 def test_a_small_wave_under_a_film_has_the_amplitude_of_the_linear_theory():
     """The change of h over A: 1/(1 + 24 i eta U/(E* q^2 h^3)) in the middle."""
     wave = waviness(1e-8, LONG / 2)
@@ -34,6 +35,7 @@ def test_a_small_wave_under_a_film_has_the_amplitude_of_the_linear_theory():
     assert abs(linear) < 0.87  # not the wave as it is
 
 
+@pytest.mark.slow
 def test_the_film_of_a_ball_hardly_rough_is_the_smooth_one_and_keeps_its_mass():
     """Of second order in the waves but for the middle itself; mass in every cell to 1e-10."""
     smooth = entrain(SOFT, 1e-2, 10)

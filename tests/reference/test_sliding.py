@@ -77,6 +77,7 @@ def test_free_kernel_is_the_transform_of_the_complex_modulus():
     assert abs(result / exact - 1) < 0.02
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(speed=st.floats(-3, 3).map(lambda e: 10.0**e), seed=st.integers(0, 99))
 def test_any_pressure_dissipates(speed, seed):
@@ -220,6 +221,7 @@ def test_paraboloid_is_known_to_half_a_per_cent():
         assert fine.uncertainty < 0.005 * fine.estimate
 
 
+@pytest.mark.slow
 def test_force_finds_its_window():
     by_depth = paraboloid(1.0, ZENER, 1.0, Load("penetration", 0.01), cells=48)
     force = by_depth.force.estimate
