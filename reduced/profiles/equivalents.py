@@ -31,6 +31,7 @@ __all__ = [
     "inverse_transform",
     "paraboloid",
     "power_law",
+    "pyramid",
     "rounded_punch",
     "sphere",
     "tabulated",
@@ -210,6 +211,16 @@ def ellipsoid(radius_x: float, radius_y: float) -> Profile:
     """
     refuse(positive_faults(radius_x=radius_x, radius_y=radius_y))
     return replace(paraboloid(float(np.sqrt(radius_x) * np.sqrt(radius_y))), name="ellipsoid")
+
+
+def pyramid(slope: float, sides: int = 4) -> Profile:
+    """Regular pyramid, replaced by the cone of equal sectional areas.
+
+    An approximation: the section at height h is n tan(pi/n) (h/slope)^2.
+    """
+    refuse(positive_faults(slope=slope))
+    like = slope * float(np.sqrt(np.pi / (sides * np.tan(np.pi / sides))))
+    return replace(cone(like), name="pyramid")
 
 
 def equivalent_punch(area: float) -> Profile:

@@ -101,12 +101,10 @@ class RandomLines:
     def draw(self, numbers: Iterable[int] | None = None) -> RoughLines:
         """Return the periodic lines with these numbers, by default all."""
         chosen = range(self.count) if numbers is None else numbers
-        heights = [
-            synthesise(self.spectrum, self.points, stream(self.seed, k), length=self.length)
-            for k in chosen
-        ]
+        streams = (stream(self.seed, k) for k in chosen)
+        heights = synthesise(self.spectrum, self.points, streams, self.length)
         period = self.spectrum.length if self.length is None else self.length
-        return RoughLines(np.stack(heights), period / self.points)
+        return RoughLines(heights, period / self.points)
 
 
 @dataclass(frozen=True)

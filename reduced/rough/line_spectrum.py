@@ -13,6 +13,7 @@ rings of modes, B1D(k)^2 = (1/2) sum_ring |B2D|^2, conserves <h^2> exactly and i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -204,10 +205,10 @@ def prescribed(
 def synthesise(
     spectrum: LineSpectrum,
     points: int | None = None,
-    rng: np.random.Generator | None = None,
+    rng: np.random.Generator | Iterable[np.random.Generator] | None = None,
     length: float | None = None,
 ) -> np.ndarray:
-    """Return a realisation of a rough line: fixed amplitudes, random phases (19.24).
+    """Return realisations of a rough line: fixed amplitudes, random phases (19.24).
 
     Parameters
     ----------
@@ -216,9 +217,9 @@ def synthesise(
     points : int, optional
         Points of the line, more than twice the highest mode with power; default: the smallest such
         even number with a fast transform.
-    rng : numpy.random.Generator
+    rng : numpy.random.Generator or iterable of them
         Source of the phases; one uniform number per mode, lowest mode first, so that more points
-        from an equal generator resolve the same line better.
+        from an equal generator resolve the same line better. Several generators: a line of each.
     length : float, optional
         Period of the line; default: that of the spectrum. For another length the density C1D is
         kept and integrated over the new modes, which also conserves <h^2> (on a shorter line except
@@ -226,16 +227,14 @@ def synthesise(
 
     Returns
     -------
-    ndarray, shape (points,)
-        Heights at x = j length/points, mean zero.
+    ndarray, shape (points,) or (lines, points)
+        Heights at x = j length/points, mean zero; the digits of a line do not depend on the others.
 
     Raises
     ------
     ValueError
         If the points do not resolve the spectrum, or no generator is given.
     """
-    if not isinstance(rng, np.random.Generator):
-        raise ValueError(f"rng must be a numpy.random.Generator, got {rng!r}")
     if length is not None and length != spectrum.length:
         spectrum = resample(spectrum, length)
     carrying = np.flatnonzero(spectrum.power > 0)
@@ -246,10 +245,23 @@ def synthesise(
         raise ValueError(
             f"points must be an integer above {2 * highest} for mode {highest}, got {points!r}"
         )
-    phase = rng.uniform(0.0, 2 * np.pi, spectrum.power.size)[:highest]
-    modes = np.zeros(points // 2 + 1, dtype=complex)
-    modes[1 : highest + 1] = np.sqrt(spectrum.power[:highest]) * np.exp(1j * phase)
-    return scipy.fft.irfft(modes, n=int(points), norm="forward")
+    streams: Iterable[object] = rng if isinstance(rng, Iterable) else [rng]
+    phase = np.stack([_phases(stream, spectrum) for stream in streams])
+    modes = np.zeros((len(phase), points // 2 + 1), dtype=complex)
+    waves = modes[:, 1 : highest + 1]
+    np.multiply(phase[:, :highest], 1j, out=waves)
+    np.exp(waves, out=waves)
+    waves *= np.sqrt(spectrum.power[:highest])
+    # SciPy transforms several lines side by side, NumPy one after the other: no digit of a line
+    # depends on the others.
+    heights = np.fft.irfft(modes, n=int(points), norm="forward")
+    return heights if isinstance(rng, Iterable) else heights[0]
+
+
+def _phases(rng: object, spectrum: LineSpectrum) -> np.ndarray:
+    if not isinstance(rng, np.random.Generator):
+        raise ValueError(f"rng must be a numpy.random.Generator, got {rng!r}")
+    return rng.uniform(0.0, 2 * np.pi, spectrum.power.size)
 
 
 def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:

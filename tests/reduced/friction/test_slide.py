@@ -75,6 +75,7 @@ def exact_force(profile, d: float, u: float) -> float:
     return total
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("profile", "edges", "order"),
     [
@@ -207,6 +208,7 @@ def test_loss_of_a_cycle_is_mindlins():
     assert sliding.dissipation[2] - sliding.dissipation[0] == pytest.approx(johnson, rel=1e-9)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 1000))
 @settings(max_examples=5, deadline=None)
 def test_work_is_stored_or_lost_on_any_path(seed):

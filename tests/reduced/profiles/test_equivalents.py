@@ -18,6 +18,7 @@ from reduced.profiles.equivalents import (
     inverse_transform,
     paraboloid,
     power_law,
+    pyramid,
     rounded_punch,
     sphere,
     tabulated,
@@ -29,6 +30,16 @@ QUADRATURE = 1e-12  # what from_function promises
 
 SMOOTH = [paraboloid(2.0), sphere(2.0), cone(0.3), power_law(0.7, 0.2), power_law(1.5, 0.3)]
 SMOOTH += [power_law(4.0, 0.3), rounded_punch(1.0, 3.0), rounded_punch(0.3, 3.0)]
+
+
+def test_a_pyramid_is_the_cone_of_its_sectional_areas():
+    # a square of side 2 h/s at height h
+    line = pyramid(0.4)
+    cone_of = cone(0.4 * np.sqrt(np.pi / 4))
+    np.testing.assert_allclose(line.height(X), cone_of.height(X), rtol=ROUNDING)
+    np.testing.assert_allclose(
+        pyramid(0.3, 1000).height(X), cone(0.3).height(X), rtol=2e-6
+    )  # to the square of the sides' angle
 
 
 def test_textbook_contact_radii():

@@ -146,6 +146,7 @@ def test_friction_does_the_work_that_is_dissipated(speed, load, name, seed):
     assert sliding.friction_coefficient.item() > 0
 
 
+@pytest.mark.slow
 def test_slow_friction_grows_with_speed_and_contact_shrinks():
     """Slow: mu ~ v; and faster rubber is stiffer: less contact at equal force."""
     speed = np.geomspace(1e-6, 1e2, 17)

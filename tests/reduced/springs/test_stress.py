@@ -93,6 +93,7 @@ PROFILES = [paraboloid(2.0), sphere(2.0), cone(0.3), power_law(1.5, 0.3), power_
 PROFILES += [rounded_punch(0.3, 3.0), cylinder(1.0), TABLE, STRAIGHT]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
 @pytest.mark.parametrize("penetration", [0.1, 3.0])
 def test_pressure_carries_the_force_of_the_springs(profile, penetration):
