@@ -42,6 +42,12 @@ AREA_FROM_STIFFNESS = "area_from_stiffness"
 CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS)))
 MEASURES = ("maximum", "rms", "last")
 SAYS = ("chapter", "literature", "ours")
+# Keys of scenes that other keys of a claim set.
+_SET_BY = {
+    "compare.quantities": "quantity",
+    "compare.tolerance": "tolerance",
+    "compare.methods": "method, and the references are found for it",
+}
 
 
 class ClaimError(InputError):
@@ -255,7 +261,21 @@ def _problems(data: dict[str, Any]) -> list[str]:
         problems.append("vary.path: expected, but missing: which key of the scene varies")
     if "quantity" not in data:
         problems.append("quantity: expected, but missing")
+    problems += [
+        f"{key}: expected nothing, a claim says this by its {_SET_BY[key]}"
+        for key in _SET_BY
+        if key in _scene_keys(data)
+    ]
     return problems + [f"{key}: only with an experiment" for key in ("parameters",) if key in data]
+
+
+def _scene_keys(data: dict[str, Any]) -> set[str]:
+    """Return the keys of the scene that a claim changes, varies or leaves open."""
+    nuisances, changes = data.get("nuisance"), data.get("changes")
+    tables = [data.get("vary"), *(nuisances if isinstance(nuisances, list) else ())]
+    paths = [table.get("path") for table in tables if isinstance(table, dict)]
+    keys = [key for path in paths for key in (path if isinstance(path, list) else [path])]
+    return {str(key) for key in (*keys, *(changes if isinstance(changes, dict) else ()))}
 
 
 def _scene_problems(claim: Claim) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import groupby
 
 import numpy as np
 
@@ -58,11 +59,14 @@ def _rows(claim: Claim, rows: list[Row]) -> str:
         return ""
     up = next(nuisance for nuisance in claim.nuisance if nuisance.key == claim.map.up)
     places = []
-    for row in rows:
-        number = up.choice(row.number) if up.values else value(row.number)
-        stretches = "; ".join(stretch_words(stretch) for stretch in ranges_of(row.points))
-        places.append(f"{number}: {stretches or 'nowhere'}")
+    for stretches, alike in groupby(rows, key=_stretches):
+        numbers = [up.choice(row.number) if up.values else value(row.number) for row in alike]
+        places.append(f"{', '.join(numbers)}: {stretches or 'nowhere'}")
     return f" Within, for {claim.parameter}, by {up.name}: {'. '.join(places)}."
+
+
+def _stretches(row: Row) -> str:
+    return "; ".join(stretch_words(stretch) for stretch in ranges_of(row.points))
 
 
 def _outcome(claim: Claim, point: Point) -> str:

@@ -33,6 +33,7 @@ from comparisons.questions.experiments import (
     relaxation,
     ridges,
     rolling,
+    rough_adhesion,
     rough_area,
     rough_rubber,
     rough_slip,
@@ -59,7 +60,7 @@ _MODULES = (
     *(relaxation, proved, rolling, yielding, rough_yield, particles, elements, films, wear),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
     *(second_truth, stress_below),
-    *(contact_ends, analogies, rough_rubber, friction_judges),
+    *(contact_ends, analogies, rough_rubber, friction_judges, rough_adhesion),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS

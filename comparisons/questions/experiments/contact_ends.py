@@ -5,7 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from scipy import stats
 
+from comparisons.judging.uncertainty import combined
 from comparisons.methods.normal.line_distributions import Springs, line_values
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, press
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
@@ -14,7 +16,9 @@ from reduced.loads import Load
 from reduced.rough import ensemble
 from reduced.rough.press import press as press_line
 
-_LINES = 60
+_LINES, _LEAST_BAR = 60, 0.05
+# How many times finer than the surface's points the grid is, and how many surfaces there are.
+_SURFACES = {"quick": (8, 12), "full": (16, 24)}
 # Lower end over the mean on a grid 32 times finer than the surface's points, and the width of each
 # of two neighbouring intervals. Cells that the rim cuts carry what a surface has within a cell of
 # it, p ~ h^(1/2) and gap ~ h^(3/2): the interval moves with the grid.
@@ -30,13 +34,39 @@ def _exponent(values: Stretches, start: float, ratio: float) -> float:
 
 
 @lru_cache(maxsize=32)
-def _of_surface(surface: Surface, load: float, factor: int, number: int) -> dict[str, Stretches]:
+def _of_surfaces(
+    surface: Surface, load: float, factor: int, number: int
+) -> dict[str, list[np.ndarray]]:
+    """Return pressures in contact and gaps outside, an array for every surface."""
     operator = surface.operator(factor)
     contacts = [press(operator, surface.heights(k, factor), load)[0] for k in range(number)]
-    pressures = np.concatenate([c.pressure[c.mask] for c in contacts])
-    gaps = np.concatenate([c.gap[~c.mask] for c in contacts])
-    values = {"pressure": pressures, "gap": np.maximum(gaps, np.finfo(float).tiny)}
-    return {name: Stretches.points(value) for name, value in values.items()}
+    return {
+        "pressure": [c.pressure[c.mask] for c in contacts],
+        "gap": [np.maximum(c.gap[~c.mask], np.finfo(float).tiny) for c in contacts],
+    }
+
+
+def _on_grid(
+    surface: Surface, load: float, quantity: str, factor: int, number: int
+) -> tuple[float, float, float]:
+    """Return the exponent on a grid, its change with the interval, and its scatter (95 %).
+
+    An exponent is one where it does not hang on the place of the interval: that is moved by a
+    factor sqrt 2 to either side. The scatter is that of the surfaces, by leaving one out.
+    """
+    values = _of_surfaces(surface, load, factor, number)[quantity]
+    start, ratio, power = _WINDOWS[quantity]
+    place = start * (_FINEST / factor) ** power
+
+    def exponent(arrays: list[np.ndarray], moved: float = 1.0) -> float:
+        pooled = Stretches.points(np.concatenate(arrays))
+        return _exponent(pooled, moved * place * _mean(pooled), ratio)
+
+    here = exponent(values)
+    moved = max(abs(exponent(values, step) - here) for step in (np.sqrt(2), np.sqrt(0.5)))
+    left = [exponent(values[:k] + values[k + 1 :]) for k in range(number)]
+    deviation = np.sqrt((number - 1) * np.var(left))
+    return here, moved, float(stats.t.ppf(0.975, number - 1) * deviation)
 
 
 def _of_lines(surface: Surface, load: float) -> dict[str, Stretches]:
@@ -77,26 +107,27 @@ def _end(
 ) -> Finding:
     """Measure the exponent of a density near zero; the error is that less the stated one.
 
-    Surfaces with 16 points to the shortest wave, on grids up to 32 times finer. The bar is the
-    change from grids half as fine, and the scatter of counts.
+    Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
+    change from grids half as fine and with the place of the interval, and the scatter of surfaces.
     """
     above("load", load, 0)
     one_of("quantity", quantity, "pressure", "gap")
     one_of("model", model, "surface", "line")
-    surface = Surface.of(32, hurst, 2.0, 16.0, periodic=True)
-    start, ratio, power = _WINDOWS[quantity]
+    surface = Surface.of(32, hurst, 1.0, 16.0, periodic=True)
     if model == "line":
+        start, ratio, _ = _WINDOWS[quantity]
         values = _of_lines(surface, float(load))[quantity]
         some = [_exponent(values, share * start * _mean(values), ratio) for share in (1.0, 0.3)]
+        parts = {"interval": abs(some[0] - some[1])}
     else:
-        finest = _FINEST if effort == "full" else _FINEST // 2
-        some = []
-        for factor in (finest, finest // 2):
-            values = _of_surface(surface, float(load), factor, 4)[quantity]
-            moved = start * (_FINEST / factor) ** power
-            some.append(_exponent(values, moved * _mean(values), ratio))
-    bar = max(abs(some[0] - some[1]), 0.05)
-    return Finding(some[0] - exponent, bar, {"exponent": some[0], "before": some[1]})
+        finest, number = _SURFACES[effort]
+        here, moved, scatter = _on_grid(surface, float(load), quantity, finest, number)
+        before = _on_grid(surface, float(load), quantity, finest // 2, number)[0]
+        some = [here, before]
+        parts = {"interval": moved, "grid": abs(here - before), "surfaces": scatter}
+    bar = max(float(combined(*parts.values())), _LEAST_BAR)
+    bars = {f"bar: {name}": part for name, part in parts.items()}
+    return Finding(some[0] - exponent, bar, {"exponent": some[0], "before": some[1], **bars})
 
 
 EXPERIMENTS = (

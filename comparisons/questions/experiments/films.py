@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from reference.lubrication.formulas import (
 from reference.lubrication.line import rigid_cylinder
 from reference.lubrication.point import Ball, entrain
 from reference.lubrication.waves import waviness
+
+_RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
 
 def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
@@ -45,6 +48,12 @@ def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
     return Finding(half / fine - 1, abs(half / fine - half / coarse), {"film": fine, "half": half})
 
 
+@lru_cache(maxsize=64)
+def _on_rubber(speed: float, cells: int) -> float:
+    """Return the central film at a speed in mm/s, which several claims judge."""
+    return float(entrain(_RUBBER, 1e-3 * speed, cells).film_central)
+
+
 def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
     """Compare formulas with the central film of a ball on rubber at a speed in mm/s.
 
@@ -52,9 +61,9 @@ def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
     """
     one_of("by", by, "fit", "limit")
     above("speed", speed, 0)
-    ball = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+    ball = _RUBBER
     cells = (16, 24) if effort == "quick" else (32, 48)
-    coarse, fine = (entrain(ball, 1e-3 * speed, n).film_central for n in cells)
+    coarse, fine = (_on_rubber(float(speed), n) for n in cells)
     film = fine - (coarse - fine) / (1.5**2 - 1)
     bodies = (ball.radius, ball.effective_modulus, ball.viscosity)
     if by == "fit":
@@ -68,7 +77,7 @@ def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
 def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
     """Compare the linear amplitude of a small wave (in mm) under a film with that on cells."""
     above("wavelength", wavelength, 0)
-    ball = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
+    ball = _RUBBER
     amplitude, length = 1e-8, 1e-3 * wavelength
     wave, linear, changes = waviness(amplitude, length), 0.0, []
     for n in (16, 20) if effort == "quick" else (24, 32):

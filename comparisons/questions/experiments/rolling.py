@@ -37,7 +37,7 @@ from reference.sliding.operators import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 _FRICTION = 0.3
-_COEFFICIENTS = ("C11", "C22")
+_COEFFICIENTS = ("C11", "C22", "C23", "C33")
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (10, 14, 20)}
 
 
@@ -56,13 +56,16 @@ def _slope(
 ) -> Finding:
     """Compare a creep coefficient with that of the half-space.
 
-    `of`: ``"springs"``; Kalker's ``"table"``; ``"elements"`` against cells of their size, eight or
-    eleven on the shorter semi-axis, with the difference from coarser ones as the bar.
+    `of`: ``"springs"``, which know no spin; Kalker's ``"table"``; ``"elements"`` against cells of
+    their size, eight or eleven on the shorter semi-axis, with the difference from coarser ones as
+    the bar.
     """
     one_of("coefficient", coefficient, *_COEFFICIENTS)
     one_of("of", of, "springs", "table", "elements")
     above("axis_ratio", axis_ratio, 0)
     which = _COEFFICIENTS.index(coefficient)
+    if which > 1 and of == "springs":
+        raise ValueError(f"springs have no {coefficient}: of must be 'table' or 'elements'")
     if of == "elements":
         coarse, fine = (
             _elements_on_cells(poisson_ratio, axis_ratio, count)[which]
@@ -79,8 +82,8 @@ def _slope(
 
 
 @cache
-def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> tuple[float, float]:
-    """Return C11 and C22 of finite elements over those of cells of their size."""
+def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> tuple[float, ...]:
+    """Return the coefficients of finite elements over those of cells of their size."""
     compliance = Compliance.of(1.0, poisson_ratio)
     material = Material(2 * (1 + poisson_ratio), poisson_ratio)
     cells = on_grid(
@@ -89,8 +92,7 @@ def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> t
     elements = on_grid(
         lambda shape, side: ShearBody(shape, (side, side), material), axis_ratio, count
     )
-    along, across = (elements / cells).tolist()
-    return along, across
+    return tuple((elements / cells).tolist())
 
 
 def _plane(

@@ -10,7 +10,7 @@ from comparisons.questions.experiments.rough_ensemble import SEED, Surface, comp
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.layered import Stack
 from reference.layered.stresses import inside
 

@@ -19,7 +19,7 @@ from reduced.loads import LoadPath as SpringPath
 from reduced.plasticity.caps import Reading, Yielded, YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk, theories, yield_depth, yield_pressure
 
@@ -75,11 +75,11 @@ def elements(depth: float, per_radius: int, *, rebound: bool = False) -> Dented:
     back = walk.given_back(moment) if rebound else moment.work
     return Dented(
         moment.force,
-        np.pi * moment.contact_radius**2,
+        moment.contact_area,
         walk.residual_depth(moment),
         moment.work,
         float(np.sqrt(back / moment.work)),
-        walk.indentation.section.size,
+        walk.indentation.mesh.size,
     )
 
 

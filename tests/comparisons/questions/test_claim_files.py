@@ -76,6 +76,18 @@ def test_problems_of_the_scene_at_either_end_are_told():
     assert "indenter.radius_x: expected a positive finite length" in faults
 
 
+def test_what_other_keys_of_a_claim_set_is_refused_among_the_changes():
+    """The runner chose the references itself, and `compare.methods` was lost without a word."""
+    faults = problems(
+        changes={"compare.methods": ["closed_form"], "compare.tolerance": 0.1},
+        vary=None,
+    )
+    assert [fault.split(":")[1].strip() for fault in faults] == [
+        "compare.tolerance",
+        "compare.methods",
+    ]
+
+
 def test_a_parameter_that_changes_nothing_is_refused():
     """A list index beyond the end would otherwise be varied without any effect."""
     (faults,) = problems(

@@ -341,6 +341,7 @@ def test_what_only_checks_a_closed_form_is_coarser_at_quick_effort():
     assert grids["quick"]["reduced"] == grids["full"]["reduced"]
 
 
+@pytest.mark.slow
 def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_truth(monkeypatch):
     """A closed form that is 2 % off disagrees with both 3-D solvers, and the claim says so."""
     from comparisons.methods.normal.closed_form import ClosedForm

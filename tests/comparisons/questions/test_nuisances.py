@@ -120,6 +120,19 @@ def test_a_map_has_a_boundary_in_every_row(monkeypatch):
     assert along(record, record.nuisances[0]) is not None
 
 
+def test_rows_of_a_map_that_agree_are_told_once(monkeypatch):
+    """X <= 4 within at every y: one range for all rows, not the same words three times."""
+    claim = law(
+        monkeypatch,
+        lambda x, y, kind: 0.02 * (x > 4),
+        vary={"from": 1, "to": 10, "steps": 4, "bisections": 0},
+        map={"up": "y", "rows": 3},
+    )
+    assert (
+        "by length y: 0.5, 4.25, 8: from 1 to 4 (not at 7)." in judge_claim(claim, "full").sentence
+    )
+
+
 def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
     """Within at 1, open at 3 and 5 (a bar of 0.1): no boundary; outside at 10: one from 1 on."""
 
@@ -172,11 +185,6 @@ def test_what_is_wrong_in_a_nuisance_is_told(monkeypatch):
         law(monkeypatch, lambda *_: 0.0, says="literature")
 
 
-# Claims of every kind of experiment whose draws cost little.
-# Open: claims whose quick bars are too narrow at some draws.
-NARROW = {"ends-pressure-surface": "an exponent -0.73 +- 0.05 at H = 0.44 and a load of 0.006"}
-
-
 @lru_cache(maxsize=1)
 def sampled():
     """Return twelve of the claims that leave numbers open, drawn with a seed, and their records."""
@@ -191,8 +199,6 @@ def sampled():
 def test_twenty_other_draws_of_what_is_left_open_give_the_recorded_verdict(place):
     """Another seed; of the bars of a quick run only what they resolve counts."""
     claim, told = sampled()[place]
-    if claim.id in NARROW:
-        pytest.xfail(NARROW[claim.id])
     # a quick run takes an eighth of the draws
     more = claim.model_copy(update={"draws": 8 * 20, "map": None})
     again = judge_claim(more, "quick", seed=2026)

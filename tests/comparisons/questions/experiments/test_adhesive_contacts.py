@@ -47,6 +47,7 @@ def peeled(indenter, cells):
     return force["bem_fft"] / force["reduced"], edge_doubt(plan.geometry, cells)
 
 
+@pytest.mark.slow
 def test_the_limit_for_a_disc_is_kendalls_punch(monkeypatch):
     """No edge is calibrated, and yet it tends to sqrt(8 pi E* w a^3): 1.9 % from two wide zones."""
     monkeypatch.setitem(adhesive_face._GRIDS, "quick", (8, 16))

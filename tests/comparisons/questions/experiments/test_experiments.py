@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import importlib.util
 import math
+import os
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from comparisons.errors import InputError
 from comparisons.questions.claims.claim import load_claims
-from comparisons.questions.claims.runner import judge_claim
-from comparisons.questions.experiments import EXPERIMENTS, cost, reading_scan
+from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.runner import ClaimRun
+from comparisons.questions.experiments import EXPERIMENTS, cost, films, reading_scan
 from comparisons.questions.experiments.running import Finding, experiment
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
@@ -111,6 +114,7 @@ def test_the_far_field_is_that_of_a_solved_punch():
     assert contact.displacement.flat[at] == pytest.approx(result, rel=0.02)
 
 
+@pytest.mark.slow
 def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_over_r():
     shares = [measure("energy-share", k) for k in (1.0, 4.0, 16.0)]
     assert shares[0].error == pytest.approx(0.452, abs=0.002)
@@ -118,6 +122,7 @@ def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_ove
     assert scaled[1] == pytest.approx(scaled[2], rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_energy_far_away_is_that_of_a_point_force_and_a_quarter_of_the_print():
     """Finite elements against the closed form: the next term falls as (D/r)^2."""
     near, far = (measure("energy-share", k, reading="corrected") for k in (2.0, 5.0))
@@ -136,6 +141,7 @@ def test_size_matters_in_two_dimensions_only():
     assert abs(growth.error) <= growth.uncertainty + 2e-4
 
 
+@pytest.mark.slow
 def test_the_kinetic_energy_is_that_of_the_rigid_body_to_first_order():
     for ratio in (0.02, 0.1):
         rigid = measure("kinetic-energy", ratio)
@@ -246,6 +252,7 @@ def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():
     assert refined.uncertainty > native.uncertainty
 
 
+@pytest.mark.slow
 def test_a_line_of_two_bodies_is_the_sum_of_two_lines():
     """At small loads; mates that lie on each other are another matter for the surfaces."""
     same = measure("two-rough-bodies", 0.003)
@@ -329,6 +336,22 @@ def test_a_method_is_measured_on_ever_finer_grids(monkeypatch):
     assert (series.errors > 0.1).all()
 
 
+def test_two_formulas_of_one_film_solve_it_once(monkeypatch):
+    """Two claims judge a fit and a limit by the same two grids."""
+    speeds = []
+
+    def entrain(ball, speed, cells):
+        speeds.append((speed, cells))
+        return SimpleNamespace(film_central=1e-6 * (1 + cells**-2))
+
+    monkeypatch.setattr(films, "entrain", entrain)
+    films._on_rubber.cache_clear()
+    for by in ("fit", "limit"):
+        measure("film-soft", 7.0, by=by)
+    films._on_rubber.cache_clear()
+    assert len(speeds) == 2
+
+
 # --- claims and page --------------------------------------------------------------------------
 
 JUDGED = [claim for claim in load_claims() if claim.experiment]
@@ -351,14 +374,19 @@ def _keywords(name):
 
 
 @pytest.mark.slow
-def test_quick_verdicts_are_those_of_the_full_run_or_open():
-    """The contract of `roughline claims --quick`, for all claims of experiments (a minute)."""
-    differs = []
-    for claim in JUDGED:
-        record = judge_claim(claim, "quick")
-        if record.differs:
-            differs.append((claim.id, record.verdict, record.expected, record.sentence))
-    assert differs == []
+def test_quick_verdicts_are_those_of_the_full_run_or_open(tmp_path):
+    """The contract of `roughline claims --quick`.
+
+    Of all claims in the folder that ROUGHLINE_CLAIMS names, where `.ci/run` judged them, or else of
+    those of experiments, judged on two processes.
+    """
+    made = os.environ.get("ROUGHLINE_CLAIMS")
+    run = ClaimRun(JUDGED, tmp_path / "claims", workers=2)
+    record = load_claims_record(Path(made)) if made else run.run()
+    judged = {claim.id for claim in record.claims}
+    assert judged >= {claim.id for claim in JUDGED}
+    told = [(c.id, c.verdict, c.expected, c.sentence) for c in record.claims if c.differs]
+    assert told == []
 
 
 @pytest.fixture

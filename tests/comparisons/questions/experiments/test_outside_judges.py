@@ -132,6 +132,7 @@ def test_cells_that_stick_and_slip_twist_as_lubkin_has_it_at_any_poisson_ratio()
         assert abs(finding.error) < finding.uncertainty < 5e-4
 
 
+@pytest.mark.slow
 def test_an_oblique_impact_that_slides_throughout_spends_all_of_its_friction():
     """Beyond 4 chi - 1 = 11/3 (solid ball, nu = 1/2) nothing sticks: the impulse is mu times 2 m v.
 

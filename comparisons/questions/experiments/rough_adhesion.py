@@ -1,0 +1,196 @@
+"""Adhesion of rough surfaces: what the half-space does, what theories say of it, and the line.
+
+Surfaces as in `rough_ensemble`, periodic: E* = A0 = h' = 1. The tension falls as exp(-gap/rho), the
+law of the Contact Mechanics Challenge (Mueser et al. 2017). The work of adhesion is given by the
+number S of Pastewka & Robbins (2014), attraction over repulsion where the range is short,
+
+    S = pi kappa (w/(E* h' rho)) (d_att/d),   d_att/d = (3 rho/(16 h' d))^(2/3),   d = 4 h'/h'',
+
+with kappa = 2 and h'' the rms of half the Laplacian: from S = 1 on surfaces should stick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.questions.experiments.rough_ensemble import (
+    SEED,
+    Surface,
+    compare,
+    press,
+    truth,
+)
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load
+from reduced.rough import ensemble
+from reduced.rough.press import press as press_lines
+from reference.halfspace import Contact
+from reference.halfspace.cohesive_laws import CohesiveLaw, exponential
+from reference.halfspace.cohesive_minimum import Adhesive
+from reference.surfaces import SelfAffine, amplitude_spectrum
+
+# Which theories there are of each.
+THEORIES = {
+    "attraction": ("gaps", "energy", "line"),
+    "pull_off": ("gaps", "line"),
+    "contact_area": ("pastewka_robbins",),
+}
+_KAPPA = 2.0
+_SURFACES, _LINES, _FINER = 6, 100, 8
+# Loads at which attraction is added for the pull-off, and mean gaps at which it is walked through.
+_LOADS = tuple(np.geomspace(0.05, 1e-4, 10).tolist())
+_WAY = 12
+_STEP = 0.05  # of the load, for the change of the energy
+Pressed = Callable[[float], Contact]
+
+
+@lru_cache(maxsize=64)
+def attraction_law(surface: Surface, strength: float, reach: float) -> CohesiveLaw:
+    """Return the law of tension for a number S and a reach in rms heights."""
+    n = surface.points
+    power = amplitude_spectrum(n, 1.0, SelfAffine(**surface.recipe)) ** 2
+    q = 2 * np.pi * np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1 / n),) * 2, indexing="ij"))
+    rho = reach * float(np.sqrt(power.sum()))
+    diameter = 8 / float(np.sqrt(np.sum(power * q**4)))
+    share = (3 * rho / (16 * diameter)) ** (2 / 3)
+    return exponential(strength * rho / (np.pi * _KAPPA * share), rho)
+
+
+def _across(law: CohesiveLaw, gap: np.ndarray, apart: np.ndarray) -> float:
+    """Return the attraction per area across the gaps outside a contact."""
+    return float(np.mean(law.tension(gap) * apart))
+
+
+@lru_cache(maxsize=64)
+def _surfaces(
+    surface: Surface, law: CohesiveLaw, load: float, quantity: str, factor: int, count: int
+) -> dict[str, np.ndarray]:
+    """Return the quantity with adhesion, and what theories say of it, by surface."""
+    rows = []
+    for number in range(count):
+        heights = surface.heights(number, factor)
+        body = Adhesive(surface.operator(factor), heights.max() - heights, law)
+
+        def pressed(force: float, heights: np.ndarray = heights) -> Contact:
+            return press(surface.operator(factor), heights, force)[0]
+
+        measure = {"attraction": _attraction, "pull_off": _pulled_off, "contact_area": _enlarged}
+        rows.append(measure[quantity](body, pressed, load))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _attraction(body: Adhesive, pressed: Pressed, load: float) -> dict[str, float]:
+    """Return what adhesion takes from the load at an equal mean gap.
+
+    ``"energy"`` is -d<phi>/d<h> on the way without adhesion, exact for weak adhesion as the energy
+    of the equilibrium is stationary.
+    """
+    law, contact = body.law, pressed(load)
+    stuck = body.at_mean_gap(contact.mean_gap, contact.gap, load)
+    below, above_ = pressed(load * (1 + _STEP)), pressed(load * (1 - _STEP))
+    lost = law.energy(below.gap).mean() - law.energy(above_.gap).mean()
+    return {
+        "true": load - stuck.force,
+        "gaps": _across(law, contact.gap, ~contact.mask),
+        "energy": float(lost) / (above_.mean_gap - below.mean_gap),
+    }
+
+
+def _enlarged(body: Adhesive, pressed: Pressed, load: float) -> dict[str, float]:
+    """Return the area under compression over that without adhesion."""
+    contact = pressed(load)
+    return {"true": float(body.at_force(load, contact.gap).mask.sum() / contact.mask.sum())}
+
+
+def _pulled_off(body: Adhesive, pressed: Pressed, _: float) -> dict[str, float]:
+    """Return the largest pull on the way out, and the one by the gaps without adhesion."""
+    law, gap, pulls = body.law, body.initial, []
+    contacts = [pressed(load) for load in _LOADS]
+    pulls = [_across(law, c.gap, ~c.mask) - f for c, f in zip(contacts, _LOADS, strict=True)]
+    state, walked = contacts[0].gap, []
+    for mean in np.linspace(state.mean(), gap.mean() + law.reach, _WAY):
+        settled = body.at_setting(float(mean), state)
+        walked.append(-settled.force)
+        state = settled.gap
+    touching = float(law.tension(gap).mean())
+    return {"true": max(walked), "gaps": max(touching, *pulls)}
+
+
+@lru_cache(maxsize=64)
+def _of_lines(surface: Surface, law: CohesiveLaw, load: float, quantity: str) -> np.ndarray:
+    """Return the attraction across the gaps of equivalent lines, or their pull-off, per patch."""
+    lines = ensemble.RandomLines(
+        surface.line("rings"), _FINER * surface.points, _LINES, seed=SEED
+    ).draw()
+    loads = (load,) if quantity == "attraction" else _LOADS
+    depths = press_lines(lines, 1.0, Load("force", list(loads[::-1]))).penetration[:, ::-1]
+    depths = np.column_stack([depths, np.zeros(len(lines))])
+    below = lines.heights.max(axis=1, keepdims=True) - lines.heights
+    pulls = []
+    for place, pressed in enumerate((*loads, 0.0)):
+        gap = below - depths[:, place, None]
+        across = np.mean(law.tension(np.maximum(gap, 0.0)) * (gap > 0), axis=1)
+        pulls.append(across - (pressed if quantity == "pull_off" else 0.0))
+    return pulls[0] if quantity == "attraction" else np.max(pulls, axis=0)
+
+
+def _rough_adhesion(
+    effort: str,
+    *,
+    strength: float = 0.1,
+    quantity: str = "attraction",
+    theory: str = "gaps",
+    reach: float = 0.3,
+    load: float = 0.02,
+    hurst: float = 0.8,
+    roll_off: float = 2.0,
+) -> Finding:
+    """Compare a theory of rough adhesion, or the reduced model's line, with the half-space.
+
+    ``"attraction"``: what adhesion takes from the load at an equal mean gap; ``"pull_off"``: the
+    largest pull; ``"contact_area"``: pressed area over that without adhesion, at an equal load.
+    ``"gaps"``: the tension across the gaps without adhesion (Persson & Scaraggi 2014);
+    ``"energy"``: Derjaguin's way, the loss of surface energy with the mean gap; ``"line"``: the
+    tension across the gaps of lines; ``"pastewka_robbins"``: 1/(1 - S).
+    """
+    above("strength", strength, 0)
+    above("reach", reach, 0)
+    above("load", load, 0)
+    one_of("quantity", quantity, *THEORIES)
+    one_of("theory", theory, *THEORIES[quantity])
+    if quantity == "contact_area" and strength >= 1:
+        raise ValueError(f"strength must be below 1, where surfaces stick, not {strength!r}")
+    surface = Surface.of(32, hurst, roll_off, 4.0, periodic=True)
+    law = attraction_law(surface, float(strength), float(reach))
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        values = _surfaces(surface, law, float(load), quantity, factor, number)
+        return values["true"] / values[theory] if theory in values else values["true"]
+
+    true, grid_bar = truth(sample, "refined", _SURFACES, effort)
+    stated: np.ndarray | list[float] = [1.0]
+    if theory == "line":
+        stated = _of_lines(surface, law, float(load), quantity)
+    elif theory == "pastewka_robbins":
+        stated = [1 / (1 - strength)]
+    error, bar = compare(stated, true, grid_bar)
+    details: dict[str, float | str] = {
+        "stated": float(np.mean(stated)),
+        "half-space": float(true.mean()),
+        "tension over E* h'": law.strength,
+    }
+    return Finding(error, bar, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "rough-adhesion",
+        "Adhesion of rough surfaces beside theories and the line",
+        "Pastewka and Robbins' number S",
+        "strength",
+        _rough_adhesion,
+    ),
+)
