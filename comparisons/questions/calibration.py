@@ -23,15 +23,12 @@ import numpy as np
 from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.files import write_table, write_text
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.proofs import missed_by
 from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import combined
-from comparisons.methods.normal.proved import enclosures
-from comparisons.methods.solver import Refused
 from comparisons.questions import rough_calibration
-from comparisons.questions.calibration_cases import Case, Held, held, table
+from comparisons.questions.calibration_cases import Case, Held, held, held_against, table
 from comparisons.questions.campaign import Campaign
-from comparisons.questions.rough_calibration import rough_cases
+from comparisons.questions.rough_calibration import rough_cases, sides_of
 from comparisons.results.confidence import SINGLE_CONTACTS as QUANTITIES
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
@@ -129,30 +126,14 @@ def shape_cases(
     names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
     plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
     cases: list[Case] = []
-    enclosed = {control: _enclosed(plan) for control, plan in zip(controls, plans, strict=True)}
+    enclosed = {control: sides_of(plan) for control, plan in zip(controls, plans, strict=True)}
     for control, solved in zip(controls, (yield from together(map(curves, plans))), strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
         for method in names[control]:
             for levels in series[method]:
                 part = {(method, n): solved[method, n] for n in levels}
                 cases += _series(half, shape, control, part, exact, table["shape"] in FLAT)
-    return [_held_against(enclosed[case.control], case) for case in cases]
-
-
-def _enclosed(plan: Plan) -> dict[str, np.ndarray]:
-    """Return the sides of the proved intervals, empty if no theorem covers the scene."""
-    try:
-        return enclosures(plan.scene, plan.geometry, plan.loads)
-    except Refused:
-        return {}
-
-
-def _held_against(sides: Mapping[str, np.ndarray], case: Case) -> Case:
-    """Return the case with its distance from the proved interval."""
-    lower, upper = (sides.get(f"{case.quantity}_{side}") for side in ("lower", "upper"))
-    if lower is None or upper is None:
-        return case
-    return replace(case, beyond=missed_by(case.curves[-1], np.zeros(len(lower)), lower, upper))
+    return [held_against(enclosed[case.control], case) for case in cases]
 
 
 def _plan(

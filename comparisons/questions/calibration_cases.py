@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import pandas as pd
 
+from comparisons.facts.quantities.proved import ENCLOSED
 from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.proofs import missed_by
 from comparisons.judging.uncertainty import (
     SHARE_RULE,
     Kind,
@@ -20,6 +23,10 @@ from comparisons.judging.uncertainty import (
     share_uncertainty,
 )
 
+# Why a bar has no interval beside it.
+NO_QUANTITY = "of a quantity that no theorem encloses"
+NOT_SHOWN = "at loads of which the bounds prove nothing"
+
 
 @dataclass(frozen=True)
 class Case:
@@ -27,7 +34,8 @@ class Case:
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
-    (steps) is the relative distance from the proved interval, 0 inside. `kind`: what its share of
+    (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
+    `unproved` says why there is none at all. `kind`: what its share of
     the last change was measured for (`uncertainty.ShareRule`).
     """
 
@@ -42,6 +50,7 @@ class Case:
     curves: np.ndarray
     bars_beside_grid: np.ndarray
     beyond: np.ndarray | None = None
+    unproved: str = ""
     rule: ShareRule = SHARE_RULE
 
     @property
@@ -66,11 +75,16 @@ class Case:
         return None if self.beyond is None else int(np.count_nonzero(self.beyond > self.bars))
 
     @property
+    def refuted(self) -> bool:
+        """Whether the bar misses the proved interval as a whole: in the rms over the loads."""
+        return self.beyond is not None and rms_and_maximum(np.nan_to_num(self.beyond))[0] > self.bar
+
+    @property
     def excess(self) -> float:
         """By which share of the bar it is too narrow at worst to reach the proved interval."""
         if self.beyond is None:
             return 0.0
-        return max(0.0, float(np.max(self.beyond / self.bars)) - 1)
+        return max(0.0, float(np.max(np.nan_to_num(self.beyond) / self.bars)) - 1)
 
     @property
     def in_words(self) -> str:
@@ -116,16 +130,22 @@ def summary(cases: Iterable[Case]) -> Summary:
 
 @dataclass(frozen=True)
 class Held:
-    """Bars that have a proved interval beside them, and those of them that do not reach it."""
+    """Bars that have a proved interval beside them, those of them that do not reach it; the others.
+
+    without: reason -> how many bars have no interval for it.
+    """
 
     bars: int
     missed: int
+    without: Mapping[str, int] = field(default_factory=dict)
 
     def __str__(self) -> str:
-        return (
+        others = [f"{count} {reason}" for reason, count in self.without.items()]
+        sentence = (
             f"{self.bars} bars stand beside an interval that a theorem gives; "
             f"{self.missed} do not reach it"
         )
+        return sentence + (f". Without one: {'; '.join(others)}" if others else "")
 
 
 def held(cases: Iterable[Case]) -> Held:
@@ -133,8 +153,26 @@ def held(cases: Iterable[Case]) -> Held:
 
     A bar is that of one load step, as in a study (`judging.proofs`).
     """
-    enclosed = [case for case in cases if case.beyond is not None]
-    return Held(sum(case.bars.size for case in enclosed), sum(c.missed or 0 for c in enclosed))
+    bars, missed, without = 0, 0, Counter[str]()
+    for case in cases:
+        if case.beyond is None:
+            without[case.unproved or NO_QUANTITY] += case.bars.size
+            continue
+        count = int(np.isfinite(case.beyond).sum())
+        bars, missed = bars + count, missed + (case.missed or 0)
+        if count < case.bars.size:
+            without[NOT_SHOWN] += case.bars.size - count
+    return Held(bars, missed, dict(without))
+
+
+def held_against(sides: Mapping[str, np.ndarray] | str, case: Case) -> Case:
+    """Return the case with its distance from the proved interval, or why there is none."""
+    if case.quantity not in ENCLOSED:
+        return replace(case, unproved=NO_QUANTITY)
+    if isinstance(sides, str):
+        return replace(case, unproved=sides)
+    lower, upper = (sides[f"{case.quantity}_{side}"] for side in ("lower", "upper"))
+    return replace(case, beyond=missed_by(case.curves[-1], np.zeros(len(lower)), lower, upper))
 
 
 def table(cases: list[Case]) -> pd.DataFrame:

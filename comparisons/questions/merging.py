@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -101,14 +101,19 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: named more than once"
         if not run.scenes:
             yield f"{run.directory}: ended before it was written; --resume finishes it"
-        run_versions = run.versions | {"roughline's source": run.source or "not recorded"}
-        own_versions = versions() | {"roughline's source": source_digest()}
-        for name in dict.fromkeys([*own_versions, *run_versions]):
-            pair = [release.get(name, "nothing")[:12] for release in (run_versions, own_versions)]
-            if pair[0] != pair[1]:
-                yield f"{run.directory}: {name}: {pair[0]}, here {pair[1]}"
+        yield from other_versions(run.directory, run.versions, run.source)
         if run.effort != runs[0].effort:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
+
+
+def other_versions(directory: Path, packages: Mapping[str, str], source: str) -> Iterator[str]:
+    """Yield the packages, and the source of roughline, of a run that are not those here."""
+    run_versions = {**packages, "roughline's source": source or "not recorded"}
+    own_versions = versions() | {"roughline's source": source_digest()}
+    for name in dict.fromkeys([*own_versions, *run_versions]):
+        pair = [release.get(name, "nothing")[:12] for release in (run_versions, own_versions)]
+        if pair[0] != pair[1]:
+            yield f"{directory}: {name}: {pair[0]}, here {pair[1]}"
 
 
 def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:

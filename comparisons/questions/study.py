@@ -39,6 +39,7 @@ from comparisons.tasks.task import Task
 # Part of a study divided among several machines: index and number of parts.
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
+_MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
 
 
 class Study(Campaign[Plan, StudyRecord]):
@@ -213,8 +214,13 @@ class Study(Campaign[Plan, StudyRecord]):
         return record_scene(plan, self.solved(plan), fields)
 
 
-def solved_in_memory(plan: Plan, effort: Effort) -> tuple[Plan, Solved]:
+def solved_in_memory(
+    plan: Plan, effort: Effort, enough: Callable[[Plan, Solved], bool] | None = None
+) -> tuple[Plan, Solved]:
     """Solve a plan here as a study would, without a folder.
+
+    With `enough` the grids of the truth are refined at quick effort, too, until it says so or the
+    next would take more than a minute.
 
     Returns
     -------
@@ -230,8 +236,9 @@ def solved_in_memory(plan: Plan, effort: Effort) -> tuple[Plan, Solved]:
         return _joined(wider, lambda task: solutions[task.key])
 
     plan = enlarged(plan, solved(plan), effort)
-    if effort == "full":
-        steps = refinements(plan, solved)
+    if effort == "full" or enough is not None:
+        full = effort == "full"
+        steps = refinements(plan, solved) if full else refinements(plan, solved, _MINUTE, enough)
         while True:
             try:
                 solved(next(steps))

@@ -15,7 +15,14 @@ from comparisons.questions.calibration import (
     Calibration,
     shape_cases,
 )
-from comparisons.questions.calibration_cases import Case, held, summary
+from comparisons.questions.calibration_cases import (
+    NO_QUANTITY,
+    NOT_SHOWN,
+    Case,
+    held,
+    held_against,
+    summary,
+)
 from comparisons.questions.shares import MARGIN_ON_CELLS, fitted_rule
 from comparisons.solving.inquiries import answer_of
 from reports.cli.calibrate_command import REFUTED
@@ -42,9 +49,27 @@ def test_a_bar_that_misses_what_is_proved_at_one_load_is_counted():
     known = case(1.0, 0.1)
     bar = known.bars[0]
     series = replace(known, beyond=np.array([0.0, 1.2 * bar, 0.0]))
-    assert (series.missed, held([series, known])) == (1, held([series]))
-    assert (held([series]).bars, held([series]).missed) == (3, 1)
+    assert series.missed == 1
+    counted = held([series, known])
+    assert (counted.bars, counted.missed, counted.without) == (3, 1, {NO_QUANTITY: 3})
     assert series.excess == pytest.approx(0.2)
+    assert not series.refuted  # 1.2/sqrt(3) of the bar
+    assert replace(known, beyond=1.2 * known.bars).refuted
+
+
+def test_bars_without_an_interval_are_counted_with_their_reason():
+    """A load at which nothing is proved, a quantity, a surface that no theorem is for."""
+    known = case(1.0, 0.1)
+    sides = {"force_lower": np.array([np.nan, 1.0, 2.0]), "force_upper": np.array([np.nan, 2, 3])}
+    area = replace(known, quantity="contact_area")
+    cases = [held_against(*of) for of in ((sides, known), (sides, area), ("a measured map", known))]
+    counted = held(cases)
+    assert (counted.bars, counted.missed) == (2, 1)
+    assert counted.without == {NOT_SHOWN: 1, NO_QUANTITY: 3, "a measured map": 3}
+    assert "1 do not reach it. Without one: 1 at loads" in str(counted)
+    # the rms over the loads and the worst of them pass over a load without an interval
+    assert cases[0].refuted
+    assert 5 < cases[0].excess < np.inf
 
 
 def test_a_bar_on_cells_is_no_narrower_at_a_lighter_load():
@@ -133,5 +158,6 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_not_seven_times_too_
     refuted = held(single)
     assert refuted.bars > 2000
     assert refuted.missed <= REFUTED * refuted.bars
+    assert [part.in_words for part in single if part.refuted] == []
     assert max(part.excess for part in single) < 0.25  # no bar is far too narrow at any load
     assert summary(part for part in result if part.rough).coverage >= 0.9

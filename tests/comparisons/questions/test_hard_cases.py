@@ -56,7 +56,8 @@ LONG = {
     *("memory-nanoseconds", "memory-retreat-slows", "sliding-creeping", "sliding-racing"),
     *("sliding-dashpot", "sliding-twelve-decades", "layer-of-a-thousandth", "rolling-braking"),
     *("plasticity-pumped", "plasticity-thousandfold", "plasticity-flow", "impact-thousand-bounces"),
-    "film-six-decades",
+    *("film-six-decades", "film-wavy", "film-rubber-of-one-pascal", "film-starved"),
+    *("plasticity-rubber", "plasticity-hardly-any", "rubber-on-a-rigid-base", "needle"),
     *("rough-fine", "depth-beyond-table", "coating-a-thousand-times-as-hard", "friction-auxetic"),
 }
 
@@ -185,6 +186,7 @@ def test_a_method_without_the_main_quantity_is_lost(altered):
     assert "gives no force" in outcome.reason
 
 
+@pytest.mark.slow
 def test_the_bar_of_the_truth_counts_against_the_claim():
     """The truth of the punch is known to 0.01 %: nobody can be shown to be closer than that."""
     case = catalogue()["edge-on-nodes"]

@@ -12,17 +12,23 @@ from comparisons.questions.study import Study
 from comparisons.results.store import FIELDS, STUDY, load_study
 from comparisons.solving.planning import plan_scene
 
-EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "killed_runs.py"
+EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
+
+
+def example(name, monkeypatch):
+    """Return a script of the pages as a module."""
+    monkeypatch.setenv("PYTHONPATH", str(EXAMPLES.parents[1]))
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    script = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, name, script)
+    spec.loader.exec_module(script)
+    return script
 
 
 @pytest.mark.slow
 def test_runs_killed_at_random_moments_end_like_undisturbed_ones(monkeypatch):
     """Three moments of the twenty of docs/cluster.md, on two processes."""
-    monkeypatch.setenv("PYTHONPATH", str(EXAMPLE.parents[2]))
-    spec = importlib.util.spec_from_file_location("killed_runs", EXAMPLE)
-    script = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(sys.modules, "killed_runs", script)
-    spec.loader.exec_module(script)
+    script = example("killed_runs", monkeypatch)
     result, total = script.experiment(runs=3, workers=2, realisations=50, seed=7)
     assert all(part.identical for part in result)
     assert all(part.redone == 0 and part.left == 0 for part in result)
@@ -67,3 +73,17 @@ def test_a_folder_is_known_as_ours_from_the_first_moment(scene, tmp_path, monkey
     assert (tmp_path / "out" / STUDY).exists()
     Study(plans, tmp_path / "out", resume=True).run()
     assert not load_study(tmp_path / "out").interrupted
+
+
+@pytest.mark.slow
+def test_an_ensemble_killed_at_random_moments_has_the_digits_of_an_undisturbed_one(
+    tmp_path, monkeypatch
+):
+    """Six kills of the twelve of docs/cluster.md, of small surfaces."""
+    pytest.importorskip("pyarrow")
+    script = example("ensembles", monkeypatch)
+    monkeypatch.setattr(script.ensemble, "TASK_SECONDS", script.ensemble.TASK_SECONDS)
+    left, identical = script.kill(tmp_path, 150, 6, points=16, task=0.1)
+    assert identical
+    kept = [state.surfaces for state in left]
+    assert kept == sorted(kept)

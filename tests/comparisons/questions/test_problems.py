@@ -164,6 +164,7 @@ def test_the_same_statement_is_one_entry_whatever_its_form(tmp_path):
         ("", "not valid JSON"),
         ("[" * 100_000, "not valid JSON"),
         ("{}", "problem"),
+        ("null", "\n  expected a table, got None"),
         ('{"problem": NaN}', "NaN is no number of JSON"),
         (stated(problem="RL-999"), "problem: expected one of RL-001"),
         (stated(version=7), "version: expected 1, got 7"),
@@ -181,6 +182,13 @@ def test_a_damaged_hostile_or_enormous_file_gets_one_clear_error(tmp_path, docum
     with pytest.raises(InputError) as caught:
         read_entry(written(tmp_path, document))
     assert told in str(caught.value)
+
+
+def test_a_folder_in_place_of_a_file_is_not_said_to_be_missing(tmp_path):
+    with pytest.raises(InputError, match="not a file"):
+        read_entry(tmp_path)
+    with pytest.raises(InputError, match="no such file"):
+        read_entry(tmp_path / "nowhere.json")
 
 
 def test_files_that_are_no_entries_any_more_are_listed_and_cost_no_other_its_place(tmp_path):

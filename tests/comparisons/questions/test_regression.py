@@ -67,6 +67,7 @@ def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
     assert not about(findings, AGREEMENT).drifted
 
 
+@pytest.mark.slow
 def test_a_kernel_off_by_half_a_per_cent_is_named_twice(before, monkeypatch):
     """The FFT solver has moved, and closed form and finite elements outvote it."""
     sound = kernels.love
@@ -82,6 +83,7 @@ def test_a_kernel_off_by_half_a_per_cent_is_named_twice(before, monkeypatch):
     assert agreement.text.startswith("FFT BEM stands alone against the others.")
 
 
+@pytest.mark.slow
 def test_the_same_factor_in_both_is_named_as_shared(before, monkeypatch):
     """All read E* from the scene: a fault there moves model and truth alike, and no error shows."""
     sound = Scene.effective_modulus.fget

@@ -1,0 +1,220 @@
+"""An ensemble: very many surfaces of a scene, their curves in Parquet files, and their statistics.
+
+Where a study solves as many surfaces as its tolerance needs and compares methods, an ensemble
+solves as many as are asked for. Nothing grows with their number but the files:
+
+- A job is a bundle of consecutive surfaces, as many as take `TASK_SECONDS` by the measured cost of
+  those before it. Surfaces do not know their bundle, so digits do not depend on these costs.
+- The files say which surfaces they hold (`comparisons.tasks.bundles`). A resumed run bundles the
+  others, and `merge` needs parts that together hold all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Unpack
+
+import pandas as pd
+
+from comparisons.errors import InputError, ResultsError
+from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
+from comparisons.machine import source_digest
+from comparisons.methods.registry import solver_of
+from comparisons.questions.campaign import Campaign, Options
+from comparisons.results.ensemble import (
+    RECORD,
+    SURFACES,
+    TABLE,
+    EnsembleRecord,
+    EnsembleResult,
+    gaps,
+    load_ensemble,
+    save_ensemble,
+    summary,
+    survey,
+)
+from comparisons.results.folder import Layout
+from comparisons.results.header import Header
+from comparisons.scene.scene import Scene
+from comparisons.solving.answers import value_of
+from comparisons.solving.bundling import bundle_job
+from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.plan import Plan, task_of
+from comparisons.solving.planning import plan_scene, single_resolution
+from comparisons.tasks.bundles import Bundle, parquet
+from comparisons.tasks.task import Task
+
+Part = tuple[int, int]
+WHOLE: Part = (1, 1)
+# Seconds of a bundle: a thousand times what a scheduler needs for it, and little to lose.
+TASK_SECONDS = 30.0
+# Share of a block that is solved first, for its cost.
+PILOT = 5
+# Bundles of a worker at least, so that all have work until the end.
+LEAST_BUNDLES = 4
+# Rows of a bundle at most: 20 MB of curves on their way.
+MOST_ROWS = 150_000
+
+
+class Ensemble(Campaign[list[Bundle], EnsembleResult]):
+    """Many surfaces of one scene, and the folder of their curves.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a random surface; `surface.realisations` is how many are solved.
+    directory : Path
+    part : (int, int)
+        Solve only the Kth of N stretches of the surfaces.
+    **options
+        As in `Campaign`.
+
+    Raises
+    ------
+    InputError
+        If pyarrow is missing, or the scene has no surfaces that are drawn.
+    """
+
+    layout = Layout(RECORD, (TABLE,), SURFACES)
+
+    def __init__(
+        self, scene: Scene, directory: Path, *, part: Part = WHOLE, **options: Unpack[Options]
+    ) -> None:
+        super().__init__(directory, **options)
+        parquet()
+        if not scene.random:
+            raise InputError(f"{scene.name}: expected a surface of kind self_affine, drawn anew")
+        plan = plan_scene(scene, "full")[0]
+        self.scene, self.part, self.loads = scene, part, plan.loads
+        self.tasks = {f"{task.method} {task.resolution}": task for task in _settings(plan)}
+        if not self.tasks:
+            reasons = "".join(f"\n  {m.method}: {m.reason}" for m in plan.methods)
+            raise InputError(f"{scene.name}: no method can solve this scene{reasons}")
+        number, parts = part
+        total = scene.realisations
+        self.surfaces = range((number - 1) * total // parts, number * total // parts)
+
+    def inquiries(self) -> dict[str, Inquiry[list[Bundle]]]:
+        """Return one inquiry per method and resolution."""
+        return {name: self._solved(task) for name, task in self.tasks.items()}
+
+    def _solved(self, task: Task) -> Inquiry[list[Bundle]]:
+        """Solve the surfaces that no file has; the first few tell what they cost."""
+        kept = list(survey(self.directory / SURFACES).get(identity(task), {}).values())
+        block = solver_of(task).block(task.resolution)
+        if not kept and self.surfaces:
+            pilot = bundle_job(task, identity(task), self.surfaces[: -(-block // PILOT)])
+            done = yield [pilot]
+            kept.append(value_of(done[pilot.key]))
+        missing = gaps(self.surfaces, kept)
+        if not missing:
+            return kept
+        size = self._bundle_size(kept, block, sum(map(len, missing)))
+        jobs = [bundle_job(task, identity(task), part) for part in _cut(missing, size)]
+        done = yield jobs
+        return [*kept, *(value_of(done[job.key]) for job in jobs)]
+
+    def _bundle_size(self, kept: list[Bundle], block: int, number: int) -> int:
+        """Return the number of surfaces of a bundle: if more than a block, whole blocks."""
+        cost = sum(bundle.seconds for bundle in kept) / sum(bundle.count for bundle in kept)
+        workers = self.workers if self.executor is None else self.executor.workers
+        most = MOST_ROWS // len(self.loads.values)
+        even = number / (LEAST_BUNDLES * workers)
+        size = max(1, int(min(TASK_SECONDS / max(cost, 1e-9), most, even)))
+        return size if size < block else size // block * block
+
+    def answer(self, header: Header, answers: Mapping[str, list[Bundle]]) -> EnsembleResult:
+        """Return the statistics of all files of the folder."""
+        return result_of(self, header, "" if self.part == WHOLE else "{}/{}".format(*self.part))
+
+    def save(self, record: EnsembleResult) -> None:
+        """Write ensemble.json and statistics.csv."""
+        save_ensemble(self.directory, record)
+
+    def seconds_before(self) -> float | None:
+        """Return the seconds of the resumed run.
+
+        Raises
+        ------
+        ResultsError
+            If the folder holds an ensemble of which this one knows nothing, or more surfaces.
+        """
+        if not (self.directory / RECORD).exists():
+            return None
+        record = load_ensemble(self.directory)
+        if record.surfaces > self.scene.realisations:
+            raise ResultsError(
+                f"{self.directory} is of {record.surfaces} surfaces, and {self.scene.realisations} "
+                "are asked for: expected as many or more, or another --out"
+            )
+        known = {identity(task) for task in self.tasks.values()}
+        others = [s for s in record.settings if s.identity not in known]
+        if others:
+            names = ", ".join(f"{s.method} {s.resolution}" for s in others)
+            raise ResultsError(
+                f"{self.directory} has surfaces of another scene, method or version ({names}): "
+                "choose another --out"
+            )
+        return record.seconds
+
+
+def _settings(plan: Plan) -> Iterator[Task]:
+    """Yield the first task of every method, at the scene's resolutions or the surface's own."""
+    curves = set(plan.scene.compare.quantities) - {*FIELDS, *DISTRIBUTIONS}
+    for method in plan.methods:
+        if method.supported:
+            own = (single_resolution(method.resolutions, plan.geometry),)
+            for n in own if plan.scene.compare.resolutions is None else method.resolutions:
+                yield replace(task_of(plan, method.method, n), quantities=tuple(sorted(curves)))
+
+
+def identity(task: Task) -> str:
+    """Name the setting of a task, whatever the number of surfaces."""
+    surface = task.scene.surface
+    assert surface is not None
+    single = surface.model_copy(update={"realisations": 1})
+    scene = task.scene.model_copy(update={"surface": single})
+    return replace(task, scene=scene, realisations=(0,)).key.rpartition("-")[2]
+
+
+def _cut(stretches: list[range], size: int) -> Iterator[range]:
+    for stretch in stretches:
+        for start in range(0, len(stretch), size):
+            yield stretch[start : start + size]
+
+
+def result_of(
+    ensemble: Ensemble, header: Header, part: str = "", runs: tuple[dict[str, Any], ...] = ()
+) -> EnsembleResult:
+    """Go through the files of a folder, and return its record and statistics."""
+    loads = [float(load) for load in ensemble.loads.values]
+    files = survey(ensemble.directory / SURFACES)
+    summaries, missing = [], []
+    for name, task in ensemble.tasks.items():
+        own = files.get(identity(task), {})
+        if own:
+            summaries.append(summary(own, ensemble.loads.control, loads))
+        missing += [
+            f"{name}: surfaces {stretch[0]} to {stretch[-1]}"
+            for stretch in gaps(ensemble.surfaces, own.values())
+        ]
+    record = EnsembleRecord(
+        **header.model_dump(),
+        name=ensemble.scene.name,
+        text=ensemble.scene.text,
+        control=ensemble.loads.control,
+        loads=loads,
+        surfaces=ensemble.scene.realisations,
+        part=part,
+        source=source_digest(),
+        missing=missing,
+        settings=[setting for setting, _ in summaries],
+        runs=list(runs),
+    )
+    return EnsembleResult(record, _stacked([table for _, table in summaries]))
+
+
+def _stacked(tables: list[pd.DataFrame]) -> pd.DataFrame:
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["method"])

@@ -1,0 +1,116 @@
+"""Merging of the parts of an ensemble, in memory that does not grow with the surfaces."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+from comparisons.errors import InputError, ResultsError
+from comparisons.questions.ensemble import Ensemble, result_of
+from comparisons.questions.merging import other_versions
+from comparisons.results.crate import describe
+from comparisons.results.ensemble import (
+    RECORD,
+    SURFACES,
+    EnsembleRecord,
+    EnsembleResult,
+    load_ensemble,
+    save_ensemble,
+    survey,
+)
+from comparisons.results.header import Header
+from comparisons.scene.scene import parse_scene
+from comparisons.tasks.bundles import Bundle
+
+
+def are_ensembles(directories: Iterable[Path]) -> bool:
+    """Return whether a folder of these is one of an ensemble."""
+    return any((directory / RECORD).exists() for directory in directories)
+
+
+def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -> EnsembleResult:
+    """Write a folder with the surfaces of several parts; files are linked or copied as they are.
+
+    Parameters
+    ----------
+    directories : iterable of Path
+        Folders written by `roughline ensemble` with one scene, complete or not.
+    out : Path
+        A new or empty folder. It appears once it is complete.
+    command : str
+
+    Raises
+    ------
+    InputError
+        Listing all differences; nothing is written then.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ResultsError(f"{out}: expected a new folder for the merged results")
+    runs = {folder: load_ensemble(folder) for folder in directories}
+    problems = list(_unlike(runs))
+    if problems:
+        raise InputError("\n  ".join(["these ensembles cannot be merged:", *problems]))
+    settings = [bundles for folder in runs for bundles in survey(folder / SURFACES).values()]
+    clashes = list(_clashes([item for bundles in settings for item in bundles.items()]))
+    if clashes:
+        raise InputError("\n  ".join(["surfaces are in more than one folder:", *clashes]))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
+        folder = Path(name) / "run"
+        (folder / SURFACES).mkdir(parents=True)
+        for path in (path for bundles in settings for path in bundles):
+            _copy(path, folder / SURFACES / path.name)
+        first = next(iter(runs.values()))
+        ensemble = Ensemble(parse_scene(first.text, first.name, Path()), folder)
+        merged = result_of(ensemble, _header(runs, command), runs=_parts(runs))
+        save_ensemble(folder, merged)
+        describe(folder, merged.record.created, command)
+        folder.replace(out)
+    return merged
+
+
+def _unlike(runs: dict[Path, EnsembleRecord]) -> Iterator[str]:
+    """Yield the differences between entire runs."""
+    if len(runs) < 2:
+        yield f"expected two different folders or more, got {len(runs)}"
+    first = next(iter(runs.values()), None)
+    for folder, run in runs.items():
+        yield from other_versions(folder, run.versions, run.source)
+        if first is not None and run.text != first.text:
+            yield f"{folder}: another scene, or another number of surfaces"
+
+
+def _clashes(files: list[tuple[Path, Bundle]]) -> Iterator[str]:
+    """Yield files with surfaces that another one has."""
+    files.sort(key=lambda item: (item[1].identity, item[1].first))
+    for (before, earlier), (path, later) in pairwise(files):
+        if earlier.identity == later.identity and later.first < earlier.end:
+            yield f"{before} and {path}: from {later.first}"
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Link a file, which nobody changes in place; copy it to another file system."""
+    try:
+        os.link(source, target)
+    except OSError:
+        shutil.copyfile(source, target)
+
+
+def _header(runs: dict[Path, EnsembleRecord], command: str) -> Header:
+    """Return what is true of all runs together: the last one's time, the sum of durations."""
+    last = max(runs.values(), key=lambda run: run.created)
+    header = {name: getattr(last, name) for name in Header.model_fields}
+    header |= {"command": command, "seconds": sum(run.seconds for run in runs.values())}
+    return Header(**header | {"interrupted": any(run.interrupted for run in runs.values())})
+
+
+def _parts(runs: dict[Path, EnsembleRecord]) -> tuple[dict[str, object], ...]:
+    parts: list[dict[str, object]] = []
+    for run in runs.values():
+        header = {name: getattr(run, name) for name in ("created", "command", "seconds", "machine")}
+        parts += run.runs or [header]
+    return tuple(parts)

@@ -1,0 +1,202 @@
+"""The folder of an ensemble: Parquet files of all curves, their statistics, and what they are.
+
+::
+
+    ensemble.json          what was asked, how far it is, digests of the digits
+    statistics.csv         a row per method, resolution, load step and quantity
+    surfaces/KEY.parquet   the curves of a bundle of surfaces
+
+Files are read one after the other, a few megabytes at a time: memory does not grow with the number
+of surfaces.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from comparisons.errors import ResultsError
+from comparisons.files import write_table, write_text
+from comparisons.judging.moments import Moments
+from comparisons.results.header import Form, Header, read_record
+from comparisons.tasks.bundles import SUFFIX, Bundle, curves, read_bundle
+
+RECORD, TABLE, SURFACES = "ensemble.json", "statistics.csv", "surfaces"
+# Surfaces whose moments are summed at once: the same whatever the bundles, so digits are, too.
+_BLOCK = 1000
+# Bundles of one setting: files and what they hold, in the order of their surfaces.
+Files = dict[Path, Bundle]
+
+
+class SettingRecord(Form):
+    """A method at a resolution.
+
+    Attributes
+    ----------
+    method, resolution : str, int
+    identity : str
+        Scene, options, code and packages, as in the names of its files.
+    surfaces, bundles, lost : int
+        How many surfaces are solved, in how many bundles; load steps of them without an answer.
+    seconds, processor_seconds : float
+        Wall and processor time of their solves.
+    digest : str
+        SHA-256 of all curves in the order of the surfaces, whatever the bundles.
+    """
+
+    method: str
+    resolution: int
+    identity: str
+    surfaces: int
+    bundles: int
+    lost: int
+    seconds: float
+    processor_seconds: float
+    digest: str
+
+
+class EnsembleRecord(Header):
+    """How far an ensemble is.
+
+    Attributes
+    ----------
+    name, text : str
+        The scene, as TOML in SI units.
+    control : str
+        The prescribed quantity.
+    loads : list of float
+    surfaces : int
+        Number of the whole ensemble.
+    part : str
+        "K/N" where only this part was solved here.
+    source : str
+        Digest of roughline's own source.
+    missing : list of str
+        What is not solved, in words.
+    settings : list of SettingRecord
+    runs : list of dict
+        The runs that were merged.
+    """
+
+    name: str
+    text: str
+    control: str
+    loads: list[float]
+    surfaces: int
+    part: str
+    source: str
+    missing: list[str]
+    settings: list[SettingRecord]
+    runs: list[dict[str, Any]]
+
+
+class EnsembleResult(NamedTuple):
+    """The record and the statistics of its curves."""
+
+    record: EnsembleRecord
+    statistics: pd.DataFrame
+
+
+def survey(folder: Path) -> dict[str, Files]:
+    """Return the files of a folder by the identity of their setting.
+
+    Torn ones are passed over, and those with surfaces that one before has, as two processes in one
+    folder leave them: what they have besides counts as not solved.
+    """
+    files: Files = {}
+    for path in folder.glob(f"[!.]*{SUFFIX}"):
+        try:
+            bundle = read_bundle(path)
+        except ResultsError:
+            continue
+        # What was lost as a whole is solved again.
+        if bundle.count and bundle.lost < bundle.answers:
+            files[path] = bundle
+    settings: dict[str, Files] = {}
+    for path, bundle in sorted(files.items(), key=lambda item: item[1].first):
+        own = settings.setdefault(bundle.identity, {})
+        if not own or next(reversed(own.values())).end <= bundle.first:
+            own[path] = bundle
+    return settings
+
+
+def gaps(surfaces: range, bundles: Iterable[Bundle]) -> list[range]:
+    """Return the stretches of surfaces that no bundle has; bundles come in order.
+
+    >>> gaps(range(100), [Bundle("bem_fft", 64, "", first=20, count=30)])
+    [range(0, 20), range(50, 100)]
+    """
+    stretches, start = [], surfaces.start
+    for bundle in bundles:
+        stretches.append(range(start, min(bundle.first, surfaces.stop)))
+        start = max(start, bundle.end)
+    stretches.append(range(start, surfaces.stop))
+    return [stretch for stretch in stretches if len(stretch)]
+
+
+def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingRecord, pd.DataFrame]:
+    """Go through the curves of a setting once.
+
+    Raises
+    ------
+    ResultsError
+        If a file cannot be read.
+    """
+    bundles = list(files.values())
+    digest, names = hashlib.sha256(), [""]
+
+    def blocks() -> Iterator[np.ndarray]:
+        for names[:], values in curves(files, len(loads), _BLOCK):
+            digest.update(values.tobytes())
+            yield values
+
+    moments = Moments.of(blocks())
+    first = bundles[0]
+    record = SettingRecord(
+        method=first.method,
+        resolution=first.resolution,
+        identity=first.identity,
+        surfaces=sum(bundle.count for bundle in bundles),
+        bundles=len(bundles),
+        lost=sum(bundle.lost for bundle in bundles),
+        seconds=sum(bundle.seconds for bundle in bundles),
+        processor_seconds=sum(bundle.processor_seconds for bundle in bundles),
+        digest=digest.hexdigest(),
+    )
+    index = pd.MultiIndex.from_product([range(len(loads)), names], names=["step", "quantity"])
+    columns = {
+        "count": moments.count,
+        "mean": moments.mean,
+        "standard_error": moments.standard_error,
+        "standard_deviation": moments.standard_deviation,
+        "minimum": moments.low,
+        "maximum": moments.high,
+    }
+    table = pd.DataFrame({name: values.ravel() for name, values in columns.items()}, index)
+    table = table[table["count"] > 0].reset_index()
+    table.insert(1, control, np.asarray(loads)[table["step"]])
+    table.insert(0, "resolution", first.resolution)
+    table.insert(0, "method", first.method)
+    return record, table
+
+
+def save_ensemble(directory: Path, result: EnsembleResult) -> None:
+    """Write ensemble.json and statistics.csv."""
+    write_table(directory / TABLE, result.statistics)
+    write_text(directory / RECORD, result.record.model_dump_json(indent=1) + "\n")
+
+
+def load_ensemble(directory: Path) -> EnsembleRecord:
+    """Read ensemble.json.
+
+    Raises
+    ------
+    ResultsError
+    """
+    missing = f"{directory}: no ensemble here ({RECORD} is missing)"
+    return read_record(EnsembleRecord, directory / RECORD, missing)

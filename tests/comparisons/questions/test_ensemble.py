@@ -1,0 +1,184 @@
+"""Very many surfaces: bundles, parts and kills change no digit, memory does not grow."""
+
+from __future__ import annotations
+
+import sys
+import tracemalloc
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.errors import InputError, LostWorkError, ResultsError
+from comparisons.questions import ensemble as questions
+from comparisons.questions.ensemble import Ensemble
+from comparisons.questions.merging_ensembles import merge_ensembles
+from comparisons.results.ensemble import SURFACES, load_ensemble, summary, survey
+from comparisons.solving.executors import SerialExecutor
+from comparisons.solving.jobs import Done
+from comparisons.tasks.bundles import Bundle, write_bundle
+from comparisons.tasks.solution import Solution
+
+pytest.importorskip("pyarrow")
+METHODS = {"methods": ["reduced", "bem_fft"]}
+
+
+@pytest.fixture(scope="module")
+def many(rough):
+    """Return a maker of scenes with a number of surfaces of 16 x 16 points."""
+    return lambda number=45: rough(realisations=number, compare=METHODS)
+
+
+@pytest.fixture(scope="module")
+def whole(many, tmp_path_factory):
+    """Return an undisturbed ensemble."""
+    return Ensemble(many(), tmp_path_factory.mktemp("whole") / "out").run()
+
+
+def digests(result):
+    return [setting.digest for setting in result.record.settings]
+
+
+class Ending(SerialExecutor):
+    """Loses a job and all after it, as when the process is killed."""
+
+    def __init__(self, after):
+        super().__init__()
+        self.after = after
+
+    def finished(self):
+        for number, done in enumerate(super().finished()):
+            if number == self.after:
+                raise LostWorkError("killed")
+            yield done
+
+
+def test_statistics_are_those_of_the_rows(whole, many, tmp_path):
+    result = Ensemble(many(30), tmp_path / "out").run()
+    rows = pd.concat(
+        pd.read_parquet(path).assign(method=bundle.method)
+        for files in survey(tmp_path / "out" / SURFACES).values()
+        for path, bundle in files.items()
+    )
+    assert sorted(rows.groupby("method").size()) == [60, 60]
+    means = rows.groupby(["method", "step"])["contact_area"].agg(["mean", "std", "min", "max"])
+    table = result.statistics.query("quantity == 'contact_area'").set_index(["method", "step"])
+    table = table.loc[means.index, ["mean", "standard_deviation", "minimum", "maximum"]]
+    assert np.allclose(table.to_numpy(float), means.to_numpy(float), rtol=1e-12)
+
+
+def test_parts_and_bundles_of_any_size_give_the_same_digits(whole, many, tmp_path, monkeypatch):
+    """Three uneven parts, cut where they please, merged."""
+    monkeypatch.setattr(questions, "LEAST_BUNDLES", 1)
+    for k in (1, 2, 3):
+        assert len(Ensemble(many(), tmp_path / str(k), part=(k, 3)).run().record.missing) == 0
+    merged = merge_ensembles([tmp_path / str(k) for k in (3, 1, 2)], tmp_path / "all")
+    assert digests(merged) == digests(whole)
+    assert merged.statistics.equals(whole.statistics)
+    assert merged.record.missing == []
+    assert load_ensemble(tmp_path / "all") == merged.record
+
+
+def test_a_part_may_be_empty(many, tmp_path):
+    """More parts than surfaces, as of a job array of a fixed size."""
+    folders = [tmp_path / str(k) for k in (1, 2)]
+    for k, folder in enumerate(folders, start=1):
+        record = Ensemble(many(1), folder, part=(k, 2)).run().record
+        assert record.missing == []
+        assert len(record.settings) == (2 if k == 2 else 0)
+    assert merge_ensembles(folders, tmp_path / "all").record.missing == []
+
+
+def test_a_killed_ensemble_solves_only_what_no_whole_file_has(whole, many, tmp_path):
+    """One bundle is lost by the kill, and one written file is torn afterwards."""
+    with pytest.raises(LostWorkError):
+        Ensemble(many(), tmp_path, executor=Ending(3)).run()
+    kept = sorted((tmp_path / SURFACES).iterdir())
+    torn, *sound = kept
+    torn.write_bytes(torn.read_bytes()[:-50])
+    times = [path.stat().st_mtime_ns for path in sound]
+    again = Ensemble(many(), tmp_path, resume=True).run()
+    assert digests(again) == digests(whole)
+    assert [path.stat().st_mtime_ns for path in sound] == times
+    assert again.record.missing == []
+
+
+def test_surfaces_in_two_files_count_once(whole, many, tmp_path):
+    """Two processes in one folder, which cut bundles differently."""
+    run = Ensemble(many(), tmp_path / "out")
+    run.run()
+    task = next(iter(run.tasks.values()))
+    job = questions.bundle_job(task, questions.identity(task), range(1, 12))
+    write_bundle(tmp_path / "out" / SURFACES / f"{job.key}.parquet", job.work(*job.arguments))
+    again = Ensemble(many(), tmp_path / "out", resume=True).run()
+    assert digests(again) == digests(whole)
+    assert [setting.surfaces for setting in again.record.settings] == [45, 45]
+
+
+def test_an_ensemble_grows_to_more_surfaces(whole, many, tmp_path):
+    small = Ensemble(many(20), tmp_path).run()
+    assert [setting.surfaces for setting in small.record.settings] == [20, 20]
+    grown = Ensemble(many(), tmp_path, resume=True).run()
+    assert digests(grown) == digests(whole)
+    with pytest.raises(ResultsError, match="is of 45 surfaces, and 20 are asked for"):
+        Ensemble(many(20), tmp_path, resume=True).run()
+
+
+def test_a_merge_says_what_is_missing_and_refuses_what_is_there_twice(many, tmp_path):
+    for k in (1, 3):
+        Ensemble(many(), tmp_path / str(k), part=(k, 3)).run()
+    merged = merge_ensembles([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
+    assert merged.record.missing == [
+        "reduced 16: surfaces 15 to 29",
+        "bem_fft 16: surfaces 15 to 29",
+    ]
+    with pytest.raises(InputError, match=r"more than one folder:\n .* from 0"):
+        merge_ensembles([tmp_path / "1", tmp_path / "all"], tmp_path / "twice")
+    Ensemble(many(44), tmp_path / "2", part=(2, 3)).run()
+    with pytest.raises(InputError, match="another number of surfaces"):
+        merge_ensembles([tmp_path / "1", tmp_path / "2"], tmp_path / "twice")
+    assert not (tmp_path / "twice").exists()
+
+
+def test_curves_do_not_stay_in_memory(many, tmp_path):
+    values: list[Done] = []
+    run = Ensemble(many(), tmp_path, watch=lambda campaign, done: values.append(done))
+    run.run()
+    assert len(values) > 3
+    assert all(done.value.solution is None for done in values if done)
+
+
+def test_memory_of_a_merge_does_not_grow_with_the_surfaces(tmp_path):
+    """Statistics of 2 and of 8 bundles of 10 000 surfaces: within a fifth, where 4 times is all."""
+    peaks = []
+    for number in (2, 8):
+        files = {}
+        for k in range(number):
+            curves = {"force": np.arange(20_000.0).reshape(10_000, 2)}
+            ones = np.ones((10_000, 2))
+            solution = Solution(curves, ones > 0, ones.astype(int), ones, unknowns=1)
+            bundle = Bundle("m", 8, "id", 10_000 * k, 10_000, answers=20_000, solution=solution)
+            files[tmp_path / f"{k}"] = bundle
+            write_bundle(tmp_path / f"{k}", bundle)
+        tracemalloc.start()
+        record, table = summary(files, "penetration", [0.0, 1.0])
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+        assert record.surfaces == number * 10_000
+        assert table["count"].tolist() == [number * 10_000] * 2
+    assert peaks[1] < 1.2 * peaks[0]
+
+
+def test_ensembles_are_refused_with_the_reason(scene, rough, many, tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="expected a surface of kind self_affine"):
+        Ensemble(scene(), tmp_path / "out")
+    Ensemble(many(2), tmp_path / "out").run()
+    other = rough(realisations=2, rms_slope=0.2, compare=METHODS)
+    with pytest.raises(ResultsError, match="another scene, method or version"):
+        Ensemble(other, tmp_path / "out", resume=True).run()
+    with pytest.raises(ResultsError, match="of 2 surfaces, and 1 are asked for"):
+        Ensemble(many(1), tmp_path / "out", resume=True).run()
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"pip install 'roughline\[parquet\]'"):
+        Ensemble(many(2), tmp_path / "none")
+    assert not (tmp_path / "none").exists()
