@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from comparisons.scene.scene import Scene
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.layered import Graded, Stack
 
 

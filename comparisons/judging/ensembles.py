@@ -10,16 +10,16 @@ may.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from comparisons.facts.methods import GRID, METHODS, MODEL
+from comparisons.facts.methods import GRID, MODEL
 from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels
-from comparisons.judging.multilevel import allocate, in_words, variances, within_budget
+from comparisons.judging.multilevel import allocate, variances, within_budget
 from comparisons.solving.plan import Effort, MethodPlan, Plan
 from comparisons.solving.surface_numbers import surface_cost
 from comparisons.tasks.solution import Solved
@@ -61,13 +61,6 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
         needs = _variances(known, _line_widths(plan, known, wanted))
         methods[MODEL] = _lines(plan, lines, needs, LINE_POINTS[effort])
     return replace(plan, methods=tuple(methods.values()), notes=tuple(notes))
-
-
-def ensemble_text(method: str, numbers: Sequence[int], resolutions: Sequence[int]) -> str:
-    """Return how many surfaces or lines a method solves on which grid; "" where it is no matter."""
-    if not numbers:
-        return ""
-    return in_words(numbers, resolutions, "line" if METHODS[method].dimension == 1 else "surface")
 
 
 def _complete(planned: MethodPlan, solved: Solved) -> bool:

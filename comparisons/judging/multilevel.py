@@ -31,6 +31,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
+from comparisons.facts.methods import METHODS
+
 # A variance from fewer surfaces than this says nothing.
 FEWEST = 2
 # Multipliers of the constraints settle in some tens of rounds; more change no number of surfaces.
@@ -224,6 +226,13 @@ def in_words(numbers: Sequence[int], resolutions: Sequence[int], noun: str = "su
     first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
     plural = noun if numbers[0] == 1 else f"{noun}s"
     return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
+
+
+def ensemble_text(method: str, numbers: Sequence[int], resolutions: Sequence[int]) -> str:
+    """Return how many surfaces or lines a method solves on which grid; "" where it is no matter."""
+    if not numbers:
+        return ""
+    return in_words(numbers, resolutions, "line" if METHODS[method].dimension == 1 else "surface")
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
 from comparisons.formatting import duration, relative
-from comparisons.judging.truth import Truth
+
+if TYPE_CHECKING:
+    from comparisons.judging.truth import Truth
 
 
 def missed_by(
@@ -42,7 +44,7 @@ class Verification:
     sentences : tuple of str
         A sentence for each reference and quantity whose bar does not reach the interval.
     width : float
-        Largest relative width of the intervals.
+        Largest relative width of the intervals of force and penetration.
     seconds, truth_seconds : float
         What the intervals took, and what the solve of the truth that they judge.
     """
@@ -73,7 +75,7 @@ def in_words(proved: Mapping[str, Any]) -> str:
     reached = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
     return (
         "interval in which the truth lies by theorem, at most "
-        f"{relative(proved['width'])} wide; {reached}. "
+        f"{relative(proved['width'])} wide in force or penetration; {reached}. "
         f"It took {duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
     )
 
@@ -118,9 +120,9 @@ def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> V
                     f"interval by {relative(beyond[step])} at load step {step + 1}."
                 )
     widths = [
-        np.nanmax(1 - sides[name.replace("_upper", "_lower")] / upper, initial=0.0)
-        for name, upper in sides.items()
-        if name.endswith("_upper")
+        np.nanmax(1 - sides[f"{name}_lower"] / sides[f"{name}_upper"], initial=0.0)
+        for name in ("force", "penetration")
+        if f"{name}_upper" in sides
     ]
     taken = seconds, truth.solution.seconds
     return Verification(bars, missed, tuple(sentences), float(max(widths)), *taken)

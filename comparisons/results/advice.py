@@ -222,9 +222,7 @@ def _settings(record: SceneRecord) -> Iterable[Setting]:
 
 def _seconds(record: SceneRecord, method: str, resolution: float) -> float:
     """Return the time of a setting; NaN where there is none (folders may be a stranger's)."""
-    names = np.array(selection.texts(record.rows, "method"), dtype=object)
-    rows = (names == method) & (selection.column(record.rows, "resolution") == resolution)
-    values = selection.column(record.rows, "seconds")[rows]
+    values = selection.column(selection.setting_rows(record, method, resolution), "seconds")
     return float(values[0]) if len(values) else math.nan
 
 

@@ -24,16 +24,23 @@ ABOUT = {
     "study.json": "What was asked, plans, references, machine and versions",
     "results.csv": "A row for each scene, method, resolution, surface and load step, SI units",
     "measures.csv": "A row for each quantity of each setting: errors, bars, verdicts",
+    "ensemble.json": "An ensemble of surfaces: what was asked, how far it is, digests",
+    "statistics.csv": "Mean and scatter of each quantity over the surfaces, per load step",
     "claims.json": "Verdicts on claims with their measurements",
     "hard-cases.json": "Outcomes of methods on hard cases",
     "calibration.csv": "Error bars of references beside their true errors",
     CODEMETA: "The program that wrote this folder",
+}
+ENDINGS = {
+    **dict.fromkeys((".npz", ".vtu"), "Fields of one solve"),
+    ".parquet": "Curves of many surfaces",
 }
 FORMATS = {
     ".csv": "text/csv",
     ".html": "text/html",
     ".json": "application/json",
     ".npz": "application/zip",
+    ".parquet": "application/vnd.apache.parquet",
     ".vtu": "application/vtk",
 }
 
@@ -137,7 +144,7 @@ def _files(directory: Path) -> list[Path]:
 
 
 def _file(path: Path, directory: Path) -> dict[str, Any]:
-    about = ABOUT.get(path.name, "Fields of one solve" if path.suffix in (".npz", ".vtu") else "")
+    about = ABOUT.get(path.name, ENDINGS.get(path.suffix, ""))
     return {
         "@id": path.relative_to(directory).as_posix(),
         "@type": "File",

@@ -212,10 +212,8 @@ def _judged_rows(record: SceneRecord) -> dict[tuple[str, str, float], dict]:
 @once
 def levels(record: SceneRecord, method: str) -> list[int]:
     """Return the resolutions at which a method was run, ascending, but for the truth itself."""
-    names = np.array(selection.texts(record.rows, "method"), dtype=object)
-    resolutions = selection.column(record.rows, "resolution")[names == method]
-    run = {int(level) for level in resolutions[np.isfinite(resolutions)]}
-    return sorted(n for n in run if not selection.is_reference(record, method, n))
+    run = map(int, selection.run_at(record, method))
+    return [n for n in run if not selection.is_reference(record, method, n)]
 
 
 @once

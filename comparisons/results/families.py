@@ -38,12 +38,13 @@ def family(record: SceneRecord) -> str:
     nothing of them.
     """
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
-    if depends_on_depth(record.tables):
-        named = [*named[:-1], f"{named[-1]} on {LAYERED}"] if named else [f"bodies on {LAYERED}"]
-    if named:
-        rough = "surface" in record.tables and named[0] != ROUGH
-        return f"{named[0]} on rough surfaces" if rough else named[0]
-    return _shape_family(record.tables.get("indenter"))
+    deep = depends_on_depth(record.tables)
+    if not named and not deep:
+        return _shape_family(record.tables.get("indenter"))
+    name = named[0] if named else "bodies"
+    if "surface" in record.tables and name != ROUGH:
+        name = f"{name} on {ROUGH}"
+    return f"{name} on {LAYERED}" if deep else name
 
 
 def depends_on_depth(tables: Mapping[str, Any]) -> bool:

@@ -31,12 +31,11 @@ def deciding(record: SceneRecord) -> Verdict | None:
 
 def finding(records: tuple[SceneRecord, ...]) -> str:
     """Return where the leading method holds, where not, and what to use there, in a sentence."""
-    text = "; ".join(clauses(records))
-    return f"{text}." if text else ""
+    return " ".join(lines(records))
 
 
-def clauses(records: tuple[SceneRecord, ...]) -> list[str]:
-    """Return the parts of the finding: where the method holds, where in part, where not."""
+def lines(records: tuple[SceneRecord, ...]) -> list[str]:
+    """Return the finding, a line for each family of scenes: where the method holds, where not."""
     methods = {judged_methods(record)[0] for record in records}
     if len(methods) != 1:
         return []
@@ -49,13 +48,29 @@ def clauses(records: tuple[SceneRecord, ...]) -> list[str]:
         stated[_kind(scenes, judged)].append(_in_words(name, scenes, judged))
         within += [scene for scene in scenes if _is_within(judged.get(scene))]
     heads = {
-        "holds": f"Use the {title} for {{}}: within {_tolerances(within)}{_cost(within)}",
-        "in part": "in part for {}" if stated["holds"] else f"Use the {title} in part for {{}}",
-        "fails": "not for {}" if within else f"Do not use the {title} for {{}}",
-        "open": "not shown for {}",
+        "holds": (f"Use the {title} for ", f": within {_tolerances(within)}{_cost(within)}"),
+        "in part": ("in part for " if stated["holds"] else f"Use the {title} in part for ", ""),
+        "fails": ("not for " if within else f"Do not use the {title} for ", ""),
+        "open": ("not shown for ", ""),
     }
-    parts = [heads[kind].format(_listed(names)) for kind, names in stated.items() if names]
-    return [part[0].upper() + part[1:] if part is parts[0] else part for part in parts]
+    clauses = [_clause(*heads[kind], names) for kind, names in stated.items() if names]
+    if not clauses:
+        return []
+    clauses[0][0] = clauses[0][0][0].upper() + clauses[0][0][1:]
+    for clause in clauses:
+        clause[-1] += "." if clause is clauses[-1] else ";"
+    return [line for clause in clauses for line in clause]
+
+
+def _clause(head: str, tail: str, names: Sequence[str]) -> list[str]:
+    """Return a clause about several families, a line for each.
+
+    >>> _clause("not for ", "", ["a", "b", "c"])
+    ['not for a,', 'b and', 'c']
+    """
+    ends = [","] * (len(names) - 2) + [" and"] * (len(names) > 1) + [tail]
+    own = [f"{name}{end}" for name, end in zip(names, ends, strict=True)]
+    return [head + own[0], *own[1:]]
 
 
 def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
@@ -129,7 +144,8 @@ def _instead(scenes: list[SceneRecord]) -> str:
     named = [_timed(title, [item for item in chosen if item.title == title]) for title, _ in titles]
     left = len(scenes) - len(chosen)
     none = f", nothing that was run in {left} of {len(scenes)}" if left else ""
-    return f"instead {' or '.join(named)}{none}"
+    which = ", depending on the scene" if len(named) > 1 else ""
+    return f"instead {' or '.join(named)}{which}{none}"
 
 
 def _timed(title: str, settings: list[Setting]) -> str:

@@ -13,10 +13,10 @@ PAGE = "report.html"
 # What a folder says of itself to archives (`comparisons.results.crate`).
 CRATE, CODEMETA = "ro-crate-metadata.json", "codemeta.json"
 # What tells a folder of one command from those of the others.
-RECORDS = ("study.json", "claims.json", "hard-cases.json", "calibration.csv")
+RECORDS = ("study.json", "claims.json", "hard-cases.json", "calibration.csv", "ensemble.json")
 # Names that jobs give to their files; nothing else in a folder is ours to delete.
 OWN_FILE = re.compile(
-    r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)|[a-z0-9-]+-[0-9a-f]{16}\.json"
+    r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu|parquet)|[a-z0-9-]+-[0-9a-f]{16}\.json"
 )
 # What a process that was killed while it wrote leaves beside the file it meant to write.
 LEFTOVER = re.compile(r"\.(?P<meant>.+)\.[a-z0-9_]{8}")

@@ -68,6 +68,8 @@ def converged(rows: pd.DataFrame) -> np.ndarray:
     """Return which rows converged (the column may come back as text)."""
     if "converged" not in rows:
         return np.ones(len(rows), dtype=bool)
+    if rows["converged"].dtype == bool:
+        return rows["converged"].to_numpy()
     return np.array([_is_true(value) for value in rows["converged"]], dtype=bool)
 
 
@@ -112,9 +114,34 @@ def _solved_by_method(scene: SceneRecord) -> dict[str, pd.DataFrame]:
     return {name: rows[names == name] for name in dict.fromkeys(names)}
 
 
+@once
 def resolutions(scene: SceneRecord, method: str) -> list[float]:
     """Return the resolutions at which a method solved anything, ascending."""
     return sorted(set(column(solved_rows(scene, method), "resolution")))
+
+
+def setting_rows(scene: SceneRecord, method: str, resolution: float) -> pd.DataFrame:
+    """Return all rows of a method at a resolution, solved or lost."""
+    by_setting = _by_setting(scene)
+    key = (method, float(resolution))
+    return by_setting[key] if key in by_setting else scene.rows.iloc[:0]
+
+
+def run_at(scene: SceneRecord, method: str) -> list[float]:
+    """Return the resolutions at which a method was run, ascending."""
+    return sorted(level for name, level in _by_setting(scene) if name == method)
+
+
+@once
+def _by_setting(scene: SceneRecord) -> dict[tuple[str, float], pd.DataFrame]:
+    names = np.array(texts(scene.rows, "method"), dtype=object)
+    level = column(scene.rows, "resolution")
+    settings = dict.fromkeys(zip(names, level.tolist(), strict=True))
+    return {
+        (name, n): scene.rows[(names == name) & (level == n)]
+        for name, n in settings
+        if np.isfinite(n)
+    }
 
 
 @once
@@ -131,11 +158,12 @@ def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> p
     rows = rows[level == finest] if np.isfinite(finest) else rows
     if rows.empty:  # it lost all its steps
         return rows
-    options = texts(rows, "options")
-    rows = rows[[text == options[0] for text in options]]
-    names = texts(rows, "realisation")
+    options, names = (
+        np.array(texts(rows, name), dtype=object) for name in ("options", "realisation")
+    )
+    names[options != options[0]] = None
     chosen = MEAN if MEAN in names else names[0]
-    return rows[[name == chosen for name in names]].sort_values("step")
+    return rows[names == chosen].sort_values("step")
 
 
 @once

@@ -28,8 +28,38 @@ class _SwitchedOn(Form):
     model: str = Field(alias="how")
 
 
+class _Measured(Form):
+    penetration: list[float]
+    force: list[float]
+    modulus: Annotated[float, Field(gt=0)]
+    fit_zero: bool
+
+    @model_validator(mode="after")
+    def _of_pairs(self) -> Self:
+        if len(self.penetration) != len(self.force):
+            raise ValueError("expected as many forces as penetrations")
+        return self
+
+
+class _Roughness(Form):
+    wavenumber: list[Annotated[float, Field(gt=0)]]
+    density: list[Annotated[float, Field(gt=0)]]
+    statistics: dict[str, float]
+
+    @model_validator(mode="after")
+    def _of_pairs(self) -> Self:
+        if len(self.wavenumber) != len(self.density):
+            raise ValueError("expected as many densities as wavenumbers")
+        missing = {"rms_height", "rms_slope", "rms_curvature", "nayak"} - set(self.statistics)
+        if missing or not self.statistics["rms_curvature"] > 0:
+            raise ValueError("expected the statistics of a rough surface")
+        return self
+
+
 class _Plan(Form):
     methods: list[_Method]
+    measured: _Measured | None = Field(default=None)
+    roughness: _Roughness | None = Field(default=None)
     switched_on: list[_SwitchedOn] = Field(default=[])
     left_out: list[_LeftOut]
     notes: list[str]

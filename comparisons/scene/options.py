@@ -83,6 +83,8 @@ class FemOptions(Options):
     condensed like any other mesh (free patches of up to 32 points a side).
     element: of a repeating mesh: quadratic "splines", bilinear ("linear") in the plane, or
     "quadratic" hexahedra of 27 nodes.
+    bottom: of a repeating mesh: "clamped" two periods down, or the "impedance" of a half-space
+    eight cells down, a theory that it shares with `bem_fft`.
     inertia: of a body that rolls, rho V^2/G; the pressure is that at rest.
     """
 
@@ -94,6 +96,7 @@ class FemOptions(Options):
     coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
     mesh: Literal["repeating", "block"] = "repeating"
     element: Literal["splines", "linear", "quadratic"] = "splines"
+    bottom: Literal["clamped", "impedance"] = "clamped"
     inertia: Annotated[Finite, Field(ge=0, le=0.5)] = 0.0
 
 

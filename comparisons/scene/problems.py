@@ -51,19 +51,20 @@ def readable(error: Mapping[str, Any]) -> str:
         return f"{path}: {error['msg']}" if path else error["msg"]
     message = _PLAIN.get(kind, error["msg"]).replace("Input should be", "expected")
     message = message[0].lower() + message[1:]
-    return f"{path}: {message}, got {excerpt(came)}"
+    where = f"{path}: " if path else ""  # the whole file
+    return f"{where}{message}, got {excerpt(came)}"
 
 
 def missing_files(data: dict[str, Any], directory: Path) -> list[str]:
-    """Problems with the map that a wrong scene names: told together with the others."""
+    """Problems with the files that a wrong scene names: told together with the others."""
     problems = []
-    for key in ("surface", "surface2"):
-        surface = data.get(key)
-        file = surface.get("file") if isinstance(surface, dict) else None
+    for key, entry in (("surface", "file"), ("surface2", "file"), ("compare", "measured")):
+        table = data.get(key)
+        file = table.get(entry) if isinstance(table, dict) else None
         if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
             continue
         if not (directory / file).is_file():
-            problems.append(f"{key}.file: {file}: no such file")
+            problems.append(f"{key}.{entry}: {file}: no such file")
     return problems
 
 

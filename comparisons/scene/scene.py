@@ -74,6 +74,8 @@ class Compare(_Table):
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
     methods: tuple[KnownMethod, ...] | None = None
     proved: Annotated[bool, Field(strict=True)] | Literal["if_any"] = False
+    measured: Annotated[str, Field(min_length=1, max_length=4096)] | None = None
+    fit_zero: Annotated[bool, Field(strict=True)] = False
 
     @field_validator("tolerance")
     @classmethod
@@ -240,6 +242,19 @@ class Scene(_Physics):
         if count > 1:
             name = self.loading.control
             raise fail(f"loading.{name}: expected one load with [wear], which is held, got {count}")
+        return self
+
+    @model_validator(mode="after")
+    def _a_force_proportional_to_the_modulus(self) -> Scene:
+        """Take a measured curve where force scales with E* alone: of an indenter."""
+        simple = self.indenter is not None and self.body is None and self.half_space.uniform
+        if self.compare.measured is not None and (self.physics or not simple):
+            raise fail(
+                "compare.measured: expected an [indenter] on a uniform half-space without further "
+                "physics: only there force is proportional to the modulus"
+            )
+        if self.compare.fit_zero and self.compare.measured is None:
+            raise fail("compare.fit_zero: expected compare.measured, whose zero it is")
         return self
 
     @cached_property

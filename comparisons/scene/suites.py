@@ -15,7 +15,7 @@ PHYSICS = (
     *("friction-rubber", "friction-steel", "friction-rough"),
     *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
     *("sliding-ball", "sliding-rough", "rolling-ball", "rolling-rubber", "plastic-ball"),
-    "plastic-rough",
+    *("plastic-ellipsoid", "plastic-rough"),
     *("coated-ball", "layer-on-base", "graded-ball"),
     *("soft-ball-film", "wavy-ball-film", "squeezed-ball"),
     *("worn-ball", "worn-punch", "worn-rough", "fretting-ball"),

@@ -45,14 +45,18 @@ class Answers:
             return None
         return self._folder / f"{job.key}{job.archive.suffix}"
 
-    def put(self, done: Done) -> None:
-        """Keep an answer; what was lost is tried again by the next run."""
-        path = self.path(done.job)
-        if path is not None and done.job.archive is not None and not done.lost:
-            done.job.archive.save(path, done.value)
+    def put(self, done: Done) -> Done:
+        """Keep an answer and return what of it stays in memory.
+
+        What was lost is tried again by the next run.
+        """
+        path, archive = self.path(done.job), done.job.archive
+        if path is not None and archive is not None and not done.lost:
+            archive.save(path, done.value)
             self._own[done.job.key] = None
-        else:
-            self._own[done.job.key] = done
+            return replace(done, value=archive.without_bulk(done.value))
+        self._own[done.job.key] = done
+        return done
 
     def get(self, job: Job) -> Done | None:
         """Return the answer of a job, None where it is not known."""

@@ -89,9 +89,9 @@ class Inquiries(Generic[A]):
         for name, inquiry in inquiries.items():
             self._go_on(name, inquiry)
         yield None
-        for done in self._executor.finished():
+        for outcome in self._executor.finished():
+            done = self._answers.put(outcome)
             key = done.job.key
-            self._answers.put(done)
             self._forecast.learn(done.job.kind, done.seconds - _compilation(done))
             del self._open[key]
             self._receive(done)

@@ -23,12 +23,15 @@ class Archive:
         ``load(path)``; raises ResultsError for a torn file.
     is_final : callable
         Whether an answer of an earlier run is taken: what broke it may have been mended since.
+    without_bulk : callable
+        What of an answer stays in memory once it is written; default: all.
     """
 
     suffix: str
     save: Callable[[Path, Any], None]
     load: Callable[[Path], Any]
     is_final: Callable[[Any], bool]
+    without_bulk: Callable[[Any], Any] = lambda answer: answer
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
-from comparisons.geometry.prepare import Geometry
+from comparisons.geometry.measured_curve import MeasuredCurve
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.solving.surface_numbers import realisation_count
+from comparisons.solving.surface_roughness import roughness_of
 from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
@@ -52,6 +54,7 @@ class Plan:
     notes: tuple[str, ...]
     realisations: int
     switched_on: tuple[tuple[str, str], ...] = ()
+    measured: MeasuredCurve | None = None
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
@@ -109,21 +112,43 @@ class Plan:
 
     def document(self) -> dict[str, Any]:
         """Return the plan as plain data for study.json."""
+        measured = {} if self.measured is None else {"measured": self._measured_document()}
+        return (
+            measured
+            | self._roughness
+            | {
+                "methods": [
+                    {
+                        "method": m.method,
+                        "supported": m.supported,
+                        "reason": m.reason,
+                        "resolutions": list(m.resolutions),
+                        "modelled": m.modelled,
+                        "numbers": list(m.numbers),
+                    }
+                    for m in self.methods
+                ],
+                "switched_on": [
+                    {"what": effect, "how": model} for effect, model in self.switched_on
+                ],
+                "left_out": [{"what": effect, "why": reason} for effect, reason in self.left_out],
+                "notes": list(self.notes),
+            }
+        )
+
+    @cached_property
+    def _roughness(self) -> dict[str, Any]:
+        if not isinstance(self.geometry, RoughGeometry):
+            return {}
+        return {"roughness": roughness_of(self.geometry)}
+
+    def _measured_document(self) -> dict[str, Any]:
+        assert self.measured is not None
         return {
-            "methods": [
-                {
-                    "method": m.method,
-                    "supported": m.supported,
-                    "reason": m.reason,
-                    "resolutions": list(m.resolutions),
-                    "modelled": m.modelled,
-                    "numbers": list(m.numbers),
-                }
-                for m in self.methods
-            ],
-            "switched_on": [{"what": effect, "how": model} for effect, model in self.switched_on],
-            "left_out": [{"what": effect, "why": reason} for effect, reason in self.left_out],
-            "notes": list(self.notes),
+            "penetration": self.measured.penetration.tolist(),
+            "force": self.measured.force.tolist(),
+            "modulus": self.scene.effective_modulus,
+            "fit_zero": self.scene.compare.fit_zero,
         }
 
 

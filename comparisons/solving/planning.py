@@ -14,6 +14,7 @@ from typing import Any
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.geometry.bodies import with_body
+from comparisons.geometry.measured_curve import CurveError, MeasuredCurve, read_curve
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
@@ -115,7 +116,18 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
         geometry = with_body(scene, geometry)
     total = scene.realisations
     realisations = min(total, QUICK_REALISATIONS) if effort == "quick" else total
-    return Plan(scene, geometry, loads, (), (), (), realisations)
+    return Plan(scene, geometry, loads, (), (), (), realisations, measured=_measured(scene))
+
+
+def _measured(scene: Scene) -> MeasuredCurve | None:
+    """Return the measured curve that a scene names."""
+    if scene.compare.measured is None:
+        return None
+    try:
+        return read_curve(Path(scene.directory) / scene.compare.measured)
+    except CurveError as error:
+        where = f"compare.measured: {scene.compare.measured}"
+        raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
 
 
 def _plan(scene: Scene, effort: Effort) -> Plan:

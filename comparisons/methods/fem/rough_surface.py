@@ -46,18 +46,20 @@ _IN_PLANE = {
     "quadratic": "27 nodes, pressures of a mixed method",
 }
 
+_IMPEDANCE = "the impedance of a half-space eight cells down (theory shared with bem_fft)"
+
 
 class FemRough(GridSolver[FreeBody | PeriodicBody]):
     """A rough surface on finite elements that repeat from cell to cell."""
 
     name = "fem"
     depths = True
-    options_read = frozenset({"contact", "penalty", "mesh", "element"})
+    options_read = frozenset({"contact", "penalty", "mesh", "element", "bottom"})
     shared_cells = 25 * 256**2
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        unfit = points_problem(scene) or solver_problem(scene)
+        unfit = points_problem(scene) or solver_problem(scene) or _bottom_problem(scene)
         if unfit:
             raise Refused(unfit)
         self.options = scene.methods.fem
@@ -100,11 +102,17 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         """Name the mesh and what ends it."""
         mesh = f"hexahedra ({_IN_PLANE[self.options.element]}) below every cell"
         table = self.scene.half_space
+        if table.thickness is not None:
+            base = ", down to the rigid base"
+        elif self.options.bottom == "impedance":
+            base = f", down to {_IMPEDANCE}"
+        else:
+            base = ", down to a clamp two periods down"
         if _periodic(geometry):
-            base = "the rigid base" if table.thickness is not None else "a clamp two periods down"
-            return f"{mesh}, down to {base}"
+            return mesh + base
         far = "Boussinesq fields" if table.uniform else "the continuum of the same body"
-        return f"{mesh}, free of their surroundings; further away than some cells {far}"
+        shared = base if self.options.bottom == "impedance" else ""
+        return f"{mesh}{shared}, free of their surroundings; further away than some cells {far}"
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -114,7 +122,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         if not self.scene.half_space.uniform:
             body = elastic_body(self.scene)
         kind = PeriodicBody if _periodic(task.geometry) else FreeBody
-        return kind(shape, spacing, body, self.options.element)
+        return kind(shape, spacing, body, self.options.element, bottom=self.options.bottom)
 
     def step(
         self, task: Task, operator: FreeBody | PeriodicBody, contact: Contact, grid: Grid
@@ -138,7 +146,7 @@ class FemDepths(FemRough):
     """An indenter on layers or a graded body of finite elements that repeat from cell to cell."""
 
     name = "fem"
-    options_read = frozenset({"contact", "penalty", "element"})
+    options_read = frozenset({"contact", "penalty", "element", "bottom"})
 
     @property
     def face(self) -> Respond | None:
@@ -154,6 +162,16 @@ class FemDepths(FemRough):
         """Cells per contact radius: those of `bem_fft`."""
         assert isinstance(geometry, IndenterGeometry)
         return indenter_resolutions(self.scene, geometry)
+
+
+def _bottom_problem(scene: Scene) -> str:
+    """Say why the mesh cannot end on a half-space; "" if it can, or need not."""
+    table = scene.half_space
+    if scene.methods.fem.bottom == "clamped":
+        return ""
+    if table.thickness is not None or table.grading is not None:
+        return "an impedance bottom is a half-space of one modulus, which does not lie below"
+    return ""
 
 
 def _periodic(geometry: Geometry) -> bool:

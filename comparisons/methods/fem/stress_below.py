@@ -7,7 +7,7 @@ import numpy as np
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.methods.normal.grid import Grid
 from comparisons.scene.scene import Scene
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.halfspace import Contact
 from reference.layered import Graded, Stack
 from reference.layered.radial import Body

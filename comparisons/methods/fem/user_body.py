@@ -17,8 +17,8 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
+from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.fem import Material
-from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import (
     LARGEST_POISSON_LINEAR_TETRAHEDRA,

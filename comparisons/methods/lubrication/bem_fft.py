@@ -82,7 +82,7 @@ class GridFilm(Solver[IndenterGeometry]):
                 violation=film.error,
                 unknowns=film.pressure.size + 1,
                 pressure=partial(_fields, film),
-                fields=partial(_fields, film) if task.wants_pressure else None,
+                fields=partial(_fields, film),
             )
 
 

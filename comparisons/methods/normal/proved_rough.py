@@ -60,14 +60,19 @@ class RoughProof:
     @cached_property
     def _higher(self) -> float:
         """By how much the highest point is above the sample that the bounds count from."""
-        return float(self.geometry.top(0) - self._heights.mean() - self._surface.top)
+        return self._highest - self._surface.top
+
+    @property
+    def _highest(self) -> float:
+        """Highest point of the surface, from its mean."""
+        return float(self.geometry.top(0) - self._heights.mean())
 
     @property
     def deepest(self) -> float:
         """Penetration up to which something is proved."""
         if not self.geometry.periodic:
             return math.inf
-        return _NEARLY_FULL * float(self.geometry.top(0) - self._heights.mean())
+        return _NEARLY_FULL * self._highest
 
     def force(self, penetration: float) -> Interval:
         """Force at a penetration."""
@@ -91,6 +96,40 @@ class RoughProof:
             depth = surface.penetration(force / self.geometry.area, self.modulus)
         ends = depth.lower + self._higher, depth.upper + self._higher
         return Interval(below(ends[0], 4), above(ends[1], 4))
+
+    def energy(self, penetration: Interval, force: Interval) -> Interval:
+        """Energy where one of both is given and the other enclosed."""
+        surface, depth = self._surface, self._from_samples(penetration)
+        if isinstance(surface, Patch):
+            return surface.energy(depth, self.modulus)
+        mean = self._mean_pressure(force)
+        return surface.stored(mean, depth, self.modulus) * self.geometry.area
+
+    def stiffness(self, penetration: Interval, force: Interval) -> Interval:
+        """Stiffness where one of both is given and the other enclosed."""
+        surface, depth = self._surface, self._from_samples(penetration)
+        if isinstance(surface, Patch):
+            return surface.stiffness(depth, force, self.modulus)
+        return surface.stiffness(self._mean_pressure(force), self.modulus) * self.geometry.area
+
+    def _from_samples(self, penetration: Interval) -> Interval:
+        """Count a penetration from the sample that the bounds count from.
+
+        Raises
+        ------
+        ArithmeticError
+            If it is not proved to reach that: nothing is proved to touch then.
+        """
+        depth = Interval(
+            below(penetration.lower, 2) - self._higher, above(penetration.upper, 2) - self._higher
+        )
+        if not depth.lower > 0:
+            raise ArithmeticError("the highest sample is not proved to touch")
+        return depth
+
+    def _mean_pressure(self, force: Interval) -> Interval:
+        area = self.geometry.area
+        return Interval(below(force.lower / area, 4), above(force.upper / area, 4))
 
 
 def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> RoughProof:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.methods.solver import Refused, needed
+from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.plasticity import Plasticity
 from comparisons.scene.scene import Scene
@@ -12,7 +13,9 @@ from reduced.loads import Load
 from reduced.profiles.equivalents import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
-from reference.fem.elasticity import Material
+from reference.closed_form import ellipsoid
+from reference.elasticity import Material
+from reference.plastic.first_yield import elliptic_yield_pressure
 from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure
 
 PHYSICS = frozenset({"plasticity"})
@@ -48,15 +51,30 @@ def radius_of(indenter: Indenter) -> float:
     return float(indenter.parameters["radius"])
 
 
-def depth_of_yield(scene: Scene, radius: float) -> float:
-    """Return the penetration at which a ball first makes the half-space yield.
+def depth_of_yield(scene: Scene) -> float:
+    """Return the penetration at which an indenter first makes the half-space yield.
 
     That of the pressure of Hertz's contact below which von Mises' stress first reaches Y (Johnson
-    1985, 6.1).
+    1985, 6.1, and the same of ellipses).
+
+    Raises
+    ------
+    Refused
+        If the contact is no ellipse, or one whose stresses have no formula here.
     """
-    plasticity = needed(scene.plasticity, "no [plasticity]")
-    pressure = yield_pressure(scene.poisson_ratio) * plasticity.yield_stress
-    return yield_depth(radius, scene.effective_modulus, pressure)
+    indenter, plasticity = tables_of(scene)
+    nu, modulus = scene.poisson_ratio, scene.effective_modulus
+    if not isinstance(indenter, Ellipsoid):
+        pressure = yield_pressure(nu) * plasticity.yield_stress
+        return yield_depth(radius_of(indenter), modulus, pressure)
+    form = ellipsoid(indenter.radius_x, indenter.radius_y, modulus)
+    narrow, wide = sorted(float(np.asarray(axis)) for axis in form.semi_axes(1.0))
+    largest = 1.5 * float(form.force(1.0)) / (np.pi * narrow * wide)  # goes with the depth's root
+    try:
+        pressure = elliptic_yield_pressure(nu, narrow / wide) * plasticity.yield_stress
+    except ValueError as error:
+        raise Refused(f"first yield below ellipses: {error}") from None
+    return (pressure / largest) ** 2
 
 
 def material_of(scene: Scene) -> PlasticMaterial:

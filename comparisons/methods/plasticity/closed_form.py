@@ -10,8 +10,6 @@ from comparisons.methods.plasticity.ball import (
     ONLY_INDENTERS,
     PHYSICS,
     depth_of_yield,
-    radius_of,
-    tables_of,
 )
 from comparisons.methods.solver import Refused
 from comparisons.scene.physics.absolute_loads import loads_of
@@ -21,15 +19,14 @@ from comparisons.tasks.task import Task
 
 
 class ClosedFormPlasticity(ClosedForm):
-    """A ball that does not yet make the half-space yield, and the load at which it does."""
+    """What does not yet make the half-space yield, round or elliptic; the load at which it does."""
 
     physics = PHYSICS
     only_indenters = ONLY_INDENTERS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        indenter, _ = tables_of(scene)
-        self.yields_at = depth_of_yield(scene, radius_of(indenter))
+        self.yields_at = depth_of_yield(scene)
         loads = loads_of(scene)
         largest = float(loads.values.max())
         if loads.control == "force":

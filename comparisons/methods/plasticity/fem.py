@@ -1,4 +1,4 @@
-"""J2 finite elements below a round indenter."""
+"""J2 finite elements: axisymmetric below round indenters, else in three dimensions."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
+from comparisons.methods.fem.indenter import PARTS, contact_stretch
 from comparisons.methods.plasticity.ball import (
     FIRST_PRESSURE,
     PHYSICS,
@@ -16,6 +17,7 @@ from comparisons.methods.plasticity.ball import (
     tables_of,
 )
 from comparisons.methods.solver import Refused, Solver
+from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields
 from comparisons.tasks.solution import Solution
@@ -24,9 +26,8 @@ from comparisons.tasks.task import Task
 from reduced.loads import Load
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
+from reference.elasticity import LARGEST_POISSON_RATIO, von_mises
 from reference.errors import ConvergenceError
-from reference.fem.elasticity import LARGEST_POISSON_RATIO
-from reference.fem.recovery import von_mises
 from reference.loads import LoadPath
 from reference.plastic import Moment, OutgrownError, Walk
 from reference.plastic.first_yield import first_yield
@@ -36,11 +37,15 @@ _SMALLEST = 1 / 3
 # Meshes are widened where a contact turns out larger than estimated.
 _WIDENINGS, _WIDER = 4, 1.25
 # Measured on Hertz's contact, of which this is all that the mesh leaves out (docs/plasticity.md).
-TRUNCATION = 2e-4
+TRUNCATION, TRUNCATION_BLOCK = 2e-4, 1e-3
+# Longest contacts in three dimensions, as length over width: the mesh grows with their logarithm.
+_SLENDEREST = 10
+# Shapes of a sharp tip, below which the half-space yields at once.
+_SHARP = ("cone", "pyramid")
 
 
 class FemPlasticity(Solver[IndenterGeometry]):
-    """Axisymmetric finite elements of a half-space that yields, beyond them Boussinesq fields."""
+    """Finite elements of a half-space that yields, beyond them Boussinesq fields."""
 
     name = "fem"
     physics = PHYSICS
@@ -48,30 +53,43 @@ class FemPlasticity(Solver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter, self.plasticity = tables_of(scene)
-        if not self.indenter.axisymmetric:
-            raise Refused("plasticity on finite elements: round shapes only")
+        self.round = self.indenter.axisymmetric
         _, nu = scene.elastic_constants
         if nu > LARGEST_POISSON_RATIO:
             raise Refused(f"nu = {nu:g}: displacement elements are limited to 0.4999")
         self.material = material_of(scene)
         self.profile = equivalent_profile(self.indenter)
-        if self.indenter.shape == "cone":
+        ellipse = isinstance(self.indenter, Ellipsoid)
+        self.stretch = contact_stretch(self.indenter) if ellipse else (1.0, 1.0)
+        if max(self.stretch) ** 2 > _SLENDEREST:
+            raise Refused(f"contacts of up to {_SLENDEREST} : 1 on this mesh")
+        if self.indenter.shape in _SHARP:
             self.note = "below a sharp tip the half-space yields at once: no first_yield"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Elements per contact radius: the force is known to about 1 % on nine."""
+        """Elements per contact radius, or half-width: on nine the force is known to about 1 %.
+
+        In three dimensions a load takes seconds on two, a minute on four.
+        """
+        if not self.round:
+            return (2, 3) if self.scene.compare.tolerance >= 0.01 else (2, 3, 4)
         finest = int(np.clip(9 * np.sqrt(0.01 / self.scene.compare.tolerance), 9, 24))
         finest -= finest % 3
         return finest // 3, 2 * finest // 3, finest
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of elements, and of the factor of their matrix."""
-        return 60_000.0 * (1.6 * task.resolution + 12) ** 2
+        if self.round:
+            return 60_000.0 * (1.6 * task.resolution + 12) ** 2
+        halves = 2.0 ** (2 - sum(self.indenter.even))
+        return 800_000.0 * halves * (1.25 * task.resolution + 6) ** 2 * (task.resolution + 6)
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh."""
+        parts = PARTS[sum(self.indenter.even)]
+        mesh = "axisymmetric elements" if self.round else f"hexahedra of {parts}the body"
         return (
-            "quadratic axisymmetric elements (B-bar) with von Mises plasticity, radial return; "
+            f"quadratic {mesh} (B-bar) with von Mises plasticity, radial return; "
             "outside them the Boussinesq field of the force"
         )
 
@@ -81,16 +99,17 @@ class FemPlasticity(Solver[IndenterGeometry]):
         yields_at = self._yields_at(task)
         for _ in range(_WIDENINGS):
             solution = Solution.empty(task)
-            solution.truncation = TRUNCATION
+            solution.truncation = TRUNCATION if self.round else TRUNCATION_BLOCK
             with solution.setup():
                 walk = Walk(
                     self.material,
                     self._gap,
-                    largest,
+                    self._widths(largest),
                     smallest=min(max(smallest, _SMALLEST * largest), largest),
                     per_radius=task.resolution,
+                    even=self.indenter.even,
                 )
-            solution.unknowns = walk.indentation.section.size
+            solution.unknowns = walk.indentation.mesh.size
             if not self._outgrown(task, walk, solution, yields_at):
                 break
             largest *= _WIDER
@@ -124,12 +143,11 @@ class FemPlasticity(Solver[IndenterGeometry]):
         before: int,
         yields_at: dict[str, float],
     ) -> Step:
-        radius = moment.contact_radius
         values = {
             "penetration": moment.penetration,
             "force": moment.force,
-            "contact_area": float(np.pi * radius**2),
-            "contact_area_raw": float(np.pi * radius**2),
+            "contact_area": moment.contact_area,
+            "contact_area_raw": moment.contact_area,
             "energy": moment.elastic,
             **yields_at,
         }
@@ -145,7 +163,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
 
     def _yields_at(self, task: Task[IndenterGeometry]) -> dict[str, float]:
         """Return the penetration of first yield, where it is asked for and exists."""
-        if "first_yield" not in task.quantities or self.indenter.shape == "cone":
+        if "first_yield" not in task.quantities or self.indenter.shape in _SHARP:
             return {}
         contact = indent(Springs(self.profile, self.scene.effective_modulus), _load(task))
         force = float(contact.force[-1])
@@ -158,9 +176,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
             depth = first_yield(
                 self.material,
                 self._gap,
-                lambda d: float(self.profile.contact_radius(d)),
+                lambda d: self._widths(float(self.profile.contact_radius(d))),
                 start,
                 per_radius=task.resolution,
+                even=self.indenter.even,
             )
         except ConvergenceError:
             return {}
@@ -175,22 +194,36 @@ class FemPlasticity(Solver[IndenterGeometry]):
         ]
         return radii[0], radii[1]
 
-    def _gap(self, r: np.ndarray) -> np.ndarray:
-        return self.indenter.gap(r, np.zeros(r.shape))
+    def _widths(self, radius: float) -> float | tuple[float, float]:
+        """Return the half-widths of a contact of the area of a circle; its radius if it is one."""
+        x, y = self.stretch
+        return radius if self.round else (radius * x, radius * y)
+
+    def _gap(self, x: np.ndarray, y: np.ndarray | None = None) -> np.ndarray:
+        return self.indenter.gap(x, np.zeros(x.shape) if y is None else y)
 
     def _fields(self, walk: Walk, moment: Moment) -> Fields:
-        """Return the section: where it has yielded, and the shape of the surface."""
-        section, state = walk.indentation.section, moment.state
-        radius, sunk = walk.surface(moment)
+        """Return the section along x: where it has yielded, and the shape of the surface."""
+        mesh, state = walk.indentation.mesh, moment.state
+        place, (on_top, sunk) = mesh.place * walk.length, walk.surface(moment)
+        cut, rim = (_along_x(at, None if self.round else 1) for at in (place, on_top))
         return {
             "penetration": np.array(moment.penetration),
-            "section_r": section.place[0].ravel() * walk.length,
-            "section_z": section.place[1].ravel() * walk.length,
-            "section_plastic_strain": state.points.amount.ravel(),
-            "section_von_mises": von_mises(state.stress).ravel() * walk.modulus,
-            "surface_r": radius,
-            "surface_depth": sunk,
+            "section_r": place[0][cut],
+            "section_z": place[-1][cut],
+            "section_plastic_strain": state.points.amount[cut],
+            "section_von_mises": von_mises(state.stress)[cut] * walk.modulus,
+            "surface_r": on_top[0][rim],
+            "surface_depth": sunk[rim],
         }
+
+
+def _along_x(place: np.ndarray, across: int | None) -> np.ndarray:
+    """Tell which points (dimensions, ...) are next to y = 0, where y is the component `across`."""
+    if across is None:
+        return np.ones(place.shape[1:], dtype=bool)
+    beyond = np.where(place[0] >= 0, np.abs(place[across]), np.inf)
+    return np.asarray(beyond <= beyond.min() * (1 + 1e-6))
 
 
 def _load(task: Task[IndenterGeometry]) -> Load:

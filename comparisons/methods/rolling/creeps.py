@@ -30,8 +30,9 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
 
 
 def acting(rolling: Rolling) -> tuple[bool, bool]:
-    """Tell which creeps act at all: along, across."""
-    return any(rolling.creep.values), any(rolling.lateral_creep.values)
+    """Tell what acts at all: creep along, and what drives across: lateral creep or spin."""
+    across = any(rolling.lateral_creep.values) or rolling.spin != 0
+    return any(rolling.creep.values), across
 
 
 def quantities(

@@ -28,6 +28,8 @@ class ReducedRolling(ReducedProfile):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.rolling, friction = tables_of(scene)
+        if self.rolling.spin:
+            raise Refused("spin: a line has no width to turn on")
         self.friction = Friction(self._tangential_modulus(scene), friction.coefficient)
 
     def _tangential_modulus(self, scene: Scene) -> float:

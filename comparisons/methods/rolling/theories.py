@@ -43,7 +43,8 @@ class Theory(Solver[IndenterGeometry]):
         contact = EllipticContact((a, b), self.scene.shear_modulus, nu, self.friction * force)
         solution = Solution.empty(task, unknowns=4 * task.resolution**2)
         for step, value in enumerate(task.loads.values):
-            rolled = self.rolled(contact, self.rolling.both(float(value)), task.resolution)
+            creep = *self.rolling.both(float(value)), self.rolling.spin
+            rolled = self.rolled(contact, creep, task.resolution)
             forces = rolled.tangential_force, rolled.lateral_force
             solution.put(
                 (0, step),
@@ -59,9 +60,9 @@ class Theory(Solver[IndenterGeometry]):
         return solution
 
     def rolled(
-        self, contact: EllipticContact, creep: tuple[float, float], resolution: int
+        self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int
     ) -> Rolled:
-        """Return the forces at a creep."""
+        """Return the forces at a creep: along, across, and spin."""
         raise NotImplementedError
 
 
@@ -80,7 +81,7 @@ class Fastsim(Theory):
         fastsim(EllipticContact((1.0, 1.0), 1.0, 0.25, 1.0), 0.1, cells=2)
 
     def rolled(
-        self, contact: EllipticContact, creep: tuple[float, float], resolution: int
+        self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int
     ) -> Rolled:
         """Follow the strips."""
         return fastsim(contact, *creep, cells=resolution)
@@ -96,7 +97,7 @@ class Kalker(Theory):
         return EXACT
 
     def rolled(
-        self, contact: EllipticContact, creep: tuple[float, float], resolution: int
+        self, contact: EllipticContact, creep: tuple[float, float, float], resolution: int
     ) -> Rolled:
         """Multiply by the coefficients."""
         return linear(contact, *creep)

@@ -19,7 +19,7 @@ def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]
     if not scene.half_space.uniform:
         yield "elastic body", _depths(scene.half_space)
     for name in scene.physics:
-        yield getattr(scene, name).description(scene)
+        yield getattr(scene, name).description(scene.poisson_ratio)
     if scene.physics:
         yield "load axis", _axis(loads)
 

@@ -231,6 +231,7 @@ def test_a_quarter_stands_for_the_whole(tmp_path):
         )
 
 
+@pytest.mark.slow
 def test_refinement_halves_the_cells_and_converges(tmp_path):
     """Three levels: the changes of the force shrink at least as fast as the spacing."""
     file = write(tmp_path / "block.msh", (LINES[0][3:], LINES[1][3:], LINES[2]))

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from comparisons.judging import ensembles
-from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged, ensemble_text
+from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged
 from comparisons.judging.levels import Levels
+from comparisons.judging.multilevel import ensemble_text
 from comparisons.judging.truth import choose_truth
 from comparisons.judging.uncertainty import SHARE_RULE
 from comparisons.solving.plan import task_of

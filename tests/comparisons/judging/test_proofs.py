@@ -110,6 +110,7 @@ def test_of_a_body_with_a_length_of_its_own_the_penetration_is_enclosed_too():
 HORSESHOE = [[0, 0], [5, 0], [5, 5], [4, 5], [4, 1], [1, 1], [1, 5], [0, 5]]
 
 
+@pytest.mark.slow
 def test_a_face_of_which_no_place_sees_all_lies_between_parts_of_it_and_its_hull():
     """The square that holds it is 5 m wide: 1.1523 x 5; its area, 13 m^2, is that of a circle."""
     columns = solve_scene(

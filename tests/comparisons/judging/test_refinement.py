@@ -119,3 +119,26 @@ def test_listed_resolutions_are_not_refined_beyond(refine):
     resolutions, (note,) = refine(listed={"resolutions": [8, 16]})
     assert resolutions == (8, 16)
     assert "the resolutions that the scene lists" in note
+
+
+def test_a_second_candidate_follows_the_truth_on_one_rough_surface(rough):
+    """Both are asked for every finer grid, elements up to 512 points a side, to be compared."""
+    methods = {"methods": ["bem_fft", "fem"], "tolerance": 1e-4}
+    (plan,) = plan_scene(rough(points=64, short_cutoff=None, compare=methods))
+    store = {}
+
+    def solve(item):
+        for task in item.tasks:
+            result = Solution.empty(task)
+            error = 1 + (1 if task.method == "bem_fft" else 2) / task.resolution
+            result.quantities = {name: np.full((1, 2), error) for name in plan.compared}
+            result.quantities["force"] = plan.loads.values[None, :]
+            result.converged[:], result.seconds = True, 1e-3
+            store[task.method, task.resolution] = result
+
+    solve(plan)
+    done = refined(plan, lambda _: dict(store), solve)
+    grids = {item.method: item.resolutions for item in done.methods if item.supported}
+    assert grids["fem"] == (64, 128, 256, 512)
+    assert grids["bem_fft"][:4] == (64, 128, 256, 512)
+    assert len(grids["bem_fft"]) > 4

@@ -183,6 +183,7 @@ def test_profiles_up_to_the_third_power_are_exact_on_any_springs(source):
     assert worst(source, 10) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("source", "order"), [("power-law-4", 3.5), ("sphere", 3.5), ("rounded-punch", 2.0)]
 )
@@ -219,6 +220,7 @@ def test_the_half_radius_rule_is_exact_for_a_paraboloid_only():
         np.testing.assert_allclose(result["force"], factor * exact["force"], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_gaussian_radius_and_equal_area_are_near_but_not_exact():
     """An ellipsoid 2:1 within 2 %, not within 0.1 %; a square punch within the claimed 3 %.
 

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import tomli_w
 
 from comparisons.facts.quantities import FIELDS
 from comparisons.questions.study import solved_in_memory
@@ -19,6 +20,7 @@ from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
+from reports.cli.cli import run_command
 
 # Surfaces or lines of an ensemble that are solved again: each is what it was, or none would be.
 AGAIN = 3
@@ -74,6 +76,28 @@ def assert_scene_passes_again(name, changes=None):
 def test_the_settings_of_a_sentence_pass_when_they_are_run_again():
     few = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}
     assert_scene_passes_again("paraboloid", few | {"compare.resolutions": [8, 16, 32]})
+
+
+def test_the_truth_is_refined_until_some_setting_is_sure_of_the_tolerance(tmp_path, capsys):
+    """Bumps of eight points a wave: on the grids planned the area is not known to 0.3 %."""
+    x = np.arange(16) * 2 * np.pi / 8
+    np.savetxt(tmp_path / "bumps.txt", 1e-8 * np.cos(x[:, None]) * np.cos(x) * (1 + 0.02 * x))
+    surface = {"kind": "map", "file": str(tmp_path / "bumps.txt"), "size": ["1 um", "1 um"]}
+    surface["height_unit"] = "m"
+    scene = {
+        "name": "bumps",
+        "half_space": {"effective_modulus": "100 GPa"},
+        "surface": surface,
+        "loading": {"force": {"values": [0.01], "relative_to": "E* A0 h'"}},
+        "compare": {"methods": ["bem_dense", "bem_fft"], "tolerance": 0.003},
+    }
+    (tmp_path / "bumps.toml").write_text(tomli_w.dumps(scene), encoding="utf-8")
+    (plan,) = plan_scene(load_scene(tmp_path / "bumps.toml", {}))
+    planned = max(n for method, n in plan.settings if method == "bem_fft")
+    assert advise(record_scene(*solved_in_memory(plan, "quick"))).cheapest is None
+    assert run_command(["advise", str(tmp_path / "bumps.toml")]) == 0
+    said = capsys.readouterr().out
+    assert f"N = {2 * planned}, the truth itself" in " ".join(said.split())
 
 
 @pytest.mark.slow

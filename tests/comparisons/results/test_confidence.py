@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pandas as pd
 import pytest
 
 from comparisons.questions import calibration, rough_calibration
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS, confidence
+from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
 from reports.tables.problems import sheet_text
@@ -54,3 +57,15 @@ def test_a_closed_form_leaves_no_bar_but_that_of_the_model():
 def test_the_quantities_are_those_that_the_calibrations_measure():
     assert calibration.QUANTITIES == SINGLE_CONTACTS
     assert rough_calibration.QUANTITIES == ROUGH_SURFACES
+
+
+def test_what_is_pressed_is_named_once_whatever_lies_below():
+    """A finding named rough surfaces on layers and, once more, on rough surfaces."""
+    coated = {"half_space": {"layers": [{}]}}
+    names = {
+        "rough surfaces on layered and graded half-spaces": coated | {"surface": {}},
+        "bodies on layered and graded half-spaces": coated,
+        "contacts with friction on rough surfaces": {"friction": {}, "surface": {}},
+        "rough surfaces": {"surface": {}},
+    }
+    assert list(names) == [family(SimpleNamespace(tables=tables)) for tables in names.values()]

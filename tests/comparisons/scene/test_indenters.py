@@ -41,6 +41,7 @@ FORMULAS = {
         lambda x, y: max(math.sqrt(x * x + y * y) - 0.4, 0) ** 2 / 6,
     ),
     "ellipsoid": ({"radius_x": 2.0, "radius_y": 7.0}, lambda x, y: x * x / 4 + y * y / 14),
+    "pyramid": ({"slope": 0.4}, lambda x, y: 0.4 * max(abs(x), abs(y))),
     "cylinder": ({"radius": 1.0}, lambda x, y: 0 if x * x + y * y <= 1 else math.inf),
     "elliptic_punch": (
         {"semi_axes": [2.0, 1.0]},
@@ -99,6 +100,8 @@ def test_kinds_of_shapes():
     assert not shape("ellipsoid", radius_x=2, radius_y=3).axisymmetric
     assert shape("elliptic_punch", semi_axes=[2, 2]).axisymmetric
     assert not shape("square_punch", side=1).axisymmetric
+    assert shape("pyramid", slope=0.4).even == (True, True)
+    assert shape("pyramid", slope=0.4, sides=3).even == (False, True)
     assert shape("square_punch", side=1).quarter_symmetric
     assert not shape("polygon_punch", vertices=[[0, 0], [1, 0], [0, 1]]).quarter_symmetric
 
@@ -126,6 +129,9 @@ anything = st.one_of(
     st.builds(lambda b, r: shape("rounded_punch", flat_radius=b, edge_radius=r), length, length),
     st.builds(lambda a, b: shape("ellipsoid", radius_x=a, radius_y=b), length, length),
     st.builds(lambda a, b: shape("elliptic_punch", semi_axes=[a, b]), length, length),
+    st.builds(
+        lambda s, n: shape("pyramid", slope=s, sides=n), st.floats(1e-3, 10), st.integers(3, 9)
+    ),
     st.builds(lambda a: shape("square_punch", side=a), length),
     st.builds(
         lambda a, b, c: shape("polygon_punch", vertices=[[0, 0], [a, 0], [c, b]]),

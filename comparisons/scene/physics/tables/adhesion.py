@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, SURFACE_ENERGY
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 class Adhesion(PhysicsTable):
@@ -34,7 +31,7 @@ class Adhesion(PhysicsTable):
         """Whether the attraction acts at the edge of the contact only, as in JKR."""
         return self.range == 0.0
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         short = "at the edge of the contact only (JKR)"
         reach = f"up to a distance of {unpadded(self.range, 'm')}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from pydantic import model_validator
 
@@ -11,9 +11,6 @@ from comparisons.scene.fields import quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import MASS, SPEED, to_si
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 def _velocities(value: Any) -> Any:
@@ -53,7 +50,7 @@ class Dynamics(PhysicsTable):
         """Whether the mass starts without a velocity."""
         return self.velocity.values == (0.0,)
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         mass = unpadded(1e3 * self.mass, "g")
         return "inertia", f"of a rigid mass of {mass}; the half-space is massless"

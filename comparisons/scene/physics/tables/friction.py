@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Positive
 from comparisons.scene.physics.tables.table import PhysicsTable
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 class Friction(PhysicsTable):
@@ -33,6 +30,6 @@ class Friction(PhysicsTable):
     coefficient: Positive
     coupling: Literal["full", "none"] = "full"
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         return "Coulomb friction", f"µ = {unpadded(self.coefficient, '')}, with stick and slip"

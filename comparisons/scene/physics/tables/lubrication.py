@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -11,10 +11,6 @@ from comparisons.scene.fields import Finite, Length, fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
-
 
 # Longest over shortest wave of a rough ball: a thousand waves.
 MOST_WAVES = 16
@@ -98,7 +94,7 @@ class Lubrication(PhysicsTable):
         """Whether the ball is rough."""
         return self.waviness is not None or self.roughness is not None
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         oil = f"viscosity {unpadded(self.viscosity, 'Pa s')}"
         moved = "bodies that approach" if self.speed is None else "steady state at each speed"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -14,9 +14,6 @@ from comparisons.scene.units import PRESSURE
 # H/Y of full yield: 2.8 under a rigid ball by Tabor (1951), 2.84 between a deformable ball and a
 # rigid flat while a << R (Jackson & Green 2005).
 HARDNESS = 2.84
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 class Plasticity(PhysicsTable):
@@ -76,7 +73,7 @@ class Plasticity(PhysicsTable):
         """H as it follows from the yield stress."""
         return f"{HARDNESS} Y"
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         law = "perfectly plastic"
         if self.hardening:

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import field_validator, model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import fail
+from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
-from comparisons.scene.units import NUMBER
+from comparisons.scene.units import NUMBER, Dimension
 
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
+SPIN = Dimension(length=-1)
 
 
 class Rolling(PhysicsTable):
@@ -24,6 +23,8 @@ class Rolling(PhysicsTable):
     any sign; the force is that on the half-space and has the sign of the creep. Positive creep
     points along +x, the way of the contact over the half-space: a roller that is braked.
     lateral_creep: the same along y. One of both may be a list.
+    spin: rotation of the roller about z through its middle per distance rolled, of any sign; it
+    slips by spin x along y.
     """
 
     key = "rolling"
@@ -39,6 +40,7 @@ class Rolling(PhysicsTable):
 
     creep: Annotated[LoadRange, ranged(NUMBER, "path")]
     lateral_creep: Annotated[LoadRange, ranged(NUMBER, "path")] = LoadRange(values=(0.0,))
+    spin: Annotated[float, quantity(SPIN, sign="any")] = 0.0
 
     @field_validator("creep", "lateral_creep")
     @classmethod
@@ -70,9 +72,10 @@ class Rolling(PhysicsTable):
             return value, self.lateral_creep.values[0]
         return self.creep.values[0], value
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         held = "creep" if self.varied == "lateral_creep" else "lateral_creep"
         other = getattr(self, held).values[0]
         beside = f", {held.replace('_', ' ')} {unpadded(other, '')}" if other else ""
+        beside += f", spin {self.spin:.4g} per m" if self.spin else ""
         return "steady rolling", f"steady state at each {self.varied.replace('_', ' ')}{beside}"

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import SPEED
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 class Sliding(PhysicsTable):
@@ -23,6 +20,6 @@ class Sliding(PhysicsTable):
 
     speed: Annotated[LoadRange, ranged(SPEED, "loads")]
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         return "steady sliding", "steady state at each speed"

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import BaseModel, ConfigDict
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 
 class PhysicsTable(BaseModel):
@@ -48,7 +45,7 @@ class PhysicsTable(BaseModel):
     remembers: ClassVar[bool] = False
     one_body: ClassVar[bool] = False
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say in the plan what acts, and how; by default the docstring and the keys."""
         keys = ", ".join(f"{key} = {value}" for key, value in self.model_dump().items())
         return (type(self).__doc__ or self.key).strip().splitlines()[0].rstrip("."), keys

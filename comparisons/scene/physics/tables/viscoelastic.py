@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
@@ -11,9 +11,6 @@ from comparisons.formatting import unpadded
 from comparisons.scene.fields import Sign, fail, quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
@@ -126,7 +123,7 @@ class Viscoelastic(PhysicsTable):
         recoverable = sum(modulus * time**2 for modulus, time in self.branches) / viscosity**2
         return 1.0 / (recoverable + duration / viscosity)
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Name the model with its moduli and times."""
         lasting = unpadded(self.long_term_modulus, "Pa")
         parts = [
@@ -135,6 +132,6 @@ class Viscoelastic(PhysicsTable):
         ]
         if self.dashpot_viscosity:
             parts = [f"a dashpot of {unpadded(self.dashpot_viscosity, 'Pa s')}"]
-        name, nu = self.model.replace("_", "-"), unpadded(scene.poisson_ratio, "")
+        name, nu = self.model.replace("_", "-"), unpadded(poisson_ratio, "")
         text = f"{name}: long-term G = {lasting}, and {', '.join(parts)}; ν = {nu}"
         return "memory of the material", text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import model_validator
 
@@ -11,9 +11,6 @@ from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, NUMBER, Dimension
-
-if TYPE_CHECKING:
-    from comparisons.scene.scene import Scene
 
 _WEAR_COEFFICIENT = Dimension(-1, 1, 2)
 
@@ -67,7 +64,7 @@ class Wear(PhysicsTable):
         assert self.cycles is not None
         return "cycles", self.cycles
 
-    def description(self, scene: Scene) -> tuple[str, str]:
+    def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
         law = f"the rigid body loses k p per slip, k = {number(self.coefficient)}/Pa"
         if self.amplitude is None:

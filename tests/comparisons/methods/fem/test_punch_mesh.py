@@ -49,6 +49,7 @@ def test_an_l_shape_has_mesh_lines_on_all_its_sides():
     assert np.log(coarse / fine) / np.log(4 / 3) > 2
 
 
+@pytest.mark.slow
 def test_a_square_is_a_square_by_either_name():
     """Both are meshed as a quarter, with the same lines."""
     named = stiffness(plan_of('shape = "square_punch"\nside = 1.0'), 3)
@@ -124,6 +125,7 @@ def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeyp
         assert len(fem.resolutions) < 3
 
 
+@pytest.mark.slow
 def test_penalty_at_quadrature_points_is_an_option_of_the_scene():
     """Within its softness, 3e-3 at 1e3, of the same mesh in its nodes; else it says why not."""
     for shape in ('shape = "paraboloid"\nradius = 1.0', 'shape = "square_punch"\nside = 1.0'):

@@ -150,6 +150,7 @@ def test_the_experiment_measures_mindlins_ellipse():
     assert abs(measured.error - exact) < measured.uncertainty < 0.02
 
 
+@pytest.mark.slow
 def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch):
     """Displacement d - d_c with F(d_c) = F - F_x/mu: exact on the line, close on surfaces.
 

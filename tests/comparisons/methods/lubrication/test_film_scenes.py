@@ -142,6 +142,7 @@ def test_waves_too_short_for_cells_are_refused_and_formulas_are_for_smooth_balls
     assert not isinstance(solver_for("reduced", scene), Refusal)
 
 
+@pytest.mark.slow
 def test_the_line_sees_the_section_of_a_wavy_ball():
     """Long waves are pressed flat: the middle changes by less than the crest."""
     films = {}
@@ -169,6 +170,7 @@ def test_line_and_half_space_carry_the_load():
     assert line["friction_force"][0] < truth["friction_force"][0]
 
 
+@pytest.mark.slow
 def test_a_stiff_squeeze_is_the_closed_form():
     """Closed form, half-space and the line of the rigid width agree where nothing bends."""
     scene = SQUEEZED | {

@@ -171,6 +171,24 @@ def test_rough_surfaces_on_layers():
     assert reason in solver_for("reduced", graded).reason
 
 
+def test_code_is_warmed_up_on_cells_of_the_scene():
+    """On cells of a metre rubber of micrometres is nothing: no iteration ended."""
+    made = scene({"poisson_ratio": 0.5, "thickness": "6 um"}, indenter=BALL | {"radius": "10 mm"})
+    task = Task(made, *prepare(made), "fem", 16, quantities=frozenset({"force"}))
+    solver_for("fem", made).warm_up(task)
+
+
+def test_elements_may_end_on_a_half_space_and_say_so():
+    """The mesh ends eight cells down; what lies below is no half-space under rigid bases."""
+    ended = {"methods": {"fem": {"bottom": "impedance"}}}
+    answers = [solved(scene({"layers": [COATING]}, **end), "fem", 8) for end in ({}, ended)]
+    np.testing.assert_allclose(answers[1]["force"], answers[0]["force"], rtol=1e-4)
+    solver = solver_for("fem", scene({"layers": [COATING]}, **ended))
+    assert "theory shared with bem_fft" in solver.model(prepare(solver.scene)[0])
+    for base in ({"thickness": "1 um"}, {"grading": {"exponent": 0.3, "depth": "1 um"}}):
+        assert "an impedance bottom" in solver_for("fem", scene(base, **ended)).reason
+
+
 @pytest.mark.parametrize("name", ["coated-ball", "layer-on-base", "graded-ball"])
 def test_closed_forms_of_layers_and_powers_of_the_depth_are_what_the_grid_approaches(name):
     """32 cells per radius at the largest load, half as many at the smallest."""

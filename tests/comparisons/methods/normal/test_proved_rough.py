@@ -25,7 +25,11 @@ ROUGH = {
         "seed": 3,
     },
     "loading": {"force": {"values": [0.05], "relative_to": "E* A0 h'"}},
-    "compare": {"quantities": ["force", "penetration"], "tolerance": 0.05, "proved": True},
+    "compare": {
+        "quantities": ["force", "penetration", "energy", "stiffness"],
+        "tolerance": 0.05,
+        "proved": True,
+    },
 }
 
 
@@ -49,9 +53,13 @@ def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(perio
     assert columns["penetration_lower"] < depth < columns["penetration_upper"]
     assert columns["penetration_upper"] / columns["penetration_lower"] - 1 < width
     assert "force_lower" not in columns
+    for name in ("energy", "stiffness"):
+        assert columns[f"{name}_lower"] < columns[name] < columns[f"{name}_upper"]
     again = solved(periodic, {"penetration": list(depth)})
     assert again["force_lower"] < columns["force"] < again["force_upper"]
     assert again["force_upper"] / again["force_lower"] - 1 < 2.5 * width
+    assert again["energy_lower"] < columns["energy"] < again["energy_upper"]
+    assert again["stiffness_lower"] < columns["stiffness"] < again["stiffness_upper"]
 
 
 def test_what_no_sample_touches_carries_at_least_nothing():
@@ -61,6 +69,7 @@ def test_what_no_sample_touches_carries_at_least_nothing():
     assert 0 < columns["force_upper"] < 1e-8
 
 
+@pytest.mark.slow
 def test_a_load_at_which_nothing_is_proved_leaves_the_others_theirs():
     """Cells of a period prove nothing of a contact far smaller than they are: NaN, no traceback."""
     surface = {**ROUGH["surface"], "periodic": True}

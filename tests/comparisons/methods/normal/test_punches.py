@@ -92,6 +92,7 @@ def test_an_offset_adds_the_strip_along_the_outline():
 # --- stiffness --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
     """The plan's own resolutions: the truth's bar covers the known value, and is below 0.05 %."""

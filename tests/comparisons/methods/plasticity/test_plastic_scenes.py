@@ -95,6 +95,16 @@ def test_first_yield_by_the_local_rule_is_that_of_elements(scene):
     )
 
 
+def test_an_ellipsoid_first_yields_by_the_line_near_where_it_does(scene):
+    shape = {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "5 mm"}
+    below = yielding(scene, 0.2, indenter=shape)
+    exact, line = (
+        curve(solved(below, name, 10), "first_yield") for name in ("closed_form", "reduced")
+    )
+    assert_allclose(line, exact, rtol=0.05)
+
+
+@pytest.mark.slow
 def test_round_shapes_dent_too(scene):
     for shape in (
         {"shape": "cone", "slope": 0.05},
@@ -128,6 +138,7 @@ def test_a_dent_that_is_not_found_costs_no_force(scene, monkeypatch):
     assert (curve(solved(yielding(scene, 2, 3), "fem", 3)) > 0).all()
 
 
+@pytest.mark.slow
 def test_hardening_of_either_law_carries_more(scene):
     soft = curve(solved(yielding(scene, 10), "fem", 3))
     for more in ({"hardening": "10 GPa"}, {"hardening_exponent": 0.2}):
@@ -155,9 +166,21 @@ def test_out_of_range_is_refused_with_the_reason(scene):
     assert "spheres and paraboloids" in said("kogut_etsion", yielding(scene, 10, indenter=cone))
     flat = {"shape": "cylinder", "radius": "1 mm"}
     assert "flat face" in said("fem", yielding(scene, 10, indenter=flat))
-    oval = {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "5 mm"}
-    assert "round shapes" in said("fem", yielding(scene, 10, indenter=oval))
+    oval = {"shape": "ellipsoid", "radius_x": "1 m", "radius_y": "1 mm"}
+    assert "10 : 1" in said("fem", yielding(scene, 10, indenter=oval))
     assert "model of rough surfaces" in said("bem_fft", yielding(scene, 2))
+
+
+@pytest.mark.parametrize(
+    ("poisson_ratio", "narrow", "why"), [(0.5, "5 mm", "poisson"), (0.3, "1 um", "slenderness")]
+)
+def test_ellipses_without_a_formula_are_left_to_other_methods(scene, poisson_ratio, narrow, why):
+    oval = {"shape": "ellipsoid", "radius_x": "10 m", "radius_y": narrow}
+    body = {"youngs_modulus": "210 GPa", "poisson_ratio": poisson_ratio}
+    methods = plan_scene(yielding(scene, 0.1, indenter=oval, half_space=body))[0].methods
+    planned = {method.method: method for method in methods}
+    assert why in planned["closed_form"].reason
+    assert planned["reduced"].supported
 
 
 def test_wrong_tables_are_told_together(scene):
@@ -177,6 +200,7 @@ def test_wrong_tables_are_told_together(scene):
         yielding(scene, loading={"force": [1.0, -1.0]})
 
 
+@pytest.mark.slow
 def test_automata_dent_as_elements_do_and_yield_where_hertz_has_it(scene):
     """Of the force of elements (tests/reference/test_plastic.py) 6 % on three automata per radius.
 

@@ -60,6 +60,18 @@ def test_lateral_creep_drives_aside(scene):
         assert_allclose(answer.quantities["tangential_force"][0], 0, atol=1e-6 * force[1])
 
 
+def test_spin_drives_aside_and_is_beyond_a_line(scene):
+    spins = rolling(scene, rolling={"creep": 0.0, "spin": "0.02 m^-1"})
+    forces = {
+        name: solved(spins, name, resolution, "lateral_force").quantities["lateral_force"][0, 0]
+        for name, resolution in {"bem_fft": 8, "fem": 6, "fastsim": 40, "kalker": 1}.items()
+    }
+    # six elements and eight cells per radius, of first order
+    assert_allclose(list(forces.values()), forces["kalker"], rtol=0.13)
+    assert forces["kalker"] > 0
+    assert "no width" in str(solver_for("reduced", spins))
+
+
 def test_elements_soften_by_the_inertia_of_the_flow(scene):
     flow = rolling(scene, methods={"fem": {"inertia": 0.1}})
     fast = solved(flow, "fem", 6).quantities["traction"][0]
@@ -103,7 +115,7 @@ def test_wrong_tables_are_told_together(scene):
     with pytest.raises(SceneError) as caught:
         rolling(
             scene,
-            rolling={"creep": [0.1, 0.1], "lateral_creep": "fast", "spin": 1},
+            rolling={"creep": [0.1, 0.1], "lateral_creep": "fast", "spin": "1 m"},
             loading={"force": 1.0, "tangential_force": 0.1},
             adhesion={"work": 1.0},
         )

@@ -58,6 +58,7 @@ def test_springs_and_grid_agree_with_the_integrals_through_unloading():
     assert errors["bem_fft", "contact_area"] < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "model",
     [
@@ -159,6 +160,7 @@ def test_built_in_scenes_are_planned_for_at_least_two_methods(name):
     assert sum(method.supported for method in plan.methods) >= 2
 
 
+@pytest.mark.slow
 def test_harmonic_stiffness_is_lost_with_the_amplitude_of_a_ball():
     """(19.30) at 2 % of the depth within 1.5 %; the error grows about in proportion."""
     measure = EXPERIMENTS["harmonic-contact"].measure

@@ -1,0 +1,91 @@
+"""The modulus of a measured force-depth curve, fitted with the computed curve of a method.
+
+Without friction, adhesion and plasticity force is proportional to the modulus at every depth:
+F(d) = k F0(d - d0), with F0 computed at the modulus of the scene; k, and d0 if the depth at first
+touch is not known, are fitted by least squares. F0 is continued between and beyond the computed
+loads by a power law in d through neighbours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import stdtrit
+
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class ModulusFit:
+    """A fitted modulus.
+
+    Attributes
+    ----------
+    modulus, half_width : float
+        E* and the half-width of its 95 % interval, in Pa, for independent errors of equal size.
+    zero : float
+        Depth at first touch, m; 0 where it was not fitted.
+    used : int
+        Number of points within the computed depths.
+    """
+
+    modulus: float
+    half_width: float
+    zero: float
+    used: int
+
+
+def fit_modulus(
+    measured: tuple[np.ndarray, np.ndarray],
+    computed: tuple[np.ndarray, np.ndarray],
+    modulus: float,
+    *,
+    fit_zero: bool = False,
+) -> ModulusFit | None:
+    """Fit the modulus, or return None if fewer than three points lie within the computed depths.
+
+    Parameters
+    ----------
+    measured, computed : (penetration, force)
+        In SI units; the computed ones positive and increasing, at `modulus`.
+    modulus : float
+        E* at which `computed` was solved, Pa.
+    fit_zero : bool
+        Fit the depth at first touch, too.
+    """
+    inside = (measured[0] > 0) & (measured[0] <= computed[0][-1] * (1 + 1e-9))
+    depth, force = measured[0][inside], measured[1][inside]
+    parameters = 1 + fit_zero
+    if len(depth) <= parameters + 1:
+        return None
+    reach, largest = float(computed[0][-1]), float(computed[1][-1])
+
+    def residuals(unknown: np.ndarray) -> np.ndarray:
+        shift = unknown[1] * reach if fit_zero else 0.0
+        return unknown[0] * force_at(depth - shift, computed) / largest - force / largest
+
+    shape = force_at(depth, computed) / largest
+    start = [float(shape @ force / largest / (shape @ shape)), 0.0][:parameters]
+    solution = least_squares(residuals, start, x_scale=[abs(start[0]) or 1.0, 0.1][:parameters])
+    freedom = len(depth) - parameters
+    variance = float(solution.fun @ solution.fun) / freedom
+    covariance = variance * np.linalg.pinv(solution.jac.T @ solution.jac)
+    half = float(stdtrit(freedom, (1 + LEVEL) / 2)) * float(np.sqrt(covariance[0, 0]))
+    zero = float(solution.x[1] * reach) if fit_zero else 0.0
+    return ModulusFit(solution.x[0] * modulus, half * modulus, zero, len(depth))
+
+
+def force_at(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return the force at depths, by power laws between the computed loads; 0 without contact.
+
+    >>> float(force_at(np.array([2.0]), (np.array([1.0, 4.0]), np.array([1.0, 8.0])))[0].round(9))
+    2.828427125
+    """
+    known, force = np.log(computed[0]), np.log(computed[1])
+    slopes = np.diff(force) / np.diff(known)
+    wanted = np.log(np.maximum(depth, 1e-300))
+    place = np.clip(np.searchsorted(known, wanted) - 1, 0, len(slopes) - 1)
+    power = force[place] + slopes[place] * (wanted - known[place])
+    return np.where(depth > 0, np.exp(power), 0.0)

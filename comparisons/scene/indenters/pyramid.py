@@ -1,0 +1,54 @@
+"""The regular pyramid: Vickers' four faces, Berkovich's three."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from comparisons.scene.fields import Positive
+from comparisons.scene.indenters.indenter import Indenter
+
+
+class Pyramid(Indenter):
+    """slope max(x . n_i) over the normals n_i of the base's sides, the first of them along x.
+
+    The slope is the tangent of the angle between a face and the surface: 0.404 for Vickers.
+    """
+
+    shape: Literal["pyramid"]
+    slope: Positive
+    sides: Annotated[int, Field(ge=3, le=64)] = 4
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Never: the base has corners."""
+        return False
+
+    @property
+    def regular(self) -> bool:
+        """Never: it has edges."""
+        return False
+
+    @property
+    def quarter_symmetric(self) -> bool:
+        """Whether an opposite side belongs to the first."""
+        return self.sides % 2 == 0
+
+    @property
+    def even(self) -> tuple[bool, bool]:
+        """Always in y; in x with an even number of sides."""
+        return self.quarter_symmetric, True
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the height of the highest face's plane."""
+        angle = 2 * np.pi * np.arange(self.sides) / self.sides
+        planes = [np.cos(t) * x + np.sin(t) * y for t in angle]
+        return self.slope * np.max(planes, axis=0)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return the half-widths of the section there, between its corners."""
+        corner = penetration / self.slope / np.cos(np.pi / self.sides)
+        angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
+        return corner * float(np.abs(np.cos(angle)).max()), corner * float(np.sin(angle).max())

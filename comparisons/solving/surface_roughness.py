@@ -1,0 +1,47 @@
+"""What a rough surface is made of: its radial spectrum and what follows from its moments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.normal.reduced_lines import whole_spectrum
+
+MOST_RINGS = 100
+
+
+def roughness_of(geometry: RoughGeometry) -> dict[str, Any]:
+    """Return spectrum and statistics of a surface as plain data, in SI units.
+
+    The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q.
+    Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap h)^2>/<|grad h|^2>^2, at least 1.5. Skewness
+    and kurtosis are of the heights of a map; a Gaussian surface has 0 and 3. The spectrum of a free
+    map is that under a Hann window, which lets the sides not count.
+    """
+    spectrum = whole_spectrum(geometry)
+    rings = spectrum.radial_average()
+    ends = np.unique(np.geomspace(1, len(rings.count) + 1, MOST_RINGS).astype(int)) - 1
+    weight = np.add.reduceat(rings.count, ends[:-1])
+    wavenumber, density = (
+        np.add.reduceat(values * rings.count, ends[:-1]) / np.maximum(weight, 0.5)
+        for values in (rings.wavenumber, rings.density)
+    )
+    held = density > 0
+    height, slope, curvature = spectrum.rms_height, spectrum.rms_slope, spectrum.rms_curvature
+    statistics = {
+        "rms_height": geometry.rms_height,
+        "rms_slope": geometry.rms_slope,
+        "rms_curvature": curvature,
+        "nayak": 1.5 * (height * curvature / slope**2) ** 2,
+    }
+    heights = geometry.measured
+    if heights is not None:
+        scaled = (heights - heights.mean()) / heights.std()
+        statistics |= {"skewness": np.mean(scaled**3), "kurtosis": np.mean(scaled**4)}
+    return {
+        "wavenumber": wavenumber[held].tolist(),
+        "density": density[held].tolist(),
+        "statistics": {name: float(value) for name, value in statistics.items()},
+    }
