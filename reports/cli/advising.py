@@ -12,6 +12,7 @@ from comparisons.results.advice import advise
 from comparisons.results.decisions import asked_in_vain
 from comparisons.results.record import record_scene
 from comparisons.solving.plan import Effort, Plan
+from comparisons.tasks.solution import Solved
 from reports.cli import terminal
 
 FINE = 0
@@ -40,6 +41,8 @@ def print_known(plans: list[Plan], as_json: bool) -> int:
 def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     """Say what is known, solve every plan with all methods, and advise.
 
+    Where nothing that was run is sure of the tolerance, the truth is refined: its bar decides.
+
     Raises
     ------
     InputError
@@ -54,7 +57,7 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     with terminal.status() as show:
         for plan in plans:
             show(f"solving {plan.scene.name} with every method")
-            records.append(record_scene(*solved_in_memory(plan, effort)))
+            records.append(record_scene(*solved_in_memory(plan, effort, _settled)))
     vain = asked_in_vain(records)
     if vain:
         raise InputError("\n".join(vain))
@@ -68,6 +71,12 @@ def advise_all(plans: list[Plan], effort: Effort, as_json: bool) -> int:
     else:
         terminal.print_advice([(record.name, advise(record)) for record in records])
     return FINE
+
+
+def _settled(plan: Plan, solved: Solved) -> bool:
+    """Whether some setting is sure of the tolerance, or nothing asked for can be judged."""
+    advice = advise(record_scene(plan, solved))
+    return advice.cheapest is not None or not advice.quantities
 
 
 def _document(name: str, known: list[Nearest]) -> dict[str, Any]:

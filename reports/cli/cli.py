@@ -16,6 +16,7 @@ from reports.cli.arguments import share
 from reports.cli.calibrate_command import calibrate
 from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
+from reports.cli.ensemble_command import ensemble
 from reports.cli.hard_cases_command import hard_cases
 from reports.cli.merge_command import merge
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from comparisons.solving.plan import Effort
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
-RESUMABLE = ("run", "claims")  # commands with --resume
+RESUMABLE = ("run", "claims", "ensemble")  # commands with --resume
 
 app = App(
     name="roughline",
@@ -47,6 +48,7 @@ app.command(calibrate)
 app.command(hard_cases)
 app.command(compare)
 app.command(paper)
+app.command(ensemble)
 app.command(merge)
 app.command(problems)
 app.command(submit)

@@ -20,14 +20,14 @@ def merge(
     verbose: Verbose = False,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
-    """Merge results folders: parts of one study, or different methods and scenes.
+    """Merge results folders: parts of one study or ensemble, or different methods and scenes.
 
     The runs must come from this version of roughline and the package versions installed here.
 
     Parameters
     ----------
     runs
-        Folders written by `roughline run`, with or without `--part K/N`.
+        Folders written by `roughline run` or `roughline ensemble`, with or without `--part K/N`.
     out
         A new folder for the merged results and their report.
     files
@@ -38,12 +38,18 @@ def merge(
         Print the verdict on every quantity, and the advice for each scene.
     """
     from comparisons.questions.merging import merge as merged
+    from comparisons.questions.merging_ensembles import are_ensembles, merge_ensembles
     from comparisons.results.store import load_study
     from reports.cli import terminal
     from reports.pages.study import write_report
 
     method_files.load()
-    study = merged(runs, out, shlex.join(["roughline", *sys.argv[1:]]), files)
+    command = shlex.join(["roughline", *sys.argv[1:]])
+    if are_ensembles(runs):
+        ensemble = merge_ensembles(runs, out, command)
+        terminal.print_ensemble(ensemble, out)
+        return LOST if ensemble.record.missing else FINE
+    study = merged(runs, out, command, files)
     record = load_study(out)
     write_report(record, out / "report.html", pictures=pictures)
     lost = study.lost()

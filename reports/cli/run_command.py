@@ -51,7 +51,8 @@ def run(
         Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
         --quick: no refinement, fewer surfaces.
     plan
-        Print what would be modelled, what is left out and why, without solving.
+        Print what would be modelled, what is left out and why, without solving; with --full
+        also how long it would take, from solves on coarse grids.
     out
         Folder for the results; default roughline-results/NAME.
     overwrite
@@ -76,7 +77,7 @@ def run(
     effort: Effort = "full" if full else "quick"
     plans = plan_all(scenes or ("quick",), overrides_of(methods, option), effort)
     if plan:
-        terminal.print_plans(plans)
+        terminal.print_plans(plans, _times(plans) if full else None)
         return FINE
     directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
     study = Study(
@@ -94,6 +95,19 @@ def run(
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost or asked_in_vain(record.scenes) else FINE
+
+
+def _times(plans: list[Plan]) -> dict[str, str]:
+    """Return how long each plan would take, in words, by the name of its scene."""
+    from comparisons.questions.expected_time import expected_time
+    from reports.cli import terminal
+
+    with terminal.status() as show:
+        times = {}
+        for plan in plans:
+            show(f"timing coarse grids of {plan.scene.name}")
+            times[plan.scene.name] = expected_time(plan).sentence(plan)
+    return times
 
 
 def report(directory: Path, *, pictures: bool = True) -> int:

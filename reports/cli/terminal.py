@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from comparisons.questions.regression import Finding
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
+    from comparisons.results.ensemble import EnsembleResult
     from comparisons.results.runs import RunComparison
     from comparisons.results.store import StudyRecord
     from comparisons.solving.plan import Plan
@@ -35,8 +36,11 @@ MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
 
 
-def print_plans(plans: list[Plan]) -> None:
-    """Print what would be modelled, what is left out and why; what is true of all, once."""
+def print_plans(plans: list[Plan], times: Mapping[str, str] | None = None) -> None:
+    """Print what would be modelled, what is left out and why; what is true of all, once.
+
+    `times` says by the name of a scene how long it would take.
+    """
     from reports.tables.plans import plan as plan_table
 
     console = _console()
@@ -54,6 +58,8 @@ def print_plans(plans: list[Plan]) -> None:
         if printed_lines.intersection(lines):
             console.print("  and as above", markup=False, highlight=False, style="dim")
         printed_lines.update(lines)
+        if times and plan.scene.name in times:
+            console.print(f"  time: {times[plan.scene.name]}", markup=False, highlight=False)
         console.print()
 
 
@@ -69,6 +75,7 @@ def print_study(
     from comparisons.judging.proofs import tally
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.finding import finding
+    from comparisons.results.measured import modulus_sentence
     from reports.tables.judged import summary_lines
 
     console = _console()
@@ -83,6 +90,9 @@ def print_study(
     lines = summary_lines(record.scenes)
     console.print(drawn(lines, tight=True))
     console.print(lines.note, style="dim", markup=False, highlight=False)
+    for scene in record.scenes:
+        if sentence := modulus_sentence(scene):
+            console.print(f"{scene.name}: {sentence}", markup=False, highlight=False)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold", markup=False)
     for task, reason in lost[:MANY]:
@@ -108,6 +118,19 @@ def _print_verdicts(console: Console, record: StudyRecord) -> None:
         console.print(drawn(verdict_table(record.scenes, method).without("cheapest")))
     for scene in record.scenes:
         console.print(f"{scene.name}: {advise(scene).sentence}\n", markup=False, highlight=False)
+
+
+def print_ensemble(result: EnsembleResult, directory: Path) -> None:
+    """Print what an ensemble cost, means at three loads, and what is missing."""
+    from comparisons.formatting import duration
+    from reports.tables.ensemble import means, settings
+
+    console, record = _console(), result.record
+    console.print(drawn(settings(record)))
+    console.print(drawn(means(record, result.statistics)))
+    for line in record.missing[:MANY]:
+        console.print(f"missing: {line}", style="bold", markup=False, highlight=False)
+    console.print(f"{directory}  ({duration(record.seconds)})", markup=False, highlight=False)
 
 
 def print_solution(result: SingleResult) -> None:

@@ -19,7 +19,7 @@ from comparisons.results.advice import Advice, advise
 from comparisons.results.confidence import confidence
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
-from comparisons.results.finding import clauses
+from comparisons.results.finding import lines
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
@@ -33,10 +33,13 @@ from reports.plots import (
     distributions,
     errors,
     failure,
+    film,
     load_slider,
+    measured,
     model,
     overview,
     pressure,
+    roughness,
     slip,
     speed,
     stress_below,
@@ -128,7 +131,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         record=record,
         views=views,
         families=_families(views),
-        finding=clauses(record.scenes),
+        finding=lines(record.scenes),
         overview=everything,
         validity=standing,
         compared=compared_methods(record.scenes),
@@ -225,11 +228,13 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
         figures={
             "model": [reduced] if reduced else [],
             "failure": failing,
-            "curves": curves.curves(scene),
+            "roughness": roughness.roughness(scene),
+            "curves": [*measured.measured(scene), *curves.curves(scene)],
             "errors": errors.errors(scene),
             "pressure": pressure.pressures(scene),
             "distributions": distributions.distributions(scene),
             "slip": slip.slips(scene),
+            "film": film.films(scene),
             "worn": worn.worn_profiles(scene),
             "dent": dent.dents(scene),
             "stress": stress_below.stresses_below(scene),

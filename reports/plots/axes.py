@@ -35,22 +35,28 @@ def value_axis(
     )
     limits = padded(np.concatenate([positive, wide]), 0.06, 0.05)
     ticks = log_ticks(limits, lambda v: fmt.number(v, 1), factor=scale.factor)
+    if len(ticks) < 2:  # a range so narrow needs no logarithm, and would be left without numbers
+        return Axis(quantity=name, scale=scale)
     return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
 
 
 def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
-    """Return a logarithmic axis of relative errors, its ticks in per cent down to 1 ppm."""
-    ticks = log_ticks((low, high), _per_cent if low > 0.99e-6 else fmt.tolerance)
+    """Return a logarithmic axis of relative errors, its ticks in per cent."""
+    ticks = log_ticks((low, high), _per_cent)
     return Axis(title, "|e|" if of else "", of, log=True, limits=(low, high), ticks=ticks)
 
 
 def _per_cent(error: float) -> str:
     """Write a relative error in per cent, however small: one axis has one unit.
 
-    >>> _per_cent(1e-5), _per_cent(10.0)
-    ('0.001\u202f%', '1\u202f000\u202f%')
+    >>> _per_cent(1e-5), _per_cent(10.0), _per_cent(1e-8)
+    ('0.001\u202f%', '1\u202f000\u202f%', '10⁻⁶\u202f%')
     """
-    return f"{100 * error:.4f}".rstrip("0") + "\u202f%" if error < 1e-4 else fmt.tolerance(error)
+    if error > 0.99e-4:
+        return fmt.tolerance(error)
+    if error > 0.99e-6:
+        return f"{100 * error:.4f}".rstrip("0") + "\u202f%"
+    return fmt.number(100 * error, 1).removeprefix("1×") + "\u202f%"
 
 
 def log_axis(

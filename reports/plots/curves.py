@@ -7,7 +7,8 @@ page shows an empty plot.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,15 +18,17 @@ from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.proofs import in_words
-from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import value_axis, wants_log
-from reports.plots.figure import Band, Figure, Series
+from reports.plots.figure import Axis, Band, Figure, Level, Series
 from reports.plots.style import MUTED, Look, drawing_order, look
 
+if TYPE_CHECKING:
+    from comparisons.questions.single import SingleResult
+
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
-COINCIDES = 0.02  # curves that are closer cannot be told apart
+COINCIDES = 0.05  # curves that are closer cannot be told apart
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
 TRUTH_BAR = "bar of the reference"
 PROVED = "proved interval"
@@ -41,7 +44,8 @@ def curves(scene: SceneRecord) -> list[Figure]:
         names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
     along = selection.drawn_along(scene)
     drawable = [name for name in names if name != along and name not in FIELDS]
-    return [figure for name in drawable if (figure := curve(scene, along, name))]
+    pairs = [(curve(scene, along, name), ratio(scene, along, name)) for name in drawable]
+    return [figure for pair in pairs for figure in pair if figure]
 
 
 def printed_curves(scene: SceneRecord) -> list[Figure]:
@@ -64,11 +68,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
 
     Along a path the points are joined in order, so that hysteresis loops are visible.
     """
-    candidates = (
-        _Curve(scene, method, selection.curve(scene, method), across, up)
-        for method in drawing_order(selection.methods(scene))
-    )
-    drawn = [method_curve for method_curve in candidates if method_curve.is_drawn]
+    drawn = _curves(scene, across, up)
     if not drawn:
         return None
     x, y = (
@@ -96,10 +96,49 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     )
 
 
+def ratio(scene: SceneRecord, across: str, up: str) -> Figure | None:
+    """Return a quantity over that of the reference, where its curves coincide; else None.
+
+    Along a path errors are relative to the largest value of it: ratios would be others.
+    """
+    drawn = [item for item in _curves(scene, across, up) if np.isfinite(item.errors).any()]
+    if scene.is_path or not _coincide(_apart(drawn)):
+        return None
+    x = np.concatenate([item.column(across) for item in drawn])
+    log = wants_log(np.concatenate([item.column(selection.drawn_along(scene)) for item in drawn]))
+    bars = drawn[0].column(f"reference_uncertainty_{up}")
+    along = drawn[0].column(across)
+    name = quantity(up)
+    return Figure(
+        f"ratio-{up}",
+        f"{name.label[0].upper()}{name.label[1:]} over that of the reference",
+        "What parts the curves: each method at its finest resolution over the reference, at equal "
+        f"{quantity(across).label}. Light band, if any: uncertainty of the reference.",
+        value_axis(across, x, log),
+        Axis(f"{name.symbol} over the reference's"),
+        tuple(replace(item.series, y=1 + item.errors, bars=None, marks=True) for item in drawn),
+        (Band(along, 1 - bars, 1 + bars, label=TRUTH_BAR),) if (bars > fmt.ROUND_OFF).any() else (),
+        (Level(1.0),),
+        quantity=up,
+    )
+
+
+def _coincide(apart: float) -> bool:
+    return bool(fmt.ROUND_OFF < apart < COINCIDES)
+
+
+def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
+    """Return the curves of all methods that have one, in drawing order."""
+    candidates = (
+        _Curve(scene, method, selection.curve(scene, method), across, up)
+        for method in drawing_order(selection.methods(scene))
+    )
+    return [candidate for candidate in candidates if candidate.is_drawn]
+
+
 def _apart(drawn: list[_Curve]) -> float:
     """Return how far curves are from the reference at most, relative; NaN where nothing says."""
-    errors = [np.abs(method_curve.column(f"error_{method_curve.name}")) for method_curve in drawn]
-    known = np.concatenate(errors)
+    known = np.concatenate([np.abs(item.errors) for item in drawn]) if drawn else np.empty(0)
     return float(np.max(known[np.isfinite(known)], initial=0.0)) if len(drawn) > 1 else np.nan
 
 
@@ -140,6 +179,10 @@ class _Curve:
     @property
     def name(self) -> str:
         return self.across if self.sideways else self.up
+
+    @property
+    def errors(self) -> np.ndarray:
+        return self.column(f"error_{self.name}")
 
     @property
     def series(self) -> Series:
@@ -202,11 +245,9 @@ def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.nd
 
 def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     parts = ["Each method at its finest resolution."]
-    if fmt.ROUND_OFF < apart < COINCIDES:
-        parts.append(
-            f"The curves coincide within {fmt.relative(apart)}: what parts them is drawn below, as "
-            "errors at every step."
-        )
+    if _coincide(apart):
+        where = "the errors at every step" if scene.is_path else "their ratios to the reference"
+        parts.append(f"The curves coincide within {fmt.relative(apart)}: see {where}.")
     if scene.along == "step":
         parts.append("Points are joined in the order of the path, along the arrows.")
     bar = (scene.reference.get("uncertainty") or {}).get(name)

@@ -105,7 +105,7 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
         for style, rows, share in curves
     ]
     reached = np.concatenate([series.y for series in drawn])
-    limits = padded(reached[reached > LEAST], 0.05, 0.05)
+    limits = padded(reached[reached > LEAST], 0.05, 0.2)  # a tick at least
     places = np.concatenate([series.x for series in drawn])
     steps = [selection.column(rows, "step") for _, rows, _ in curves]
     empty = Figure(

@@ -6,20 +6,21 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
-from reports.plots.axes import log_axis
+from reports.plots.axes import error_axis, log_axis
 from reports.plots.errors import failed
 from reports.plots.figure import Figure, Level, Series
+from reports.plots.gutter import NOTE, parted, with_foot
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
-# Below the smallest error that a plot of errors distinguishes everything is round-off.
-SMALLEST, LARGEST = 1e-12, 1e7
+# What is below 1 ppm is an arrow at the foot, so that round-off does not squeeze the others.
+SMALLEST, LARGEST = 1e-6, 1e7
 MARGIN = 1.5
 SOLVED = ("accurate", "degraded")
 CAPTION = (
     "One marker per case, at the error of the force (of the penetration if the force is "
     "prescribed), including the bar of the reference. Horizontal line: 1 %, above which an answer "
     "counts as degraded. Hollow crosses at the upper edge: refused or lost, with the reason on "
-    "hover; those without a time are at the right."
+    f"hover; those without a time are at the right. {NOTE}"
 )
 
 
@@ -34,7 +35,9 @@ def stability(record: HardCasesRecord) -> Figure | None:
     edges = max(SMALLEST, min(total) / MARGIN), min(LARGEST, max(*total, 0.05) * MARGIN)
     names = drawing_order(record.methods)
     series = [
-        _series(name, [outcome for outcome in solved if outcome.method == name]) for name in names
+        part
+        for name in names
+        for part in parted(_series(name, [o for o in solved if o.method == name]), SMALLEST)
     ]
     series += _failures(record, names, span, edges[1])
     return Figure(
@@ -42,7 +45,7 @@ def stability(record: HardCasesRecord) -> Figure | None:
         "Hard cases: time and error",
         CAPTION,
         log_axis("time", span, fmt.duration),
-        log_axis("largest error", edges, lambda value: fmt.relative(value, 1)),
+        with_foot(error_axis(*edges, "largest error"), series),
         tuple(drawn for drawn in series if len(drawn.x)),
         levels=(Level(0.01, colour=MUTED, dash=DOTTED),),
     )

@@ -22,6 +22,7 @@ from reports.plots.style import CONTACT
 LARGEST_CODE = 2**16 - 1
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 FEW_TICKS = 6  # of them none need be turned
+TALL = 28  # characters that fit beside a plot on one line
 # Heights in grey, contacts above them in one colour, which no heights of theirs can have.
 CONTACTS = {
     "colorscale": [[0, "#303030"], [0.86, "#e0e0e0"], [0.9, CONTACT], [1, CONTACT]],
@@ -161,6 +162,7 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
     # plotly's rows run along y, ours along x.
     z = (drawn.values * drawn.scale.factor).T
     unit = drawn.scale.unit
+    label = f"{drawn.symbol} / {unit}" if unit else drawn.symbol
     return {
         "type": "heatmap",
         "x": numbers(drawn.x, figure.x.scale.factor),
@@ -168,7 +170,7 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
         "z": coded_map(z) if z.size else [],
         "colorscale": "Viridis",
         "colorbar": {
-            "title": {"text": inert(f"{drawn.symbol} / {unit}"), "side": "right"},
+            "title": {"text": inert(label), "side": "right"},
             "thickness": 14,
             "xpad": 18,
         },
@@ -195,6 +197,7 @@ def coded_map(values: np.ndarray) -> dict[str, Any]:
 def _layout(figure: Figure) -> dict[str, Any]:
     """Return the figure's own part of the layout; fonts, grid and background come from the page."""
     layout: dict[str, Any] = {"xaxis": _axis(figure.x), "yaxis": _axis(figure.y)}
+    layout["yaxis"]["title"]["text"] = _upright(_title(figure.y), figure.y.label)
     if len(figure.x.ticks) <= FEW_TICKS and figure.x.ticks:
         layout["xaxis"]["tickangle"] = 0
     if figure.map:
@@ -237,6 +240,19 @@ def _title(axis: Axis) -> str:
     """
     title, symbol = inert(axis.label), quantity(axis.quantity).symbol
     return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
+
+
+def _upright(title: str, label: str) -> str:
+    """Return the title of a vertical axis, on two lines if a plot on a phone is lower than it.
+
+    >>> _upright("depth left after unloading d / m", "depth left after unloading d / m")
+    'depth left after<br>unloading d / m'
+    """
+    if len(label) <= TALL:
+        return title
+    breaks = [match.start() for match in re.finditer(" (?![^<]*>)", title)]
+    half = min(breaks, key=lambda place: abs(place - len(label) / 2), default=None)
+    return title if half is None else f"{title[:half]}<br>{title[half + 1 :]}"
 
 
 def _shapes(figure: Figure) -> list[dict[str, Any]]:

@@ -7,7 +7,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.judging.verdicts import OUTSIDE
 from comparisons.questions.problems.board import Board, Judged
-from reports.plots.axes import log_axis
+from reports.plots.axes import error_axis, log_axis
 from reports.plots.figure import Figure, Level, Series
 from reports.plots.style import CONTACT, DOTTED, INK, MUTED, Look
 
@@ -32,15 +32,15 @@ def front_plot(board: Board) -> Figure | None:
     span = times.min() / MARGIN, times.max() * MARGIN
     edges = min(errors.min(), tolerance) / MARGIN, max(errors.max(), tolerance) * MARGIN
     others = [judged for judged in placed if judged not in board.front]
-    series = [_series(FRONT, board.front, line=True)]
+    series = _series(FRONT, board.front, line=True)
     if others:
-        series.append(_series(OTHER, others, line=False))
+        series += _series(OTHER, others, line=False)
     return Figure(
         f"board-{board.sheet.id.lower()}",
         f"{board.sheet.id}: time and error",
         CAPTION,
         log_axis("time as stated", span, fmt.duration),
-        log_axis("largest error", edges, lambda value: fmt.relative(value, 1)),
+        error_axis(*edges, "largest error"),
         tuple(series),
         levels=(Level(tolerance, colour=MUTED, dash=DOTTED),),
     )
@@ -50,18 +50,18 @@ def _place(judged: Judged) -> tuple[float, float]:
     return float(judged.entry.seconds or np.nan), max(judged.error, SMALLEST)
 
 
-def _series(look: Look, entries: tuple[Judged, ...] | list[Judged], *, line: bool) -> Series:
+def _series(look: Look, entries: tuple[Judged, ...] | list[Judged], *, line: bool) -> list[Series]:
+    """Return the entries within or not resolved, and those outside, hollow: each has its legend."""
     x, y = (np.array(v) for v in zip(*map(_place, entries), strict=True))
-    wrong = [judged.verdicts[judged.worst].word == OUTSIDE for judged in entries]
-    return Series(
-        look,
-        x,
-        y,
-        line=line,
-        hollow=np.array(wrong),
-        hover=tuple(
-            f"{judged.entry.solver}: {fmt.relative(judged.error)} in "
-            f"{fmt.duration(judged.entry.seconds)}"
-            for judged in entries
-        ),
+    wrong = np.array([judged.verdicts[judged.worst].word == OUTSIDE for judged in entries])
+    hover = tuple(
+        f"{judged.entry.solver}: {fmt.relative(judged.error)} in "
+        f"{fmt.duration(judged.entry.seconds)}"
+        for judged in entries
     )
+    drawn = [Series(look, x, y, marks=False, legend=False)] if line else []
+    for hollow in sorted(set(wrong.tolist())):
+        style = look.labelled(f"{look.label}, outside") if hollow else look
+        shown = np.where(wrong == hollow, y, np.nan)
+        drawn.append(Series(style, x, shown, line=False, hollow=hollow, hover=hover))
+    return drawn

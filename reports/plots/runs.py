@@ -74,11 +74,21 @@ def _figure(record: RunComparison, measure: _Compared) -> Figure | None:
         measure.caption,
         log_axis(f"{measure.word} before", span, measure.label),
         log_axis(f"{measure.word} after", span, measure.label),
-        (line, *(_series(n, [c for c in changes if c.method == n], measure) for n in names)),
+        (line, *(series for name in names for series in _of(name, changes, measure))),
     )
 
 
-def _series(method: str, changes: list[Change], measure: _Compared) -> Series:
+def _of(method: str, changes: list[Change], measure: _Compared) -> list[Series]:
+    """Return the changes of a method, those for the worse hollow and with a legend of their own."""
+    own = [change for change in changes if change.method == method]
+    worse = [change for change in own if any(kind in BAD for kind in change.kinds)]
+    others = [change for change in own if change not in worse]
+    return [
+        _series(method, part, measure, hollow=part is worse) for part in (others, worse) if part
+    ]
+
+
+def _series(method: str, changes: list[Change], measure: _Compared, *, hollow: bool) -> Series:
     drawn, pairs = look(method), [measure.pair(change) for change in changes]
     before, after = np.array(pairs).T
     texts = (
@@ -87,11 +97,11 @@ def _series(method: str, changes: list[Change], measure: _Compared) -> Series:
         for c, pair in zip(changes, pairs, strict=True)
     )
     return Series(
-        drawn,
+        drawn.labelled(f"{drawn.label}, worse") if hollow else drawn,
         before,
         after,
         line=False,
-        hollow=np.array([any(kind in BAD for kind in c.kinds) for c in changes]),
+        hollow=hollow,
         hover=tuple(texts),
         faint=0.8,
     )

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
-from comparisons.judging.ensembles import ensemble_text
+from comparisons.judging.multilevel import ensemble_text
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.solving.plan import Plan
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Table, table
+
+if TYPE_CHECKING:  # a page of results needs no solver
+    from comparisons.solving.plan import Plan
 
 
 def plan(planned: Plan) -> Table:

@@ -107,7 +107,7 @@ def _setting_row(
     level: float,
     errors: list[tuple[float, float] | None],
 ) -> tuple[Cell, ...]:
-    rows = _rows_of(scene, method, level)
+    rows = selection.setting_rows(scene, method, level)
     first = {
         name: next((v for v in selection.column(rows, name) if np.isfinite(v)), np.nan)
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
@@ -153,7 +153,7 @@ def stability(scene: SceneRecord) -> Table:
 
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
-    rows = _rows_of(scene, method, level)
+    rows = selection.setting_rows(scene, method, level)
     names = selection.texts(rows, "realisation")
     rows = rows[[name != selection.MEAN for name in names]]
     good = selection.converged(rows)
@@ -176,12 +176,6 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
         cells.relative(worst),
         Cell(failed, failed, "text wrap" if solved == total else "failed wrap"),
     )
-
-
-@once
-def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
-    names = np.array(selection.texts(scene.rows, "method"))
-    return scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
 
 
 def lost_solves(scene: SceneRecord) -> list[str]:

@@ -120,6 +120,7 @@ def test_the_pareto_front_is_beaten_by_no_method(ball):
             assert bought <= error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "methods"),
     [
@@ -192,6 +193,7 @@ def test_fonts_are_embedded_as_outlines(folder):
     assert not list(svg.iter("{http://www.w3.org/2000/svg}text"))
 
 
+@pytest.mark.slow
 def test_the_same_results_give_the_same_bytes(folder, small, tmp_path):
     """No dates, no random names: another process, another hash seed, not a bit differs."""
     again = write_paper(load_study(small.directory), tmp_path, ("pdf", "svg"), figures=FIGURES)
@@ -215,6 +217,7 @@ def test_tables_are_latex_with_the_rules_of_booktabs(folder):
         assert plain.count("$") % 2 == 0
 
 
+@pytest.mark.slow
 def test_few_figures_are_drawn_unless_more_are_asked_for(small, tmp_path):
     """One of all verdicts, one for each scene, and what there is besides is named in the index."""
     told = []

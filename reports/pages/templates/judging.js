@@ -90,10 +90,10 @@ const judgeRow = (scene, counts) => {
   row.querySelector("td[data-label='largest error']").textContent = worst ? worst.text : "–";
   const reached = reaching(scene, tolerance), cell = row.querySelector("td[data-label=cheapest]");
   cell.dataset.key = reached[0]?.seconds ?? "nan";
-  cell.querySelector(".settings").replaceChildren(...(reached.length ? reached.slice(0, 2).map((setting, place) => {
+  cell.querySelector(".settings").replaceChildren(...(reached.length ? reached.slice(0, 2).map((setting, place, { length }) => {
     const swatch = element("span", { class: "swatch" });
     swatch.style.setProperty("--c", setting.colour[0] === "@" ? `var(--${setting.colour.slice(1)})` : setting.colour);
-    return element("span", { class: place ? "muted" : "first" }, place ? ", " : "", swatch, setting.text);
+    return element("span", { class: place ? "muted" : "first" }, swatch, setting.text, place + 1 < length ? ", " : "");
   }) : [element("span", { class: "muted" }, "no setting within tolerance")]));
 };
 

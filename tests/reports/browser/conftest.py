@@ -6,12 +6,15 @@ import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import count
 from pathlib import Path
 
 import pytest
+
+from reports.pages.study import write_report
+from reports.pictures import pictures
 
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 FLAGS += ["--enable-unsafe-swiftshader"]  # WebGL in software
@@ -127,22 +130,48 @@ def visited(
     context.close()
 
 
+@pytest.fixture(scope="session")
+def study(study):
+    """Return the synthetic study with the ends of its errors, as every newer folder has them."""
+    scenes = tuple(
+        replace(
+            scene,
+            measures=scene.measures.assign(
+                low=scene.measures["maximum"] - scene.measures["uncertainty"],
+                high=scene.measures["maximum"] + scene.measures["uncertainty"],
+            ),
+        )
+        for scene in study.scenes
+    )
+    return replace(study, scenes=scenes)
+
+
+@pytest.fixture(scope="session")
+def report(study, tmp_path_factory):
+    """Write the synthetic study's report, its views that turn included, its pictures left out."""
+    path = tmp_path_factory.mktemp("browser") / "report.html"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
+        write_report(study, path)
+    return path
+
+
 @pytest.fixture
 def visit(browser, report):
-    """Open the module's `report`: size, scheme and fragment may be given."""
+    """Open the `report`: size, scheme and fragment may be given."""
     return partial(visited, browser, report)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def window(browser, report):
-    """Open the module's `report` once: a page takes seconds until its program runs."""
+    """Open the synthetic study's `report` once: a page takes seconds until its program runs."""
     with visited(browser, report) as seen:
         yield seen
 
 
 @pytest.fixture
 def followed(window):
-    """Follow a link in the window of the module; take `visit` for what a newcomer sees."""
+    """Follow a link in that window; take `visit` for what a newcomer sees."""
 
     def follow(fragment: str = "") -> Visit:
         window.follow(fragment)
@@ -171,8 +200,8 @@ def faults_in_the_dark():
 def _serious_faults(page, rules: list[str] | None = None) -> list[str]:
     """Return what axe-core finds at least serious, a line for each place and rule (default all)."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
-    # What is drawn inside a plot is one image to a reader of the screen.
-    context = {"exclude": [[".svg-container"]]}
+    # What is drawn inside a plot is one image to a reader of the screen; later rows are as these.
+    context = {"exclude": [[".svg-container"], ["table.data tbody tr:nth-child(n+4)"]]}
     options = {"resultTypes": ["violations"]}
     if rules:
         options["runOnly"] = {"type": "rule", "values": rules}

@@ -8,32 +8,8 @@ import pytest
 
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts, worst
-from reports.pages.study import write_report
 
 TOLERANCES = (1e-4, 0.02, 0.5)
-
-
-@pytest.fixture(scope="module")
-def study(study):
-    """Return the synthetic study with the ends of its errors, as every newer folder has them."""
-    scenes = tuple(
-        replace(
-            scene,
-            measures=scene.measures.assign(
-                low=scene.measures["maximum"] - scene.measures["uncertainty"],
-                high=scene.measures["maximum"] + scene.measures["uncertainty"],
-            ),
-        )
-        for scene in study.scenes
-    )
-    return replace(study, scenes=scenes)
-
-
-@pytest.fixture(scope="module")
-def report(study, tmp_path_factory):
-    path = tmp_path_factory.mktemp("first") / "report.html"
-    write_report(study, path, pictures=False)
-    return path
 
 
 def rows_of(page):
@@ -90,14 +66,3 @@ def test_a_cell_leads_to_its_evidence(followed):
     place = why.bounding_box()
     assert 0 < place["y"] < 400
     assert "|e|" in why.inner_text()
-
-
-def test_the_page_is_short_until_something_is_opened(visit):
-    """Two scenes: few tab stops, few pixels, and nothing of a folded scene is drawn."""
-    with visit() as seen:
-        page = seen.page
-        assert page.evaluate("document.documentElement.scrollHeight") < 3000
-        assert seen.tab_stops() < 80
-        assert page.locator(".main-svg").count() <= 3  # layers of one plot
-        page.keyboard.press("Tab")
-        assert page.evaluate("document.activeElement.textContent") == "Skip to the content"

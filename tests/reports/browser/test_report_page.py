@@ -10,36 +10,27 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from reports.pages.study import write_report
-from reports.pictures import pictures
-
 DESKTOP, PHONE = (1280, 800), (390, 844)
-
-
-@pytest.fixture(scope="module")
-def report(study, tmp_path_factory):
-    """Write the synthetic study's report, its views that turn included, its pictures left out."""
-    path = tmp_path_factory.mktemp("browser") / "report.html"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
-        write_report(study, path)
-    return path
 
 
 def box_of(page, selector):
     return page.locator(selector).first.bounding_box()
 
 
-@pytest.mark.parametrize("size", [DESKTOP, PHONE])
-def test_the_summary_stands_on_the_first_screen(visit, size):
-    """The finding, the counts of verdicts and the first cells, without scrolling."""
-    with visit(size=size) as seen:
+def stands_on_the_first_screen(page, size):
+    """Assert that finding, counts of verdicts and first cells are seen without scrolling."""
+    for selector in ("h1", ".finding", ".tally .verdict", "#verdict-table td.cell"):
+        place = box_of(page, selector)
+        assert place["y"] + place["height"] < size[1], selector
+        assert place["x"] >= 0, selector
+        assert place["x"] + place["width"] <= size[0] + 1, selector
+
+
+def test_a_newcomer_sees_the_summary_and_a_short_page(visit):
+    """Two scenes: few tab stops, few pixels, and nothing of a folded scene is drawn."""
+    with visit() as seen:
         page = seen.page
-        for selector in ("h1", ".finding", ".tally .verdict", "#verdict-table td.cell"):
-            place = box_of(page, selector)
-            assert place["y"] + place["height"] < size[1], selector
-            assert place["x"] >= 0, selector
-            assert place["x"] + place["width"] <= size[0] + 1, selector
+        stands_on_the_first_screen(page, DESKTOP)
         # Disagreements of references come first of all.
         assert box_of(page, "#disagreements")["y"] < box_of(page, "#summary-title")["y"]
         # Verdicts are words, and colours beside.
@@ -47,6 +38,23 @@ def test_the_summary_stands_on_the_first_screen(visit, size):
         assert badge.inner_text() in {"within", "outside", "not resolved"}
         colour = badge.evaluate("e => getComputedStyle(e).backgroundColor")
         assert colour != "rgba(0, 0, 0, 0)"
+        assert page.evaluate("document.documentElement.scrollHeight") < 3000
+        assert seen.tab_stops() < 80
+        assert page.locator(".main-svg").count() <= 3  # layers of one plot
+        page.keyboard.press("Tab")
+        assert page.evaluate("document.activeElement.textContent") == "Skip to the content"
+
+
+def test_the_summary_stands_on_the_first_screen_of_a_phone(followed):
+    page = followed().page
+    page.set_viewport_size({"width": PHONE[0], "height": PHONE[1]})
+    stands_on_the_first_screen(page, PHONE)
+    # Titles whole, so that no two look alike; nothing of the summary is cut off at the side.
+    assert page.locator("#summary-table").evaluate(
+        "table => [table, ...table.querySelectorAll('th, td')]"
+        ".every(part => part.scrollWidth <= part.clientWidth + 1)"
+    )
+    page.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
 
 
 @pytest.mark.parametrize("size", [DESKTOP, pytest.param(PHONE, marks=pytest.mark.slow)])
@@ -124,13 +132,13 @@ def test_scene_and_quantity_are_chosen_and_linked(followed):
     assert set(names) == {"contact_area"}
 
 
-def test_a_hostile_address_changes_nothing(visit):
+def test_a_hostile_address_changes_nothing(followed):
     """Unknown names, wrong numbers and markup in the address are ignored."""
     fragment = "#<script>alert(1)</script>?sort.scene-1-settings=99z&load.scene-1=-7"
     fragment += "&scene=nowhere&filter.x=%00"
-    with visit(fragment=fragment) as seen:
-        assert seen.page.locator("#scene-1").is_visible()
-        assert seen.complaints == []
+    seen = followed(fragment)
+    assert seen.page.locator("#scene-1").is_visible()
+    assert seen.complaints == []
 
 
 def sum_of_y(page, key):
@@ -256,19 +264,21 @@ def test_the_keyboard_reaches_every_control(followed):
     assert slider.evaluate("e => e.tabIndex") == 0
 
 
-def test_paper_gets_light_plots_and_no_controls(visit, tmp_path):
-    with visit(scheme="dark") as seen:
-        page = seen.page  # what is open is printed
-        page.locator("details").evaluate_all("all => all.forEach(one => { one.open = true; })")
-        path = tmp_path / "report.pdf"
-        page.pdf(path=path, prefer_css_page_size=True)
-        page.emulate_media(media="print")
-        for selector in (".table-tools", ".figure-tools", ".load-slider", ".choices", "nav"):
-            assert not page.locator(selector).first.is_visible()
-        assert (
-            page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
-        )
-        assert seen.complaints == []
+def test_paper_gets_light_plots_and_no_controls(followed, tmp_path):
+    seen = followed()
+    page = seen.page  # what is open is printed
+    page.emulate_media(color_scheme="dark")
+    page.locator("details").evaluate_all(
+        "all => all.forEach(one => { one.open = Boolean(one.closest('#scene-1')); })"
+    )
+    path = tmp_path / "report.pdf"
+    page.pdf(path=path, prefer_css_page_size=True)
+    page.emulate_media(media="print")
+    for selector in (".table-tools", ".figure-tools", ".load-slider", ".choices", "nav"):
+        assert not page.locator(selector).first.is_visible()
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert seen.complaints == []
+    page.emulate_media(media="screen", color_scheme="light")
     content = path.read_bytes()
     assert content.startswith(b"%PDF")
     pages = max(int(match) for match in re.findall(rb"/Count (\d+)", content))

@@ -124,6 +124,20 @@ def inquired(answers):
     return {name: inquiry(answer) for name, answer in answers.items()}
 
 
+@pytest.fixture(scope="module")
+def few_cases():
+    """Return the cases of one shape of each half, on few cells."""
+    from comparisons.questions import calibration
+    from comparisons.solving.inquiries import answer_of
+
+    series = {"bem_fft": ((4, 6, 8),)}
+    return [
+        case
+        for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
+        for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
+    ]
+
+
 def covered(case):
     """Return the case with half the error that its bar allows, inside what is proved."""
     return replace(
@@ -132,19 +146,12 @@ def covered(case):
 
 
 def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right(
-    tmp_path, monkeypatch, capsys
+    few_cases, tmp_path, monkeypatch, capsys
 ):
     """Bars of twice the true error are right: exit code 0; bars of half of it miss: 1."""
     from comparisons.questions import calibration
-    from comparisons.solving.inquiries import answer_of
 
-    series = {"bem_fft": ((4, 6, 8),)}
-    small = [
-        case
-        for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
-        for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
-    ]
-    right = [covered(case) for case in small]
+    right = [covered(case) for case in few_cases]
     answers = {"paraboloid": right}
     monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
     out = tmp_path / "calibration"
@@ -156,26 +163,22 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     assert count > 0
     assert held in shown
     assert held in (out / "report.html").read_text(encoding="utf-8")
-    assert json.loads((out / "proved.json").read_text()) == {"bars": count, "missed": 0}
+    proved = json.loads((out / "proved.json").read_text())
+    assert (proved["bars"], proved["missed"]) == (count, 0)
+    assert sum(proved["without"].values()) == sum(case.bars.size for case in right) - count
     assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
     assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
-    missed = [replace(case, errors=2 * case.bars) for case in small]
+    missed = [replace(case, errors=2 * case.bars) for case in few_cases]
     answers["paraboloid"] = missed
     assert run_command(["calibrate", "--out", str(out)]) == 1
     assert run_command(["calibrate", "--workers", "0"]) == 2
 
 
-def test_calibrate_reports_bars_that_a_theorem_refutes(tmp_path, monkeypatch, capsys):
+def test_calibrate_reports_bars_that_a_theorem_refutes(few_cases, tmp_path, monkeypatch, capsys):
     """Bars of twice the error, all of which cover; but one interval is somewhere else."""
     from comparisons.questions import calibration
-    from comparisons.solving.inquiries import answer_of
 
-    series = {"bem_fft": ((4, 6, 8),)}
-    name, table = next(iter(calibration.REPORTED.items()))
-    right = answer_of(calibration.shape_cases("reported", name, table, series))
-    fitting = next(iter(calibration.FITTING.items()))
-    right += answer_of(calibration.shape_cases("fitting", *fitting, series))
-    right = [covered(case) for case in right]
+    right = [covered(case) for case in few_cases]
     refuted = next(case for case in right if case.missed is not None)
     wrong = replace(refuted, beyond=refuted.bars + 0.01)
     answers = {"paraboloid": [wrong if case is refuted else case for case in right]}
@@ -185,6 +188,7 @@ def test_calibrate_reports_bars_that_a_theorem_refutes(tmp_path, monkeypatch, ca
     shown = capsys.readouterr().out
     steps = wrong.bars.size
     assert f"{steps} do not reach it" in shown
-    told = f"{wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity} at given {wrong.control}: at {steps}"
+    case = f"{wrong.shape}, bem_fft 4, 6, 8, {wrong.quantity} at given {wrong.control}"
+    told = f"defect: {case}: at {steps}"
     assert told in shown
     assert json.loads((out / "proved.json").read_text())["missed"] == steps

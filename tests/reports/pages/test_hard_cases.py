@@ -221,6 +221,16 @@ def test_failures_are_hollow_crosses_at_the_upper_edge(record):
     assert len(set(failed["x"])) == 2
 
 
+def test_round_off_is_an_arrow_and_the_axis_has_one_unit(record):
+    """An error of 1e-13 is no value: 1 ppm and 1e-12 on one axis squeezed all others."""
+    figure = stability(record(outcome(), outcome("exact", error=1e-13, bar=0.0)))
+    _, arrows = spec(figure)["data"]
+    assert arrows["marker"]["symbol"] == "arrow-down"
+    ticks = spec(figure)["layout"]["yaxis"]["ticktext"]
+    assert ticks[0].startswith("\u2264")
+    assert all(text.endswith("%") for text in ticks)
+
+
 def test_without_a_solution_there_is_no_plot(record):
     assert stability(record(outcome(kind="lost", reason="x"))) is None
     assert "<table" in hard_cases_page(record(outcome(kind="lost", reason="x")))

@@ -13,7 +13,7 @@ from comparisons.facts.methods import BUILT_IN, ours
 from comparisons.results import selection
 from reports.plots import curves, errors, model, speed
 from reports.plots import pressure as pressure_figures
-from reports.plots.axes import log_ticks
+from reports.plots.axes import error_axis, log_ticks, value_axis
 from reports.plots.interactive import spec
 from reports.plots.style import LOOKS, look
 
@@ -91,6 +91,18 @@ def test_curves_carry_the_values_in_the_unit_of_the_axis(study):
     # six digits are kept in the page
     np.testing.assert_allclose(trace["x"], rows["penetration"] * 1e6, rtol=1e-5)
     np.testing.assert_allclose(trace["y"], rows["force"], rtol=1e-5)
+
+
+def test_curves_that_coincide_are_shown_as_ratios_too(study):
+    """A line of 2 px on 300 px hides 1 %; errors of 0.1 % and their signs are seen at 1."""
+    scene = study.scenes[0]
+    shown = {figure.key: figure for figure in curves.curves(scene)}
+    (trace,) = traces(shown["ratio-force"], "FFT BEM")
+    error = selection.column(selection.curve(scene, "bem_fft"), "error_force")
+    np.testing.assert_allclose(trace["y"], 1 + error, rtol=1e-5)  # six digits in the page
+    assert "ratios" in shown["curve-force"].caption
+    far = replace(scene, rows=scene.rows.assign(error_force=0.2))
+    assert "ratio-force" not in {figure.key for figure in curves.curves(far)}
 
 
 def test_axes_become_logarithmic_with_the_span_of_the_loads(study):
@@ -240,6 +252,16 @@ def test_ticks_of_logarithmic_axes_stay_few_and_inside():
         assert 1 <= len(ticks) <= 11
         assert low * 0.99 <= ticks[0]
         assert ticks[-1] <= high * 1.01
+
+
+def test_no_axis_is_left_to_ticks_of_nine_one_two():
+    """Without ticks of ours plotly numbers 9, 1, 2 ... 9 without their powers of ten."""
+    assert not value_axis("force", np.array([1.2, 1.8]), log=True).log
+    assert value_axis("force", np.array([1.2, 18.0]), log=True).ticks
+
+
+def test_an_axis_of_errors_has_one_unit():
+    assert all(text.endswith("%") for _, text in error_axis(1e-8, 10.0, "error").ticks)
 
 
 def test_a_setting_without_any_answer_has_no_curve(study):

@@ -18,7 +18,8 @@ def test_hysteresis_has_arrows_and_a_load_curve_has_none(study):
     """On a path there and back two branches look alike; arrows turn with the point before."""
     scene = study.scenes[0]
     assert arrows(scene) == []
-    drawn = arrows(replace(scene, axis="step"))
-    assert len(drawn) == len(curves.curves(scene))
+    path = replace(scene, axis="step")
+    drawn = arrows(path)
+    assert len(drawn) == len(curves.curves(path))
     assert all(trace["marker"]["angleref"] == "previous" for trace in drawn)
     assert all(trace["showlegend"] is False for trace in drawn)

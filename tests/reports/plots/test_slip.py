@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reports.plots import slip
+from reports.plots import interactive, slip
 from reports.plots.load_slider import SliderSteps
 
 
@@ -40,6 +40,8 @@ def test_a_frame_for_every_creep_on_one_scale(stored):
     assert (used.map.values == 1.0).all()
     assert before.map.highest == used.map.highest == 1.0
     assert "1 where it slips" in used.caption
+    heads = [interactive.spec(f)["data"][0]["colorbar"]["title"]["text"] for f in (used, traction)]
+    assert [str(head) for head in heads] == ["|q|/(µp)", "q / mPa"]
 
 
 def test_tractions_follow_the_slider(stored):
