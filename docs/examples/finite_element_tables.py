@@ -8,9 +8,12 @@ page are written anew, all or those that are named::
 """
 
 # %%
+import resource
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -288,6 +291,22 @@ def floor_table() -> list[list[str]]:
     return rows
 
 
+def bottom_table() -> list[list[str]]:
+    """Errors of splines alone, clamped far below or on the stiffness of a half-space."""
+    waves, steel = np.array([800.0, 64.0, 16.0, 8.0, 4.0]), Material(1.0, 0.3)
+    q = 2 * np.pi / waves
+    bottoms = {
+        "clamped below 1600 cells": Layers([1600.0], [steel]),
+        "impedance below 8 cells": Layers([8.0], [steel], steel),
+        "impedance below 2 cells": Layers([2.0], [steel], steel),
+    }
+    rows = [["", *(f"{cells:g} cells" for cells in waves)]]
+    for name, layers in bottoms.items():
+        errors = of_smooth_pressure((q, 0 * q), (1.0, 1.0), layers) * q / (2 * (1 - 0.3**2)) - 1
+        rows.append([name, *(f"{error:.1e}" for error in errors)])
+    return rows
+
+
 def rough_table() -> list[list[str]]:
     """Finite elements against boundary elements on three grids of one surface."""
     surface = self_affine(64, 1.0, SPECTRUM, seed=1, realisation=0)
@@ -317,6 +336,44 @@ def rough_table() -> list[list[str]]:
     return rows
 
 
+def large(cells: int) -> list[str]:
+    """One load on a large period, in a process of its own: its peak memory is that of the solve."""
+    surface = self_affine(256, 1.0, SPECTRUM, seed=1, realisation=0)
+    slope = rms_gradient_spectral(surface, (1 / 256, 1 / 256))
+    heights = refine(surface, cells // 256)
+    gap, spacing = heights.max() - heights, (1 / cells, 1 / cells)
+    load = Load("force", 0.05 * slope)
+    corner, little = gap[:32, :32] - gap[:32, :32].min(), Load("force", 1e-3 * slope)
+    for kind in (
+        PeriodicBody(corner.shape, spacing, Material(1.0, 0.3)),
+        PeriodicOperator(corner.shape, spacing, 1.0),
+    ):
+        fft.solve(Press(kind, corner), little)  # loads what is compiled
+    start = time.process_time()
+    body = PeriodicBody(gap.shape, spacing, Material(1 - 0.3**2, 0.3))
+    body.convolution(np.float64)
+    made = time.process_time()
+    (elements,) = grid_contact.sweep(body, gap, load)
+    end = time.process_time()
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    middle = time.process_time()
+    half = fft.solve(Press(PeriodicOperator(gap.shape, spacing, 1.0), gap), load)
+    times = made - start, end - made, time.process_time() - middle
+    apart = elements.penetration / half.penetration - 1
+    area = located_area(elements) / located_area(half) - 1
+    numbers = *(f"{seconds:.2f}" for seconds in times), f"{peak:.2f} GB"
+    return [f"{cells}²", *numbers, f"{apart:.0e}", f"{area:.0e}"]
+
+
+def large_table() -> list[list[str]]:
+    """Cost and memory of one load on large periods."""
+    rows = [["cells", "set-up, s", "elements, s", "bem_fft, s", "peak", "penetration", "area"]]
+    for cells in (256, 512, 1024):
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+            rows.append(process.submit(large, cells).result())
+    return rows
+
+
 # %%
 TABLES = {
     "errors": error_table,
@@ -324,8 +381,10 @@ TABLES = {
     "stresses": stress_table,
     "dispersion": dispersion_table,
     "floor": floor_table,
+    "bottom": bottom_table,
     "waves": wave_table,
     "rough": rough_table,
+    "large": large_table,
 }
 
 

@@ -1,12 +1,14 @@
 """Make the tables of docs/half-space.md: kernels, stages of the solver, dense against FFT.
 
 Run from the repository's root (a minute on one core); the tables between the markers of the page
-are written anew::
+are written anew, or those named::
 
     python docs/examples/half_space_tables.py
+    python docs/examples/half_space_tables.py kernel-choice
 """
 
 # %%
+import sys
 import time
 from collections.abc import Callable
 from functools import partial
@@ -16,16 +18,15 @@ import numpy as np
 
 from reference.errors import ConvergenceError
 from reference.halfspace import (
-    Contact,
     FreeOperator,
     PeriodicOperator,
-    areas,
     conjugate_gradients,
     dense,
     fft,
     kernels,
     starts,
 )
+from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
@@ -76,7 +77,7 @@ def transfer_ratio() -> list[list[str]]:
 
 
 def kernel_choice() -> list[list[str]]:
-    """Press one map with one force: corrected area and penetration against the continuum kernel."""
+    """Press one map with one force: area and penetration against those of the continuum kernel."""
     rows = [
         [
             "short cutoff in cells",
@@ -97,7 +98,7 @@ def kernel_choice() -> list[list[str]]:
         contacts = [
             fft.solve(Press(operator, gap), Load("force", 0.1 * SLOPE)) for operator in operators
         ]
-        base, *finer = [(area_of(contact), contact.penetration) for contact in contacts]
+        base, *finer = [(located_area(contact), contact.penetration) for contact in contacts]
         cells = [
             f"{100 * (value / reference - 1):+.2f} %"
             for measured in finer
@@ -105,12 +106,6 @@ def kernel_choice() -> list[list[str]]:
         ]
         rows.append([str(cutoff), *cells])
     return rows
-
-
-def area_of(contact: Contact) -> float:
-    """Perimeter-corrected contact area."""
-    operator = contact.operator
-    return areas.corrected_area(contact.mask, operator.spacing, operator.periodic)
 
 
 # %% [markdown]
@@ -235,4 +230,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

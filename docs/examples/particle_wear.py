@@ -14,7 +14,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from reference.fem.recovery import von_mises
+from reference.elasticity import von_mises
 from reference.particles.bonds import Asperities
 
 PICTURE = Path(__file__).resolve().parents[1] / "particle-wear.png"

@@ -1,6 +1,6 @@
 """Make the tables of docs/plasticity.md: finite elements, and what springs and fits err by.
 
-Run from the repository's root (three minutes on one core); the tables between the markers of the
+Run from the repository's root (ten minutes on one core); the tables between the markers of the
 page are written anew::
 
     python docs/examples/plasticity_tables.py
@@ -22,6 +22,9 @@ from comparisons.questions.experiments.yielding import (
     elements,
     springs,
 )
+from reference.elasticity import Material
+from reference.loads import LoadPath
+from reference.plastic import PlasticMaterial, Walk
 from reference.plastic.fits import Ball, jackson_green, kogut_etsion
 from reports.tables.documents import rewrite
 
@@ -56,6 +59,26 @@ def fits(share: float) -> dict[str, Contact]:
         values = float(fit.force(w)) * fit.force_unit / FORCE, area, left
         answers[make.__name__] = values if w <= fit.largest else (np.nan,) * 3
     return answers
+
+
+def balances() -> list[list[str]]:
+    """Return by how much stored and dissipated energies exceed the work."""
+    shares = (5, 20, 60)
+    heads = [f"d/d_y = {s}: F/F_y, energies − work" for s in shares]
+    rows = [["N", *heads, "Newton steps"]]
+    for n in (3, 6, 9):
+        row, rounds = [str(n)], 0
+        for share in shares:
+            depth = share * DEPTH
+            radius = float(np.sqrt(depth * min(2.0, 1 + 0.25 * np.log10(share) ** 1.2)))
+            steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
+            walk = Walk(steel, lambda r: r**2 / 2, radius, per_radius=n)
+            (moment,) = walk.along(LoadPath("penetration", depth))
+            more = (moment.elastic + moment.dissipated) / moment.work - 1
+            row.append(f"{moment.force / FORCE:.4g}, {1e6 * more:+.0f} ppm")
+            rounds += moment.iterations
+        rows.append([*row, str(rounds)])
+    return rows
 
 
 def on_grids() -> list[list[str]]:
@@ -104,6 +127,7 @@ def _known(text: str) -> str:
 
 # %%
 TABLES = {
+    "energy": balances,
     "elements": on_grids,
     "force": partial(against_elements, 0, "F/F_y"),
     "area": partial(against_elements, 1, "A/(πRd)"),

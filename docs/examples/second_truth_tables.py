@@ -56,10 +56,10 @@ def disagreement() -> list[list[str]]:
 
 # %%
 def of_scene(scene: Scene) -> TwoTruths:
-    """Return the largest load of a scene on its points and two grids that are finer."""
+    """Return the largest load of a scene on its points and up to three grids that are finer."""
     geometry, loads = prepare(scene)
     assert isinstance(geometry, RoughGeometry)
-    grids = [k * geometry.points[0] for k in (1, 2, 4) if k * geometry.points[0] <= FINEST]
+    grids = [k * geometry.points[0] for k in (1, 2, 4, 8) if k * geometry.points[0] <= FINEST]
     maps = [geometry.heights(0, n) for n in grids]
     material, force = Material(*scene.elastic_constants), float(loads.values[-1])
     return two_truths(maps, geometry.size, material, force, periodic=geometry.periodic)

@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import Surface, press
-from reference.fem.elasticity import Material
+from reference.elasticity import Material
 from reference.layered import Stack
 from reference.layered.stresses import inside
 
