@@ -55,7 +55,7 @@ def test_names_say_what_they_hold(room):
     wrong = {
         f"{name}: {filler}"
         for file, name in files.items()
-        for filler in fillers(file.read_text(encoding="utf-8"))
+        for filler in fillers(file.read_text(encoding="utf-8")) | ({file.stem} & FILLERS)
     }
     assert sorted(wrong - KEYS) == []
 

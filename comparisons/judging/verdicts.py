@@ -1,9 +1,9 @@
 """Verdicts: does an error hold a tolerance, given how well the truth is known.
 
 The one criterion of roughline: the largest |e| + u over the load steps against the tolerance. Every
-"within" and "outside" on a page, in a terminal, a table or an exit code comes from here. A claim,
-which is measured at several points of a range, "holds" or "fails" by the words on its points
-(`comparisons.questions.claims.verdicts`).
+"within" and "outside" on a page, in a terminal, a table or an exit code comes from here. A claim is
+measured at several points of a range: whether it "holds" or "fails" follows from the verdicts on
+them (`comparisons.questions.claims.verdicts`).
 """
 
 from __future__ import annotations

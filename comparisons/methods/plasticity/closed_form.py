@@ -6,7 +6,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.closed_form import ClosedForm
-from comparisons.methods.plasticity.ball import (
+from comparisons.methods.plasticity.indentation import (
     ONLY_INDENTERS,
     PHYSICS,
     depth_of_yield,

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.fem.indenter import PARTS, contact_stretch
-from comparisons.methods.plasticity.ball import (
+from comparisons.methods.plasticity.indentation import (
     FIRST_PRESSURE,
     PHYSICS,
     estimated_radius,
@@ -40,8 +40,6 @@ _WIDENINGS, _WIDER = 4, 1.25
 TRUNCATION, TRUNCATION_BLOCK = 2e-4, 1e-3
 # Longest contacts in three dimensions, as length over width: the mesh grows with their logarithm.
 _SLENDEREST = 10
-# Shapes of a sharp tip, below which the half-space yields at once.
-_SHARP = ("cone", "pyramid")
 
 
 class FemPlasticity(Solver[IndenterGeometry]):
@@ -63,7 +61,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
         self.stretch = contact_stretch(self.indenter) if ellipse else (1.0, 1.0)
         if max(self.stretch) ** 2 > _SLENDEREST:
             raise Refused(f"contacts of up to {_SLENDEREST} : 1 on this mesh")
-        if self.indenter.shape in _SHARP:
+        if self.indenter.sharp_tip:
             self.note = "below a sharp tip the half-space yields at once: no first_yield"
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
@@ -163,7 +161,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
 
     def _yields_at(self, task: Task[IndenterGeometry]) -> dict[str, float]:
         """Return the penetration of first yield, where it is asked for and exists."""
-        if "first_yield" not in task.quantities or self.indenter.shape in _SHARP:
+        if "first_yield" not in task.quantities or self.indenter.sharp_tip:
             return {}
         contact = indent(Springs(self.profile, self.scene.effective_modulus), _load(task))
         force = float(contact.force[-1])

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.plasticity.ball import PHYSICS, radius_of, tables_of
+from comparisons.methods.plasticity.indentation import PHYSICS, radius_of, tables_of
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene

@@ -12,7 +12,7 @@ import numpy as np
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.particles.mca import Mca, net_of
 from comparisons.methods.particles.step import contact_step
-from comparisons.methods.plasticity.ball import (
+from comparisons.methods.plasticity.indentation import (
     PHYSICS,
     estimated_radius,
     material_of,
@@ -90,7 +90,7 @@ class McaPlasticity(Mca):
         Elastic contacts, each on a packing of its own scale, follow sigma ~ d^(1/2), which is that
         of curved shapes.
         """
-        if "first_yield" not in task.quantities or self.indenter.shape == "cone":
+        if "first_yield" not in task.quantities or self.indenter.sharp_tip:
             return {}
         depth, limit = task.geometry.penetration, self.plasticity.yield_stress
         for _ in range(_TRIALS):

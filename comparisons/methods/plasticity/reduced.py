@@ -6,7 +6,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
-from comparisons.methods.plasticity.ball import PHYSICS, radius_of, tables_of
+from comparisons.methods.plasticity.indentation import PHYSICS, radius_of, tables_of
 from comparisons.methods.solver import Refused
 from comparisons.scene.physics.tables.plasticity import HARDNESS
 from comparisons.scene.scene import Scene

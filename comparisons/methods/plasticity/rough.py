@@ -13,7 +13,7 @@ from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.blocks import block_means, blocks_of
 from comparisons.methods.normal.grid import Grid, contact_step
 from comparisons.methods.normal.reduced_lines import ReducedLines, line_curves, line_fields
-from comparisons.methods.plasticity.ball import PHYSICS
+from comparisons.methods.plasticity.indentation import PHYSICS
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.shown_loads import Fields

@@ -9,7 +9,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
-from comparisons.questions.claims.spans import Span, Vary
+from comparisons.questions.claims.parameters import Span, Vary
 from comparisons.questions.experiments import Measurement
 from comparisons.solving.inquiries import Inquiry, together
 

@@ -18,7 +18,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, MODEL
 from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
-from comparisons.questions.claims.spans import (
+from comparisons.questions.claims.parameters import (
     RESOLUTION,
     Choice,
     Map,

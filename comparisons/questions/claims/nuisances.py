@@ -17,7 +17,7 @@ from scipy.stats import qmc
 from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.boundaries import Measure, Point, grid, points_at, walk
 from comparisons.questions.claims.claim import Claim
-from comparisons.questions.claims.spans import Nuisance
+from comparisons.questions.claims.parameters import Nuisance
 from comparisons.questions.experiments.base import Effort, Measurement
 from comparisons.solving.inquiries import Inquiry, together
 

@@ -53,6 +53,11 @@ class Cone(Axisymmetric):
     shape: Literal["cone"]
     slope: Positive
 
+    @property
+    def sharp_tip(self) -> bool:
+        """Always."""
+        return True
+
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return slope * r."""
         return self.slope * r
@@ -102,6 +107,11 @@ class PowerLaw(Axisymmetric):
                 value,
             )
         return float(value)
+
+    @property
+    def sharp_tip(self) -> bool:
+        """A cone's for exponent 1, a cusp's below."""
+        return self.exponent <= 1
 
     def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return coefficient * r^exponent; inf, which never touches, where it overflows."""

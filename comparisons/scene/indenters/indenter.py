@@ -53,6 +53,14 @@ class Indenter(BaseModel):
         return (self.quarter_symmetric, self.quarter_symmetric)
 
     @property
+    def sharp_tip(self) -> bool:
+        """Whether the gap has a slope at the tip: then the material below yields at any load.
+
+        Tables of heights say False: their slope at the tip is one of the interpolation.
+        """
+        return False
+
+    @property
     def face_area(self) -> float | None:
         """Area of a flat face, None where there is none, or one with a rounded edge."""
         return None

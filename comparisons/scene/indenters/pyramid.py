@@ -22,6 +22,11 @@ class Pyramid(Indenter):
     sides: Annotated[int, Field(ge=3, le=64)] = 4
 
     @property
+    def sharp_tip(self) -> bool:
+        """Always."""
+        return True
+
+    @property
     def axisymmetric(self) -> bool:
         """Never: the base has corners."""
         return False

@@ -68,6 +68,22 @@ def test_gap_is_that_of_the_contract(name):
     np.testing.assert_allclose(gap, expected, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("name", "keys", "sharp"),
+    [
+        *((name, keys, name in ("cone", "pyramid")) for name, (keys, _) in FORMULAS.items()),
+        ("power_law", {"exponent": 1.0, "coefficient": 0.2}, True),
+        ("power_law", {"exponent": 0.5, "coefficient": 0.2}, True),
+        ("power_law", {"exponent": 1.5, "coefficient": 0.2}, False),
+    ],
+)
+def test_a_sharp_tip_is_one_whose_gap_has_a_slope_there(name, keys, sharp):
+    """Gap over distance: 1e-12 from the tip it has vanished to 1e-6 for every exponent >= 1.5."""
+    indenter = shape(name, **keys)
+    slope = float(indenter.gap(np.array([1e-12]), np.zeros(1))[0]) / 1e-12
+    assert indenter.sharp_tip == sharp == (slope > 1e-5)
+
+
 def test_sphere_keeps_its_digits_and_ends_at_the_equator():
     """Near the apex f = r^2/(2R) (1 + r^2/(4R^2) + ...), where R - sqrt(R^2 - r^2) has no digit."""
     sphere = shape("sphere", radius=1.0)

@@ -1,4 +1,4 @@
-"""What the methods for yielding half-spaces share: the table, and which shape presses."""
+"""What the methods for an indenter on a yielding half-space share: material, shape, first yield."""
 
 from __future__ import annotations
 
