@@ -20,6 +20,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.special import gamma
 
+import roughline
 from reference.closed_form import ellipsoid
 from reference.fem import (
     Enforcement,
@@ -43,6 +44,7 @@ from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_a
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
+LAYERS = PAGE.with_name("layers.md")
 RATIOS = (0.0, 0.3, 0.49, 0.4999)
 LEVELS = (2, 4, 6)
 Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -374,6 +376,53 @@ def large_table() -> list[list[str]]:
     return rows
 
 
+# %% [markdown]
+# Incompressible layers that are thin against a cell, on a rigid base (docs/layers.md).
+
+
+# %%
+def rubber_table() -> list[list[str]]:
+    """Compliance to a wave of 32 cells, against the closed form (Johnson 1985, 5.8), nu = 1/2."""
+    rows = [["thickness in cells", *ELEMENTS]]
+    q = np.array([2 * np.pi / 32])
+    for thickness in (1.0, 0.1, 1 / 30):
+        a = float(q[0]) * thickness
+        exact = 1.5 / q[0] * (np.sinh(2 * a) - 2 * a) / (np.cosh(2 * a) + 2 * a**2 + 1)
+        layer = Layers([thickness], [Material(1.0, 0.5)])
+        errors = (
+            of_smooth_pressure((q, 0 * q), (1.0, 1.0), layer, element=element, growth=1.1) / exact
+            for element in ELEMENTS
+        )
+        rows.append([f"{thickness:.2g}", *(f"{100 * float(e[0] - 1):+.3f} %" for e in errors)])
+    return rows
+
+
+def rubber_ball_table() -> list[list[str]]:
+    """Force on a ball, nu = 1/2, on cells of a sixteenth of the contact radius."""
+    rows = [["thickness in cells", "bem_fft", *ELEMENTS]]
+    for thickness in (40, 10, 5):
+        scene = {
+            "name": "ball-on-rubber",
+            "half_space": {
+                "youngs_modulus": "3 MPa",
+                "poisson_ratio": 0.5,
+                "thickness": f"{thickness} um",
+            },
+            "indenter": {"shape": "paraboloid", "radius": "10 mm"},
+            "loading": {"penetration": ["1 um"]},
+            "compare": {"quantities": ["force", "contact_radius"]},
+        }
+        exact = roughline.solve(scene, "closed_form")
+        cell = exact["contact_radius"][0] / 16
+        forces = [roughline.solve(scene, "bem_fft", resolution=16)["force"][0]]
+        for element in ELEMENTS:
+            meshed = scene | {"methods": {"fem": {"element": element}}}
+            forces.append(roughline.solve(meshed, "fem", resolution=16)["force"][0])
+        errors = [f"{100 * (force / exact['force'][0] - 1):+.2f} %" for force in forces]
+        rows.append([f"{thickness * 1e-6 / cell:.2g}", *errors])
+    return rows
+
+
 # %%
 TABLES = {
     "errors": error_table,
@@ -389,5 +438,10 @@ TABLES = {
 
 
 # %%
+LAYER_TABLES = {"rubber": rubber_table, "rubber-ball": rubber_ball_table}
+
+
+# %%
 if __name__ == "__main__":
     rewrite(PAGE, TABLES, sys.argv[1:])
+    rewrite(LAYERS, LAYER_TABLES, sys.argv[1:])
