@@ -1,4 +1,4 @@
-"""A measured curve of force over penetration depth: a table of two columns whose heads have units.
+"""A measured curve of force over penetration: a table whose first line names columns and units.
 
 Decimal commas, semicolons and tabs are read as in tables of heights; further columns are ignored.
 """
@@ -21,7 +21,7 @@ FEWEST, MOST = 3, 20_000  # points
 
 
 class CurveError(ValueError):
-    """A file is no measured curve; `problems` lists why."""
+    """The file is not a measured curve; `problems` lists the reasons."""
 
     def __init__(self, problems: list[str]) -> None:
         super().__init__("; ".join(problems))
@@ -46,7 +46,7 @@ def read_curve(path: Path) -> MeasuredCurve:
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise CurveError([f"larger than {LARGEST_FILE / 1e6:g} MB: thin the points out"])
+            raise CurveError([f"expected a file of at most {LARGEST_FILE / 1e6:g} MB"])
         layout = layout_of(path)
         lines = [text for line in layout.lines(path) if (text := line.split("#", 1)[0].strip())]
     except (OSError, UnicodeError, ValueError) as error:
@@ -64,12 +64,14 @@ def read_curve(path: Path) -> MeasuredCurve:
 
 
 def _columns(heads: list[str]) -> tuple[dict[str, tuple[int, float]], list[str]]:
-    """Return place and SI factor of both columns, and what is wrong with the heads."""
+    """Return position and SI factor of both columns, and the problems of the first line."""
     columns, problems = {}, []
     for name, dimension in DIMENSIONS.items():
         places = [k for k, head in enumerate(heads) if head.strip().lower().startswith(name)]
         if len(places) != 1:
-            problems.append(f"expected one column {name}, as in a first line {HEADS!r}")
+            problems.append(
+                f"first line: expected one column {name}, got {len(places)}, as in {HEADS!r}"
+            )
             continue
         unit = heads[places[0]].strip()[len(name) :].strip(" /[]()")
         try:
@@ -84,7 +86,7 @@ def _row(layout: NumberLayout, line: str, columns: dict[str, tuple[int, float]])
     try:
         return [float(fields[place]) for place, _ in columns.values()]
     except (ValueError, IndexError):
-        raise CurveError([f"expected numbers below the heads, got {line[:60]!r}"]) from None
+        raise CurveError([f"expected numbers below the first line, got {line[:60]!r}"]) from None
 
 
 def _problems(values: np.ndarray) -> list[str]:
@@ -92,4 +94,4 @@ def _problems(values: np.ndarray) -> list[str]:
         return [f"expected {FEWEST} to {MOST} points, got {len(values)}"]
     if not np.isfinite(values).all():
         return ["expected finite numbers only"]
-    return [] if values[:, 1].max() > 0 else ["expected forces that press, above zero"]
+    return [] if values[:, 1].max() > 0 else ["expected some positive (compressive) forces"]

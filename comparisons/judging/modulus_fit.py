@@ -1,9 +1,9 @@
 """The modulus of a measured force-depth curve, fitted with the computed curve of a method.
 
-Without friction, adhesion and plasticity force is proportional to the modulus at every depth:
-F(d) = k F0(d - d0), with F0 computed at the modulus of the scene; k, and d0 if the depth at first
-touch is not known, are fitted by least squares. F0 is continued between and beyond the computed
-loads by a power law in d through neighbours.
+Without friction, adhesion and plasticity the force at a given depth is proportional to the modulus:
+F(d) = k F0(d - d0), with F0 computed at the modulus of the scene. Least squares give k, and d0 if
+the depth at first touch is not known. Between the computed loads, and beyond them, F0 is a power
+law in d through the two nearest.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def fit_modulus(
     *,
     fit_zero: bool = False,
 ) -> ModulusFit | None:
-    """Fit the modulus, or return None if fewer than three points lie within the computed depths.
+    """Fit the modulus; None if too few points lie within the computed depths.
+
+    Three are needed, four with `fit_zero`.
 
     Parameters
     ----------

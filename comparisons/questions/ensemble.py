@@ -1,12 +1,12 @@
 """An ensemble: very many surfaces of a scene, their curves in Parquet files, and their statistics.
 
-Where a study solves as many surfaces as its tolerance needs and compares methods, an ensemble
-solves as many as are asked for. Nothing grows with their number but the files:
+A study solves as many surfaces as its tolerance needs, and compares methods; an ensemble solves the
+number that is given. Only its files grow with that number, not the memory:
 
-- A job is a bundle of consecutive surfaces, as many as take `TASK_SECONDS` by the measured cost of
-  those before it. Surfaces do not know their bundle, so digits do not depend on these costs.
-- The files say which surfaces they hold (`comparisons.tasks.bundles`). A resumed run bundles the
-  others, and `merge` needs parts that together hold all of them.
+- A job solves a bundle of consecutive surfaces. Bundles are sized by the measured cost of a surface
+  to take about `TASK_SECONDS`; no result depends on where they are cut.
+- Each file states the surfaces it holds (`comparisons.tasks.bundles`). A resumed run solves the
+  others; `merge` joins the files of several runs.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ from comparisons.tasks.task import Task
 
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
-# Seconds of a bundle: a thousand times what a scheduler needs for it, and little to lose.
+# Seconds per bundle: much longer than its scheduling, and little is lost when one is killed.
 TASK_SECONDS = 30.0
-# Share of a block that is solved first, for its cost.
+# The first job is this fraction of a block (1/5): it measures the cost of a surface.
 PILOT = 5
-# Bundles of a worker at least, so that all have work until the end.
+# Least number of bundles per worker, so that all have work until the end.
 LEAST_BUNDLES = 4
-# Rows of a bundle at most: 20 MB of curves on their way.
+# Most rows of a bundle: 20 MB of curves to transfer.
 MOST_ROWS = 150_000
 
 
@@ -74,7 +74,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
     Raises
     ------
     InputError
-        If pyarrow is missing, or the scene has no surfaces that are drawn.
+        If pyarrow is missing, or the surface of the scene is not random.
     """
 
     layout = Layout(RECORD, (TABLE,), SURFACES)
@@ -85,7 +85,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         super().__init__(directory, **options)
         parquet()
         if not scene.random:
-            raise InputError(f"{scene.name}: expected a surface of kind self_affine, drawn anew")
+            raise InputError(f"{scene.name}: expected a random surface, of kind self_affine")
         plan = plan_scene(scene, "full")[0]
         self.scene, self.part, self.loads = scene, part, plan.loads
         self.tasks = {f"{task.method} {task.resolution}": task for task in _settings(plan)}
@@ -101,7 +101,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         return {name: self._solved(task) for name, task in self.tasks.items()}
 
     def _solved(self, task: Task) -> Inquiry[list[Bundle]]:
-        """Solve the surfaces that no file has; the first few tell what they cost."""
+        """Solve the surfaces that no file has, a few of them first to measure their cost."""
         kept = list(survey(self.directory / SURFACES).get(identity(task), {}).values())
         block = solver_of(task).block(task.resolution)
         if not kept and self.surfaces:
@@ -139,15 +139,15 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         Raises
         ------
         ResultsError
-            If the folder holds an ensemble of which this one knows nothing, or more surfaces.
+            If the folder holds another scene, method or version, or more surfaces than asked for.
         """
         if not (self.directory / RECORD).exists():
             return None
         record = load_ensemble(self.directory)
         if record.surfaces > self.scene.realisations:
             raise ResultsError(
-                f"{self.directory} is of {record.surfaces} surfaces, and {self.scene.realisations} "
-                "are asked for: expected as many or more, or another --out"
+                f"{self.directory} holds {record.surfaces} surfaces: expected at least as many, "
+                f"got {self.scene.realisations}; or choose another --out"
             )
         known = {identity(task) for task in self.tasks.values()}
         others = [s for s in record.settings if s.identity not in known]
@@ -161,7 +161,7 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
 
 
 def _settings(plan: Plan) -> Iterator[Task]:
-    """Yield the first task of every method, at the scene's resolutions or the surface's own."""
+    """Yield a task of each method, at the scene's resolutions or at the surface's own points."""
     curves = set(plan.scene.compare.quantities) - {*FIELDS, *DISTRIBUTIONS}
     for method in plan.methods:
         if method.supported:
@@ -188,7 +188,7 @@ def _cut(stretches: list[range], size: int) -> Iterator[range]:
 def result_of(
     ensemble: Ensemble, header: Header, part: str = "", runs: tuple[dict[str, Any], ...] = ()
 ) -> EnsembleResult:
-    """Go through the files of a folder, and return its record and statistics."""
+    """Return the record and the statistics of all files of a folder."""
     loads = [float(load) for load in ensemble.loads.values]
     files = survey(ensemble.directory / SURFACES)
     summaries, missing = [], []

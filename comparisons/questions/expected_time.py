@@ -1,7 +1,7 @@
-"""How long a plan would take, before it is run: its coarse grids timed, the others scaled.
+"""How long a plan would take: its coarse grids are timed, the finer ones scaled from them.
 
-The planned solves are known; how far full effort refines the reference is not: its bar is known
-only after the solves. Every refinement that may follow is therefore stated with its own time.
+The planned solves are known in advance; how far full effort refines the reference is not, because
+that depends on its error bar. Each refinement that may follow is therefore listed with its time.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from comparisons.solving.forecast import Forecast, Kind
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import refusal
 
-# Seconds after which a method's time is known well enough to be scaled from: start-up is no part.
+# A solve of this many seconds can be scaled from; shorter ones are mostly start-up.
 TELLING = 0.2
 
 
@@ -30,7 +30,7 @@ class ExpectedTime:
     planned : float
         Of all solves that are planned.
     reference : str
-        The method that would be refined; empty if the truth is exact or its grids are listed.
+        The method that would be refined; empty if it is exact or the scene lists its grids.
     refined : tuple of (int, float)
         Every finer grid that full effort may add, with the seconds of its solves.
     end : str
@@ -43,14 +43,14 @@ class ExpectedTime:
     end: str = ""
 
     def sentence(self, plan: Plan) -> str:
-        """Return it in words."""
-        text = f"about {duration(self.planned)} for the solves planned"
+        """Return the expected time as a sentence."""
+        text = f"about {duration(self.planned)} for the planned solves"
         if not self.refined:
             return f"{text}; {self.end}"
         finer = ", ".join(f"N = {count(n)} {duration(seconds)}" for n, seconds in self.refined)
         goal = relative(SHARE * plan.scene.compare.tolerance)
         return (
-            f"{text}; as far as the reference is not known to {goal}, besides "
+            f"{text}; while the error bar of the reference exceeds {goal}, also "
             f"{METHODS[self.reference].title} at {finer}; then {self.end}"
         )
 

@@ -28,7 +28,7 @@ from comparisons.tasks.bundles import Bundle
 
 
 def are_ensembles(directories: Iterable[Path]) -> bool:
-    """Return whether a folder of these is one of an ensemble."""
+    """Return whether any of the folders holds an ensemble."""
     return any((directory / RECORD).exists() for directory in directories)
 
 
@@ -49,7 +49,7 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         Listing all differences; nothing is written then.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise ResultsError(f"{out}: expected a new folder for the merged results")
+        raise ResultsError(f"{out}: expected a new or empty folder for the merged results")
     runs = {folder: load_ensemble(folder) for folder in directories}
     problems = list(_unlike(runs))
     if problems:
@@ -74,22 +74,22 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
 
 
 def _unlike(runs: dict[Path, EnsembleRecord]) -> Iterator[str]:
-    """Yield the differences between entire runs."""
+    """Yield why the runs cannot be merged."""
     if len(runs) < 2:
         yield f"expected two different folders or more, got {len(runs)}"
     first = next(iter(runs.values()), None)
     for folder, run in runs.items():
         yield from other_versions(folder, run.versions, run.source)
         if first is not None and run.text != first.text:
-            yield f"{folder}: another scene, or another number of surfaces"
+            yield f"{folder}: expected the scene and the number of surfaces of {next(iter(runs))}"
 
 
 def _clashes(files: list[tuple[Path, Bundle]]) -> Iterator[str]:
-    """Yield files with surfaces that another one has."""
+    """Yield the files that share a surface."""
     files.sort(key=lambda item: (item[1].identity, item[1].first))
     for (before, earlier), (path, later) in pairwise(files):
         if earlier.identity == later.identity and later.first < earlier.end:
-            yield f"{before} and {path}: from {later.first}"
+            yield f"{before} and {path}: both have surface {later.first}"
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -1,8 +1,8 @@
-"""The folder of an ensemble: Parquet files of all curves, their statistics, and what they are.
+"""The folder of an ensemble: Parquet files of all curves, their statistics and a record.
 
 ::
 
-    ensemble.json          what was asked, how far it is, digests of the digits
+    ensemble.json          scene, loads, what is solved and what is missing, digests of the curves
     statistics.csv         a row per method, resolution, load step and quantity
     surfaces/KEY.parquet   the curves of a bundle of surfaces
 
@@ -27,7 +27,7 @@ from comparisons.results.header import Form, Header, read_record
 from comparisons.tasks.bundles import SUFFIX, Bundle, curves, read_bundle
 
 RECORD, TABLE, SURFACES = "ensemble.json", "statistics.csv", "surfaces"
-# Surfaces whose moments are summed at once: the same whatever the bundles, so digits are, too.
+# Surfaces summed at once: the same number whatever the bundles, so that sums round alike.
 _BLOCK = 1000
 # Bundles of one setting: files and what they hold, in the order of their surfaces.
 Files = dict[Path, Bundle]
@@ -61,7 +61,7 @@ class SettingRecord(Form):
 
 
 class EnsembleRecord(Header):
-    """How far an ensemble is.
+    """An ensemble: scene, loads, what is solved and what is missing.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class EnsembleRecord(Header):
     source : str
         Digest of roughline's own source.
     missing : list of str
-        What is not solved, in words.
+        Setting and range of the surfaces that are not solved.
     settings : list of SettingRecord
     runs : list of dict
         The runs that were merged.
@@ -105,8 +105,8 @@ class EnsembleResult(NamedTuple):
 def survey(folder: Path) -> dict[str, Files]:
     """Return the files of a folder by the identity of their setting.
 
-    Torn ones are passed over, and those with surfaces that one before has, as two processes in one
-    folder leave them: what they have besides counts as not solved.
+    Incomplete files are skipped, and so are files with a surface that an earlier file has (two
+    processes wrote to one folder); their other surfaces count as not solved.
     """
     files: Files = {}
     for path in folder.glob(f"[!.]*{SUFFIX}"):
@@ -114,7 +114,7 @@ def survey(folder: Path) -> dict[str, Files]:
             bundle = read_bundle(path)
         except ResultsError:
             continue
-        # What was lost as a whole is solved again.
+        # A bundle without any answer is solved again.
         if bundle.count and bundle.lost < bundle.answers:
             files[path] = bundle
     settings: dict[str, Files] = {}
@@ -140,7 +140,7 @@ def gaps(surfaces: range, bundles: Iterable[Bundle]) -> list[range]:
 
 
 def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingRecord, pd.DataFrame]:
-    """Go through the curves of a setting once.
+    """Return the record and the statistics of a setting, in one pass over its curves.
 
     Raises
     ------

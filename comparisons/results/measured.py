@@ -1,4 +1,4 @@
-"""The measured curve of a scene, and the modulus that each method's curve gives it."""
+"""The measured curve of a scene, and the modulus fitted to it with each method's curve."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndar
 
 
 def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
-    """Return the fits by method: of the reduced model and of the reference, as far as there."""
+    """Return the fits with the curves of the reduced model and of the reference, where possible."""
     measured = measured_curve(scene)
     if measured is None:
         return {}
@@ -45,18 +45,18 @@ def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
 def modulus_sentence(scene: SceneRecord) -> str:
     """Return the fitted moduli in a sentence; empty without a measured curve.
 
-    The interval is that of independent errors of equal size: drift and a wrong shape are not in it.
+    The interval is for independent errors of equal size; it does not cover drift or a wrong shape.
     """
     measured = measured_curve(scene)
     if measured is None:
         return ""
     fits = modulus_fits(scene)
     if not fits:
-        return "Measured curve: fewer than four points lie within the computed depths."
+        return "Measured curve: no modulus, as too few points lie within the computed depths."
     moduli = ", ".join(f"{_fitted(fit)} by {title_of(name)}" for name, fit in fits.items())
     used, count = next(iter(fits.values())).used, len(measured[0])
     return (
-        f"Measured curve: E* = {moduli}; 95 % intervals of independent noise, "
+        f"Measured curve: E* = {moduli}; 95 % intervals for independent noise, "
         f"{fmt.count(used)} of {fmt.count(count)} points."
     )
 

@@ -21,7 +21,7 @@ BUNDLE = Archive(
     lambda bundle: bool(bundle.lost < bundle.answers),
     without_curves,
 )
-# Bytes of a value of a curve, with the copies on its way into a file.
+# Bytes per load step: twenty quantities, each with the copies made on the way into a file.
 _BYTES = 4 * 8 * 20
 
 
@@ -31,9 +31,9 @@ def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
     Parameters
     ----------
     task : Task
-        Of any of them.
+        The task of any of these surfaces.
     identity : str
-        Of their setting.
+        Identity of their setting.
     surfaces : range
     """
     solver = solver_of(task)
@@ -47,7 +47,7 @@ def bundle_job(task: Task, identity: str, surfaces: range) -> Job:
 
 
 def solve_bundle(task: Task, identity: str, surfaces: range) -> Bundle:
-    """Solve surfaces block by block, each once, for their curves."""
+    """Solve the surfaces block by block, each once, and keep their curves only."""
     solver = solver_of(task)
     compilation = compile_apart(task) + warm_up(solver, task)
     size = solver.block(task.resolution)

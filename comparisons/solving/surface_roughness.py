@@ -1,4 +1,4 @@
-"""What a rough surface is made of: its radial spectrum and what follows from its moments."""
+"""Roughness of a surface: its radial spectrum, and statistics from the moments of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def roughness_of(geometry: RoughGeometry) -> dict[str, Any]:
     The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q.
     Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap h)^2>/<|grad h|^2>^2, at least 1.5. Skewness
     and kurtosis are of the heights of a map; a Gaussian surface has 0 and 3. The spectrum of a free
-    map is that under a Hann window, which lets the sides not count.
+    map is taken under a Hann window, because its opposite sides do not match.
     """
     spectrum = whole_spectrum(geometry)
     rings = spectrum.radial_average()

@@ -1,7 +1,7 @@
 """Many surfaces of one method as a Parquet file: a row for each surface and load step.
 
-A bundle is a stretch of consecutively numbered surfaces, solved as one job. Its file says in its
-metadata what it holds, so that a folder of a million surfaces is surveyed without reading a column.
+A bundle is a range of consecutively numbered surfaces, solved as one job. The metadata of its file
+state what it holds, so that a folder of a million surfaces is surveyed without reading a column.
 pyarrow (optional extra ``parquet``) writes and reads them.
 """
 
@@ -20,8 +20,8 @@ from comparisons.files import write_atomically
 from comparisons.tasks.solution import Solution
 
 SUFFIX = ".parquet"
-MISSING = "ensembles are Parquet files, which needs: python -m pip install 'roughline[parquet]'"
-# What is no quantity of the contact.
+MISSING = "ensembles need pyarrow: python -m pip install 'roughline[parquet]'"
+# Columns that are not quantities of the contact.
 INDEX = ("surface", "step", "converged", "iterations", "violation", "reason")
 _KEY = b"roughline"
 # Rows that are written and read at a time: 2 MB of all columns.
@@ -37,7 +37,7 @@ class Bundle:
     identity : str
         The same exactly when scene, loads, options, code and packages are the same.
     answers, lost : int
-        Load steps of all surfaces, and those without an answer.
+        Number of load steps of all surfaces, and of those without an answer.
     seconds, processor_seconds : float
         Wall and processor time of the solves; without compilation, which is apart.
     solution : Solution or None
@@ -64,7 +64,7 @@ class Bundle:
 
 
 def without_curves(bundle: Bundle) -> Bundle:
-    """Return what stays in memory of a bundle that is written."""
+    """Return the bundle as it stays in memory once its curves are in a file."""
     return replace(bundle, solution=None)
 
 
@@ -105,7 +105,7 @@ def write_bundle(path: Path, bundle: Bundle) -> None:
     }
     head = asdict(without_curves(bundle))
     table = pyarrow.table(columns).replace_schema_metadata({_KEY: json.dumps(head)})
-    # Digits of solved curves do not repeat: a dictionary of them would be tried in vain.
+    # Values of curves hardly ever repeat: a dictionary of them would only cost time.
     write_atomically(
         path,
         lambda stream: files.write_table(
@@ -124,7 +124,7 @@ def read_bundle(path: Path) -> Bundle:
     Raises
     ------
     ResultsError
-        If it is torn, or no such file.
+        If the file is incomplete, or not one of an ensemble.
     """
     _, files = parquet()
     try:
@@ -137,8 +137,8 @@ def read_bundle(path: Path) -> Bundle:
 def curves(paths: Iterable[Path], steps: int, size: int) -> Iterator[tuple[list[str], np.ndarray]]:
     """Yield names of quantities and their values (surfaces, steps, quantities), file after file.
 
-    The blocks have `size` surfaces, the last one the rest, wherever the files are cut: what is
-    computed of them has the same digits for any bundles. NaN where there is no answer.
+    The blocks have `size` surfaces, the last one the rest, whatever the bundles are: sums over
+    blocks round alike. NaN where there is no answer.
 
     Raises
     ------

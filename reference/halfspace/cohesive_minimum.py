@@ -29,9 +29,9 @@ from reference.halfspace.solution import check_gap
 Field = NDArray[np.float64]
 
 _MEMORY, _ITERATIONS = 20, 20_000
-_SETTINGS = 12  # of the machine; its way shrinks by the contact's stiffness over its own
+_SETTINGS = 12  # of the machine at most; each cuts the error by the ratio of both stiffnesses
 _SAME = 1e-3
-# A least energy is known to its rounding, and its slope, the pressure, to the root of that.
+# The energy is known to its rounding, its slope, the pressure, to the square root of that.
 _ROUNDED = 1e-6
 
 
@@ -48,7 +48,7 @@ class Settled:
     mask : ndarray of bool
         Cells pressed together: in contact, under compression.
     residual : float
-        Largest tension out of balance, relative to the strength of the law.
+        Largest unbalanced tension, relative to the strength of the law.
     """
 
     force: float
@@ -65,7 +65,7 @@ class Settled:
 
 @dataclass(frozen=True)
 class _Grip:
-    """What holds the body: a load per area, and a machine F/A0 = k (<h> - setting)."""
+    """What loads the body: a force per area, and a machine F/A0 = k (<h> - setting)."""
 
     load: float = 0.0
     machine: float = 0.0
@@ -121,7 +121,7 @@ class Adhesive:
     def at_setting(self, setting: float, start: Field, tolerance: float = 1e-4) -> Settled:
         """Return the equilibrium in the machine, downhill from a field of gaps.
 
-        Its mean gap is the setting, but for F/(A0 S_max), by which the machine gives way.
+        Its mean gap exceeds the setting by F/(A0 S_max), the deflection of the machine.
         """
         grip = _Grip(0.0, float(self._stiffness.max()), setting)
         return self._downhill(start, grip, tolerance)

@@ -1,7 +1,7 @@
 """Extension of a field from the contact to all cells, and its transpose: the preconditioner's half.
 
-The stiffness of a contact C against displacements of its cells, the inverse of the compliance
-restricted to C, is that of all waves for the cheapest of all continuations w,
+The stiffness of a contact C against displacements r of its cells, the inverse of the compliance
+restricted to C, is the least elastic energy of all continuations w of r to the whole grid,
 
     r . K_CC^-1 r = min { w . K^-1 w : w = r on C },
 

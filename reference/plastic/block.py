@@ -30,7 +30,7 @@ from reference.plastic.elements import (
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Lines go out to this many times the longer half-width, elements growing by this factor.
+# The mesh reaches this multiple of the longer half-width; elements grow by this factor.
 _OUTER = 10.0
 _GROWTH = 1.6
 _NODES = 27
@@ -159,7 +159,7 @@ class Block(Elements):
         try:
             return self._cored.factorised(local)
         except np.linalg.LinAlgError:
-            raise ConvergenceError("elements that flow leave no stiffness to a step") from None
+            raise ConvergenceError("plastic elements leave a load step without stiffness") from None
 
 
 @dataclass(frozen=True)

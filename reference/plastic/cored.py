@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Condensed = tuple[Array, list[Front | Shift]]
 
-# Elements change beyond the core: it grows to so many times their distance.
+# When elements beyond the core change, it grows to this multiple of their distance.
 _BEYOND = 1.25
 
 
@@ -33,7 +33,7 @@ class Cored:
     unknowns : ndarray of int, shape (elements, n)
     centres : ndarray, shape (elements, 3)
     radius : float
-        Within which elements change, as far as is known; where others do, it grows.
+        Radius within which elements are expected to change; it grows when others do.
     """
 
     def __init__(self, unknowns: Integers, centres: Array, radius: float) -> None:

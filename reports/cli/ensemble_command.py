@@ -47,7 +47,7 @@ def ensemble(
     overwrite
         Replace existing results.
     part
-        K/N: solve only the Kth of N stretches of the surfaces, for `roughline merge`.
+        K/N: solve only the Kth of N equal ranges of the surfaces, for `roughline merge`.
     resume
         Continue an interrupted run, or one with fewer surfaces.
     """

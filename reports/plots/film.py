@@ -11,7 +11,7 @@ from reports.plots.pressure import coarsened, outer
 from reports.plots.stored import Fields, at_last_load, finest_fields
 from reports.plots.style import DOTTED, INK, Look, look
 
-# Colours and the section end at this many central films: around the contact the gap is wide.
+# Colours and section end at this multiple of the central film: outside the contact the gap is wide.
 _HIGHEST = 5.0
 _NAMES = ("film", "vapour", "pressure", "pressure_x", "pressure_y")
 
@@ -31,7 +31,7 @@ def films(scene: SceneRecord) -> list[Figure]:
 
 
 def _map(grid: Fields, whose: str) -> Figure:
-    """Return the film, empty where vapour fills a part of the gap."""
+    """Return the map of the film, empty where vapour fills a part of the gap."""
     x, y = grid["pressure_x"][:, 0], grid["pressure_y"][0, :]
     shown, along, up = coarsened(np.where(grid["vapour"] > 0, np.nan, grid["film"]), x, y)
     across = fmt.prefix_for(np.concatenate([x, y]), "m")
@@ -39,7 +39,8 @@ def _map(grid: Fields, whose: str) -> Figure:
     return Figure(
         "film-map",
         "Film and cavity",
-        f"Thickness of the film, {whose} {_cavity(grid)}Colours end at five central films.",
+        f"Thickness of the film, {whose} {_cavity(grid)}The colours end at five times its central "
+        "value.",
         Axis("x", scale=across, limits=outer(along)),
         Axis("y", scale=across, limits=outer(up)),
         map=Map(along, up, shown, "h", fmt.prefix_for([highest], "m"), highest),
@@ -56,9 +57,9 @@ def _section(grid: Fields, whose: str, colour: str) -> Figure:
     thickness = film / _central(grid)
     near = thickness < _HIGHEST
     curves = (
-        (Look("film, in central films", colour), thickness),
-        (Look("oil in it", colour, dash=DOTTED), thickness * (1 - vapour)),
-        (Look("pressure, in its maximum", INK), pressure / max(grid["pressure"].max(), 1e-300)),
+        (Look("film over central film", colour), thickness),
+        (Look("oil in the gap", colour, dash=DOTTED), thickness * (1 - vapour)),
+        (Look("pressure over its maximum", INK), pressure / max(grid["pressure"].max(), 1e-300)),
     )
     return Figure(
         "film-section",
@@ -75,7 +76,7 @@ def _section(grid: Fields, whose: str, colour: str) -> Figure:
 
 
 def _cavity(grid: Fields) -> str:
-    """Say what an entrained film has; a squeezed one has no cavity."""
+    """Describe the cavity of an entrained film; a squeezed film has none."""
     cavity = "Oil comes from the left. Empty: vapour fills a part of the gap. "
     return cavity if np.any(grid["vapour"] > 0) else ""
 

@@ -1,4 +1,4 @@
-"""The spectrum of a rough surface, with what it says of its roughness."""
+"""The power spectrum of a rough surface, with its roughness statistics in the caption."""
 
 from __future__ import annotations
 

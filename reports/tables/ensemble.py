@@ -27,7 +27,7 @@ def settings(record: EnsembleRecord) -> Table:
         )
         for setting in record.settings
     ]
-    heads = ("method", "points", "surfaces", "files", "loads lost", "processor", "a surface")
+    heads = ("method", "points", "surfaces", "files", "lost steps", "processor", "per surface")
     return table(heads, rows, title=f"{record.name}: {fmt.count(record.surfaces)} surfaces")
 
 

@@ -1,4 +1,4 @@
-"""Adhesion of rough surfaces: what the half-space does, what theories say of it, and the line.
+"""Adhesion of rough surfaces: the half-space against theories and the reduced model's line.
 
 Surfaces as in `rough_ensemble`, periodic: E* = A0 = h' = 1. The tension falls as exp(-gap/rho), the
 law of the Contact Mechanics Challenge (Mueser et al. 2017). The work of adhesion is given by the
@@ -32,7 +32,7 @@ from reference.halfspace.cohesive_laws import CohesiveLaw, exponential
 from reference.halfspace.cohesive_minimum import Adhesive
 from reference.surfaces import SelfAffine, amplitude_spectrum
 
-# Which theories there are of each.
+# The theories of each quantity.
 THEORIES = {
     "attraction": ("gaps", "energy", "line"),
     "pull_off": ("gaps", "line"),
@@ -40,7 +40,7 @@ THEORIES = {
 }
 _KAPPA = 2.0
 _SURFACES, _LINES, _FINER = 6, 100, 8
-# Loads at which attraction is added for the pull-off, and mean gaps at which it is walked through.
+# Loads at which theories of the pull-off are evaluated, and number of mean gaps on the way out.
 _LOADS = tuple(np.geomspace(0.05, 1e-4, 10).tolist())
 _WAY = 12
 _STEP = 0.05  # of the load, for the change of the energy
@@ -68,7 +68,7 @@ def _across(law: CohesiveLaw, gap: np.ndarray, apart: np.ndarray) -> float:
 def _surfaces(
     surface: Surface, law: CohesiveLaw, load: float, quantity: str, factor: int, count: int
 ) -> dict[str, np.ndarray]:
-    """Return the quantity with adhesion, and what theories say of it, by surface."""
+    """Return the quantity with adhesion and its value by each theory, for each surface."""
     rows = []
     for number in range(count):
         heights = surface.heights(number, factor)
@@ -107,7 +107,7 @@ def _enlarged(body: Adhesive, pressed: Pressed, load: float) -> dict[str, float]
 
 def _pulled_off(body: Adhesive, pressed: Pressed, _: float) -> dict[str, float]:
     """Return the largest pull on the way out, and the one by the gaps without adhesion."""
-    law, gap, pulls = body.law, body.initial, []
+    law, gap = body.law, body.initial
     contacts = [pressed(load) for load in _LOADS]
     pulls = [_across(law, c.gap, ~c.mask) - f for c, f in zip(contacts, _LOADS, strict=True)]
     state, walked = contacts[0].gap, []

@@ -90,8 +90,8 @@ def test_a_scene_with_a_measured_curve_says_its_modulus(tmp_path, monkeypatch):
         ("depth,load\n1,2\n", "expected one column penetration"),
         ("penetration / N,force / N\n1,2\n1,2\n1,2\n", "column penetration: "),
         ("penetration,force\n1,2\n", "expected 3 to 20000 points, got 1"),
-        ("penetration,force\n1,2\n2,x\n3,4\n", "expected numbers below the heads"),
-        ("penetration,force\n1,-2\n2,-2\n3,-4\n", "expected forces that press"),
+        ("penetration,force\n1,2\n2,x\n3,4\n", "expected numbers below the first line"),
+        ("penetration,force\n1,-2\n2,-2\n3,-4\n", "expected some positive (compressive) forces"),
         ("", "expected one column force"),
     ],
 )

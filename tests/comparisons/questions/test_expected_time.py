@@ -35,7 +35,7 @@ def test_coarse_grids_are_timed_and_finer_ones_follow_the_growth_of_work(solves)
     assert all(seconds <= 600.0 for _, seconds in expected.refined)
     # no grid is timed beyond the first that takes long enough to be scaled from
     assert all(0.01 * 4.7 ** (n.bit_length() - 4) < 0.2 for n in solves[:-1])
-    assert "besides FFT BEM at N = " in expected.sentence(plan)
+    assert "also FFT BEM at N = " in expected.sentence(plan)
 
 
 def test_nothing_is_refined_beside_a_closed_form_or_beyond_listed_grids(solves):
