@@ -8,16 +8,15 @@ So whatever is not in the cache yet is compiled by another process, and then rea
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from comparisons.facts.methods import METHODS
 from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
+from comparisons.solving.locks import alone
 from comparisons.tasks.task import Task
 
 _WORK = "comparisons.solving.compilation:compile_for"
@@ -44,7 +43,7 @@ def compile_apart(task: Task) -> float:
         mark = folder / f"roughline-{_digest(kind_of(task))}.compiled"
         if mark.exists():
             return 0.0
-        with _alone(folder / "roughline.lock"):
+        with alone(folder / "roughline.lock"):
             if mark.exists():
                 return 0.0
             outcome = parent.run(_WORK, task, seconds=_SECONDS, reuse=_WORK)
@@ -85,14 +84,3 @@ def _digest(kind: tuple[Any, ...]) -> str:
     identity = (repr(kind), source_digest(), repr(sorted(versions().items())))
     processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
     return hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
-
-
-@contextlib.contextmanager
-def _alone(path: Path) -> Iterator[IO[bytes]]:
-    """Hold a lock among the processes of this machine, where the system knows such locks."""
-    with path.open("wb") as stream:
-        with contextlib.suppress(ImportError):
-            import fcntl
-
-            fcntl.flock(stream, fcntl.LOCK_EX)
-        yield stream

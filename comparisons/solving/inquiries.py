@@ -86,9 +86,13 @@ class Inquiries(Generic[A]):
         LostWorkError
             If all work was taken away, as with a scheduler that is gone.
         """
-        for name, inquiry in inquiries.items():
-            self._go_on(name, inquiry)
-        yield None
+        try:
+            for name, inquiry in inquiries.items():
+                self._go_on(name, inquiry)
+            yield None
+        except BaseException:
+            self._executor.end()
+            raise
         for outcome in self._executor.finished():
             done = self._answers.put(outcome)
             key = done.job.key

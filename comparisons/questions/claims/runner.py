@@ -15,7 +15,7 @@ import numpy as np
 
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.files import plain, write_text
-from comparisons.machine import versions
+from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.boundaries import Measure, Point, ranges_of, search
@@ -232,7 +232,8 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
         job = _experiment_job(claim, value, effort)
         done = yield [job]
         measurement: Measurement = value_of(done[job.key])
-        return measurement
+        # another claim may have asked for it, along another of its parameters
+        return replace(measurement, parameter=None if value is None else float(value))
     checked: tuple[float | None, ...] = (None,)
     if claim.vary is not None:
         # References check each other at the beginning of the range; at full effort also at its end.
@@ -251,18 +252,22 @@ def _no_result(value: float | None, error: Exception) -> Measurement:
 
 
 def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
-    """Return an experiment as a job with a key of everything that determines its result."""
-    names = ("experiment", "parameters", "method", "quantity", "at", "measure", "tolerance")
+    """Return an experiment as a job with a key of everything that determines its result.
+
+    Neither the claim nor its tolerance does: claims that ask for the same measurement share it.
+    """
+    assert claim.experiment is not None
+    arguments = EXPERIMENTS[claim.experiment].arguments(value, claim.parameters)
     identity = {
-        "claim": claim.model_dump(mode="json", include=set(names)),
-        "value": None if value is None else float(value).hex(),
+        "experiment": claim.experiment,
+        "arguments": {k: a.hex() if isinstance(a, float) else a for k, a in arguments.items()},
         "effort": effort,
         "versions": versions(),
+        "source": source_digest(),
     }
     digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
-    assert claim.experiment is not None
     return Job(
-        f"{claim.id}-{digest}",
+        f"{claim.experiment}-{digest}",
         measure_experiment,
         (claim.experiment, value, effort, claim.parameters),
         MEMORY,

@@ -7,13 +7,13 @@ strength and work of adhesion is solved on grids.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from comparisons.judging.uncertainty import RULE
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
@@ -58,7 +58,7 @@ def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") 
     return Finding(ratio - 1, ratio * RULE.two * abs(coarse / fine - 1) + _EXACT, details)
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _on_grid(strength: float, points: int) -> float:
     """Return the pull-off force by the exponential law on an off-centre grid."""
     law = exponential(1.0, 1.0 / strength)

@@ -7,9 +7,9 @@ program that measures the error of a statement and its uncertainty. A claim file
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 Effort = Literal["quick", "full"]
 
@@ -55,9 +55,25 @@ class Experiment:
     measure : callable
         ``measure(parameter_value, effort, **parameters) -> Measurement``; `parameters` is the table
         of that name in the claim file.
+    defaults : mapping
+        What its function gets for parameters that are not given.
+    along : str
+        Which of them the value is, where the parameters name none.
     """
 
     name: str
     title: str
     parameter: str
     measure: Callable[..., Measurement]
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    along: str = "value"
+
+    def arguments(self, value: float | None, parameters: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all that a measurement hangs on beside its effort, however it is spelled."""
+        given = dict(parameters)
+        along = given.pop("along", self.along)
+        varied = {} if value is None else {along: value}
+        return {
+            key: float(entry) if isinstance(entry, int) and not isinstance(entry, bool) else entry
+            for key, entry in {**self.defaults, **given, **varied}.items()
+        }

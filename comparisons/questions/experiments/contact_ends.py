@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from scipy import stats
 
@@ -11,6 +9,7 @@ from comparisons.judging.uncertainty import combined
 from comparisons.methods.normal.line_distributions import Springs, line_values
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, press
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from comparisons.tasks.distributions import Stretches, histogram
 from reduced.loads import Load
 from reduced.rough import ensemble
@@ -33,7 +32,7 @@ def _exponent(values: Stretches, start: float, ratio: float) -> float:
     return float(np.log(density[1] / density[0]) / np.log(ratio))
 
 
-@lru_cache(maxsize=32)
+@shared(maxsize=32)
 def _of_surfaces(
     surface: Surface, load: float, factor: int, number: int
 ) -> dict[str, list[np.ndarray]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
@@ -16,6 +14,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
 from reference.halfspace import areas
@@ -70,7 +69,7 @@ def _of_spots(sizes: np.ndarray, quantity: str) -> float:
     return float(sizes.mean() if quantity == "mean_size" else sizes.max())
 
 
-@lru_cache(maxsize=128)
+@shared(maxsize=128)
 def _spots(surface: Surface, load: float, factor: int, count: int) -> tuple[np.ndarray, ...]:
     """Return the areas of the contacts of `count` surfaces, one array each."""
     operator = surface.operator(factor)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reference.lubrication.formulas import (
     CYLINDER,
     RUPTURE,
@@ -48,7 +48,7 @@ def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
     return Finding(half / fine - 1, abs(half / fine - half / coarse), {"film": fine, "half": half})
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _on_rubber(speed: float, cells: int) -> float:
     """Return the central film at a speed in mm/s, which several claims judge."""
     return float(entrain(_RUBBER, 1e-3 * speed, cells).film_central)

@@ -5,8 +5,6 @@ All of a rigid ball on a half-space, R = 1; forces are scaled.
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
@@ -15,6 +13,7 @@ from scipy.special import ellipkm1
 from comparisons.judging.uncertainty import SAFE
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
 from reduced.friction.twist import twist
@@ -43,7 +42,7 @@ def _grid(cells: int, shear: float, poisson: float) -> tuple[NormalAndTangential
     return body, x, (x[:, None] ** 2 + x**2) / 2
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
     """Return the torque of cells that stick and slip at an angle of twist."""
     body, x, gap = _grid(cells, shear, poisson)
@@ -79,7 +78,7 @@ def _torsion(
     return Finding(exact / fine - 1, bar, {"torque": exact, "angle": angle})
 
 
-@lru_cache(maxsize=32)
+@shared(maxsize=32)
 def _pressed(poisson: float, friction: float, cells: int, steps: int) -> float:
     """Return the share of the contact radius that sticks after pressing in geometric steps."""
     body, _, gap = _grid(cells, 0.25, poisson)

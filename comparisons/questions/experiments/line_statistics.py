@@ -11,6 +11,7 @@ from scipy import fft, stats
 from comparisons.judging.uncertainty import RULE, combined
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form import random_field
 from reference.summits import hessian, summits
@@ -156,7 +157,7 @@ def _pooled(sums: np.ndarray, numbers: np.ndarray) -> np.ndarray:
     return samples
 
 
-@lru_cache(maxsize=32)
+@shared(maxsize=32)
 def _surface_peaks(
     surface: Surface, count: int, factor: int, height: float
 ) -> dict[str, np.ndarray]:
@@ -178,7 +179,7 @@ def _surface_peaks(
     }
 
 
-@lru_cache(maxsize=32)
+@shared(maxsize=32)
 def _line_peaks(
     surface: Surface, count: int, rule: str, factor: int, height: float
 ) -> dict[str, np.ndarray]:

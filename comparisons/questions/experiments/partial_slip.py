@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from comparisons.judging.uncertainty import SAFE
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
 from reduced.loads import Load, LoadPath
@@ -75,7 +74,7 @@ def _way(final: float, reach: float, steps: int) -> tuple[np.ndarray, np.ndarray
     return _DEPTH * (1 + (final - 1) * part), reach * limit * part
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, float]:
     """Return the normal and tangential force on the half-space at the end of the path."""
     radius = float(np.sqrt(_DEPTH * max(final, 1.0)))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
+from comparisons.solving.shared import shared
 from reference import surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, punches
 from reference.bounds.ellipses import Ellipse, best_ellipse, force_of_ellipse
@@ -52,7 +52,7 @@ def _area(shape: str, sides: int, aspect: float) -> float:
     return math.pi if shape == "disc" else signed_area(np.array(corners_of(shape, sides, aspect)))
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
     """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
     if shape == "disc":
@@ -80,7 +80,7 @@ def equal_area(
     return Finding(error, bar, details)
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def pyramid_bounds(faces: int, effort: str) -> Interval:
     """Return proved bounds of the force F/(E* d^2) of a regular pyramid of slope 1."""
     return homogeneous.force(bodies.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
@@ -103,7 +103,7 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
     return Finding(error, bar, details)
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _ellipse_force(shape: str, sides: int, aspect: float) -> float:
     """Return the force at a penetration of 1 that the best ellipse proves, for E* = 1."""
     if shape == "pyramid":

@@ -6,14 +6,13 @@ C(q) = C0 q^(-2 - 2H), H = 0.8, rms height 6 um; no plateau. Mean gap and area a
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from scipy import fft as transforms
 
 from comparisons.judging.uncertainty import combined, ratio_of_means, share_uncertainty
 from comparisons.questions.experiments.rough_ensemble import SEED, compare
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reference import surfaces
 from reference.halfspace import PeriodicOperator, fft
 from reference.halfspace.contact_line import located_area
@@ -67,7 +66,7 @@ def _pressed(surface: np.ndarray, side: float) -> np.ndarray:
     return np.array(rows).T
 
 
-@lru_cache(maxsize=8)
+@shared(maxsize=8)
 def _solved(roll_offs: int, factor: int, count: int) -> np.ndarray:
     """Return what `_pressed` gives on grids so many times finer, (surfaces, 2, pressures)."""
     drawn = (surfaces.subdivide(heights(roll_offs, k), factor) for k in range(count))

@@ -7,10 +7,10 @@ readings are tried on some surfaces, and the best one is judged on others.
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_area import measure_area
 from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, press, pressed_lines
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
 # Surfaces and lines of the search; the surfaces differ from those of the judgement. The choice must
@@ -67,33 +68,58 @@ def parameters_of(reading: Reading) -> dict[str, Any]:
     return dict(zip(names, reading, strict=True))
 
 
-@lru_cache(maxsize=4)
+@shared(maxsize=4)
 def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]:
     """Return counted area of the line over that of the surface, less one, at `LOADS`, by reading.
 
     Means over 24 surfaces and 450 lines: enough to rank readings, not to judge one.
     """
-    _, count = _COUNTS[effort]
+    surfaces, count = _COUNTS[effort]
+    read = {reading: _family(parameters_of(reading), points) for reading in READINGS}
+    families = list(dict.fromkeys(read.values()))
+    patches = list(dict.fromkeys(family[0] for family in families))
+    true = dict(zip(patches, _true.over((patch, surfaces) for patch in patches), strict=True))
+    lines = dict(zip(families, _lines.over((*f, count) for f in families), strict=True))
     errors = {}
-    for reading in READINGS:
+    for reading, family in read.items():
         chosen = parameters_of(reading)
-        surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
-        drawing = Drawing(
-            rule=chosen["rule"],
-            edges=chosen["edges"],
-            length=chosen["line_length"],
-            sided=int(chosen["sided"]),
-        )
-        stated = pressed_lines(surface, LOADS, count, drawing, ("contact_area",))["contact_area"]
-        errors[reading] = stated.mean(axis=0) / _true(surface, effort) - 1
+        stated = lines[family][str(chosen["edges"]), int(chosen["sided"])]
+        errors[reading] = stated / true[family[0]] - 1
     return errors
 
 
-@lru_cache(maxsize=64)
-def _true(surface: Surface, effort: Effort) -> np.ndarray:
+def _family(chosen: dict[str, Any], points: int) -> tuple[Surface, str, float]:
+    """Return what draws the lines of a reading: several readings press the same lines."""
+    surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
+    return surface, str(chosen["rule"]), float(chosen["line_length"])
+
+
+@shared(maxsize=256)
+def _lines(
+    surface: Surface, rule: str, length: float, count: int
+) -> dict[tuple[str, int], np.ndarray]:
+    """Return the mean areas of lines at `LOADS`, per patch, by edges and sides of the spectrum.
+
+    A spectrum of one side has all heights times sqrt(2): these lines have at a load the area that
+    those of two sides have at 1/sqrt(2) of it.
+    """
+    loads = {2: LOADS, 1: tuple(load / math.sqrt(2) for load in LOADS)}
+    ordered = tuple(sorted(loads[2] + loads[1]))
+    areas = {}
+    for edges in ("sub_cell", "nodal"):
+        drawing = Drawing(rule=rule, edges=edges, length=length)
+        pressed = pressed_lines(surface, ordered, count, drawing, ("contact_area",))
+        means = pressed["contact_area"].mean(axis=0)
+        for sided, several in loads.items():
+            areas[edges, sided] = means[[ordered.index(load) for load in several]]
+    return areas
+
+
+@shared(maxsize=64)
+def _true(surface: Surface, count: int) -> np.ndarray:
     """Return the mean counted areas of the surfaces of the search at `LOADS`."""
     operator = surface.operator()
-    maps = [surface.heights(_FIRST + k) for k in range(_COUNTS[effort][0])]
+    maps = [surface.heights(_FIRST + k) for k in range(count)]
     return np.array(
         [
             np.mean([press(operator, heights, load)[1]["contact_area_raw"] for heights in maps])

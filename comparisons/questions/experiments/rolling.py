@@ -5,7 +5,6 @@ E* = R = a = 1 unless said otherwise; normal and tangential tractions are uncoup
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import repeat
 
 import numpy as np
@@ -14,6 +13,7 @@ from comparisons.judging.uncertainty import ratio_of_means
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.friction.roll import RoughRoller
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.rough.ensemble import RandomLines
@@ -41,7 +41,7 @@ _COEFFICIENTS = ("C11", "C22", "C23", "C33")
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (10, 14, 20)}
 
 
-@cache
+@shared(maxsize=256)
 def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> CreepCoefficients:
     return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
 
@@ -81,7 +81,7 @@ def _slope(
     return Finding(stated / true - 1, bar * stated / true**2, details)
 
 
-@cache
+@shared(maxsize=256)
 def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> tuple[float, ...]:
     """Return the coefficients of finite elements over those of cells of their size."""
     compliance = Compliance.of(1.0, poisson_ratio)
@@ -241,7 +241,7 @@ def _rough(
     return Finding(ratio - 1, bar, details)
 
 
-@cache
+@shared(maxsize=256)
 def _rough_ball(
     surface: Surface, realisation: int, curvature: float, force: float, creep: float
 ) -> float:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
 from comparisons.questions.experiments.running import above, one_of
+from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
 from reduced.rough.surface_spectrum import SelfAffine
@@ -119,7 +119,7 @@ def press(
     return contact, row
 
 
-@lru_cache(maxsize=512)
+@shared(maxsize=512)
 def surface_samples(
     surface: Surface, load: float, factor: int, count: int, stiffness: bool = False
 ) -> dict[str, np.ndarray]:
@@ -158,7 +158,7 @@ class Drawing:
 ONE_SIDE = Drawing()
 
 
-@lru_cache(maxsize=512)
+@shared(maxsize=512)
 def line_samples(
     surface: Surface,
     load: float,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.rough_ensemble import compare
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.questions.single import solve_scene
+from comparisons.solving.shared import shared
 
 _SCENE, _GRID, _LINES = "sliding-rough", 48, 300
 _FORCE = 20.0  # mN, of the scene
@@ -17,7 +16,7 @@ _FORCE = 20.0  # mN, of the scene
 _MORE, _MANY, _FEW = 4.0, 64, 4
 
 
-@lru_cache(maxsize=256)
+@shared(maxsize=256)
 def _coefficients(method: str, grid: int, speed: float, force: float, count: int = 0) -> np.ndarray:
     """Return the coefficients of friction of `count` surfaces (0: the scene's), or lines."""
     changes: dict[str, object] = {

@@ -7,13 +7,12 @@ surfaces, because ratios scatter a hundred times less.
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, truth
 from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide_lines, tangential_modulus
 from reduced.loads import Load, LoadPath
 from reduced.rough.ensemble import RandomLines
@@ -31,7 +30,7 @@ _TOLERANCE = 1e-5
 _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (36, 300), "full": (1200, 4000)}
 
 
-@cache
+@shared(maxsize=256)
 def _true(surface: Surface, load: float, share: float, realisation: int, factor: int) -> float:
     """Return the tangential displacement of a surface at F_x = share mu F."""
     points = surface.points * factor

@@ -13,6 +13,7 @@ from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.scene import load_scene
+from comparisons.solving.shared import shared
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
@@ -32,7 +33,7 @@ def _surfaces() -> RoughGeometry:
     return geometry
 
 
-@cache
+@shared(maxsize=256)
 def _pressed(surface: int, points: int, index: float, load: float) -> tuple[Dent, Dent, float]:
     """Press a surface with E* = 1 to F = load H A0, yielding and elastic; also return H."""
     rough = _surfaces()

@@ -105,7 +105,7 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
             seconds=time.perf_counter() - started,
         )
 
-    return Experiment(name=name, title=title, parameter=parameter, measure=measure)
+    return Experiment(name, title, parameter, measure, defaults, default)
 
 
 def _unknown(parameters: list[str], names: Iterable[str]) -> Iterable[str]:

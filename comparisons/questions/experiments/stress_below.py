@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
 from reference.elasticity import Material
@@ -18,7 +17,7 @@ from reference.layered.stresses import inside
 DEPTHS = np.append(1e-6, 0.1 * 1.3 ** np.arange(16.0))
 
 
-@lru_cache(maxsize=16)
+@shared(maxsize=16)
 def _largest(
     surface: Surface, load: float, nu: float, factor: int, count: int
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.rough import ensemble, regions
@@ -123,7 +123,7 @@ def _largest_mises(poisson_ratio: float = 0.3) -> float:
     return -float(minimize_scalar(negative, bounds=(1e-3, 3), method="bounded").fun)
 
 
-@lru_cache(maxsize=16)
+@shared(maxsize=16)
 def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[np.ndarray]:
     """Return the pressures of the contact cells, one array per realisation."""
     operator = surface.operator(factor)
@@ -131,7 +131,7 @@ def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[n
     return [contact.pressure[contact.mask] for contact in pressed]
 
 
-@lru_cache(maxsize=16)
+@shared(maxsize=16)
 def _stresses(
     surface: Surface, load: float, rule: str, points: int, count: int
 ) -> tuple[list[np.ndarray], np.ndarray]:

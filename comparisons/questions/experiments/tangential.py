@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, grid_uncertainty
 from comparisons.questions.experiments.proved import equal_area
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
 from reference.halfspace import areas, fft
@@ -102,7 +101,7 @@ def _of_rough_contacts(
 _ROUGH_POINTS = 48
 
 
-@lru_cache(maxsize=256)
+@shared(maxsize=256)
 def _rough_ratio(
     factor: int, realisation: int, poisson_ratio: float, along: tuple[float, float]
 ) -> float:

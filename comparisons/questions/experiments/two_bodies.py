@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import (
@@ -15,6 +13,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
 from reduced.rough import press as rough_line
@@ -25,7 +24,7 @@ _SECOND = 100_000
 _NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _surfaces(
     first: Surface, second: Surface, correlation: float, load: float, factor: int, count: int
 ) -> dict[str, np.ndarray]:
@@ -50,7 +49,7 @@ def _surfaces(
     return {name: np.array([row[name] for row in rows]) for name in _NAMES}
 
 
-@lru_cache(maxsize=64)
+@shared(maxsize=64)
 def _lines(
     first: Surface, second: Surface, load: float, count: int, combined: bool
 ) -> dict[str, np.ndarray]:

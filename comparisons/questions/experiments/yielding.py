@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import cast
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, experiment, one_of
 from comparisons.scene.physics.tables.plasticity import HARDNESS
+from comparisons.solving.shared import shared
 from reduced.loads import LoadPath as SpringPath
 from reduced.plasticity.caps import Reading, Yielded, YieldingSprings
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
@@ -64,7 +64,7 @@ class Dented:
         return self.force / self.area
 
 
-@cache
+@shared(maxsize=256)
 def elements(depth: float, per_radius: int, *, rebound: bool = False) -> Dented:
     """Press the ball to a depth into finite elements; let it rebound on demand."""
     share = depth / _DEPTH

@@ -32,6 +32,9 @@ class Executor(ABC):
         """Take more jobs; also while `finished` is gone through."""
         self._waiting.extend(jobs)
 
+    def end(self) -> None:  # noqa: B027  (one that starts nothing ahead has nothing to end)
+        """End what is under way, before `finished` is gone through."""
+
     @abstractmethod
     def finished(self) -> Iterator[Done]:
         """Yield the jobs in the order in which they are finished, until none is left."""

@@ -13,7 +13,7 @@ import re
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any
 
@@ -24,6 +24,8 @@ from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.solving.executors.base import Executor, timed
 from comparisons.solving.jobs import Done, Job
+from comparisons.solving.shared import VARIABLE as SHARED
+from comparisons.solving.shared import folder
 
 # How often a job is tried whose process is ended.
 ATTEMPTS = 3
@@ -32,6 +34,8 @@ ATTEMPTS = 3
 PROCESS = 4e8
 # Seconds between looks whether the process that handed out the work still lives.
 _LOOK = 0.5
+# Jobs given to each process: the next one waits there while this process plans.
+_AHEAD = 2
 # Seconds that handing over the work may take at most, should loky's thread be gone.
 _HAND_OVER = 1.0
 _SIGNAL = re.compile(r"SIG[A-Z0-9]+|EXIT\(\d+\)")
@@ -40,15 +44,17 @@ _SIGNAL = re.compile(r"SIG[A-Z0-9]+|EXIT\(\d+\)")
 class ProcessExecutor(Executor):
     """Does several jobs at a time, each in a process with one thread.
 
-    Jobs start in the order in which they came, but for those whose estimated memory does not fit
-    beside what is running: they wait until it does, or until they are alone.
+    Half of them are given the first of the jobs that wait, the others the last: neighbours need the
+    same compiled code and the same shared results, for which one would have to wait for the other.
+    Jobs whose estimated memory does not fit beside what is running wait until it does, or until
+    they are alone.
 
     Parameters
     ----------
     workers : int
         Processes.
     memory : float, optional
-        Bytes to hand out; default: 80 % of what is free when the work begins.
+        Bytes to hand out; default: 80 % of what is free when nothing is under way.
     """
 
     def __init__(self, workers: int, memory: float | None = None) -> None:
@@ -58,28 +64,35 @@ class ProcessExecutor(Executor):
         self._tried: Counter[str] = Counter()
         self._suspects: deque[Job] = deque()
         self._running: dict[Future[Any], Job] = {}
+        self._budget = 0.0
+        self._from_the_end = False
+
+    def add(self, jobs: Iterable[Job]) -> None:
+        """Take more jobs and start what may start: processes work while others are planned."""
+        super().add(jobs)
+        self._start()
 
     def finished(self) -> Iterator[Done]:
         """Yield jobs as their processes finish them; on any exception the processes end."""
-        budget = MEMORY_SHARE * free_memory() if self._memory is None else self._memory
         try:
             while self._waiting or self._suspects or self._running:
-                self._start(budget)
+                self._start()
                 ended, _ = wait(self._running, return_when=FIRST_COMPLETED)
                 for future in ended:
                     done = self._result(future)
                     if done is not None:
                         yield done
         finally:
-            if self._running:
-                self._end()
+            self.end()
 
-    def _end(self) -> None:
+    def end(self) -> None:
         """End the processes in the middle of their work.
 
         loky forgets what it was given and then looks for what it has not handed to a process yet: a
         KeyError in its thread. So first all is handed over, which takes it milliseconds.
         """
+        if not self._running:
+            return
         end = time.monotonic() + _HAND_OVER
         while time.monotonic() < end and not all(
             future.running() or future.done() for future in self._running
@@ -96,12 +109,15 @@ class ProcessExecutor(Executor):
             max_workers=self.workers,
             initializer=_end_with,
             initargs=(os.getpid(),),
-            env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced()},
+            env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced(), SHARED: folder()},
         )
 
-    def _start(self, budget: float) -> None:
-        while len(self._running) < self.workers:
-            job = self._next(budget)
+    def _start(self) -> None:
+        if not self._running:
+            memory = self._memory
+            self._budget = MEMORY_SHARE * free_memory() if memory is None else memory
+        while len(self._running) < _AHEAD * self.workers:
+            job = self._next(self._budget)
             if job is None:
                 return
             try:
@@ -119,9 +135,12 @@ class ProcessExecutor(Executor):
         if any(self._tried[job.key] for job in self._running.values()):
             return None
         memory = sum(job.memory + PROCESS for job in self._running.values())
-        for index, job in enumerate(self._waiting):
+        places = range(len(self._waiting))
+        for index in reversed(places) if self._from_the_end else places:
+            job = self._waiting[index]
             if not self._running or memory + job.memory + PROCESS <= budget:
                 del self._waiting[index]
+                self._from_the_end = not self._from_the_end
                 return job
         return None
 

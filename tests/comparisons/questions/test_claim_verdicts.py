@@ -20,6 +20,7 @@ from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_cl
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.questions.experiments.running import Finding, experiment
 from comparisons.solving.inquiries import answer_of
 from roughline.claims import ClaimVerdict
 
@@ -369,3 +370,31 @@ def test_of_several_quantities_the_worst_decides_whatever_the_sign_of_its_error(
     assert _deciding([unresolved, outside], TOLERANCE) is outside
     assert _deciding([within, missing], TOLERANCE) is missing
     assert _deciding([within, unresolved], TOLERANCE) is unresolved
+
+
+def test_claims_share_a_measurement_however_they_spell_it(monkeypatch, tmp_path):
+    """Along x with y = 2 said, along y with x = 1 said or by default: the point (1, 2) is one."""
+    measured = []
+
+    def run(effort, *, x=1.0, y=2.0):
+        measured.append((x, y))
+        return Finding(0.0, 0.0, {})
+
+    monkeypatch.setitem(EXPERIMENTS, "made-up", experiment("made-up", "A law.", "x", "x", run))
+    varied = {"from": 1, "to": 2, "steps": 2}
+    spelled = [
+        {"id": "along-x", "vary": varied},
+        {"id": "strict", "vary": varied, "parameters": {"y": 2}, "tolerance": 0.001},
+        {"id": "along-y", "vary": varied, "parameters": {"along": "y", "x": 1}},
+    ]
+    data = {
+        "text": "The law holds.",
+        "equation": "(1)",
+        "experiment": "made-up",
+        "tolerance": TOLERANCE,
+        "refuted_by": "An error beyond 1 %.",
+    }
+    claims = [make_claim(data | more, "a.toml", Path()) for more in spelled]
+    record = ClaimRun(claims, tmp_path / "out").run()
+    assert sorted(measured) == [(1, 1), (1, 2), (2, 2)]
+    assert [[p.parameter for p in claim.points] for claim in record.claims] == [[1, 2]] * 3

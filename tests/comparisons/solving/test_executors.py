@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from concurrent.futures import Future
 
 import psutil
 import pytest
@@ -69,6 +70,33 @@ def test_jobs_may_come_while_others_finish(make):
         if len(values) < 5:
             executor.add([Job(str(len(values)), pow, (2, len(values)))])
     assert values == [1, 2, 4, 8, 16]
+
+
+def test_work_begins_when_it_is_given(tmp_path):
+    """Not only when somebody asks for what is finished: planning the rest takes seconds."""
+    begun = tmp_path / "begun"
+    executor = ProcessExecutor(2)
+    executor.add([Job("begun", begun.touch)])
+    deadline = time.time() + 60
+    while not begun.exists() and time.time() < deadline:
+        time.sleep(0.02)
+    assert begun.exists()
+    assert [done.job.key for done in executor.finished()] == ["begun"]
+
+
+def test_half_of_the_jobs_are_the_last_ones(monkeypatch):
+    """Neighbours share compiled code: two processes do not begin with the same."""
+    executor = ProcessExecutor(2)
+    given = []
+
+    class Pool:
+        def submit(self, timed, work, arguments):
+            given.append(arguments[0])
+            return Future()
+
+    monkeypatch.setattr(executor, "_pool", Pool)
+    executor.add(Job(str(k), pow, (k, 2)) for k in range(9))
+    assert given == [0, 8, 1, 7]
 
 
 def test_a_killed_process_is_tried_again(tmp_path):

@@ -1,0 +1,121 @@
+"""Results that several jobs need: one process of a run computes each, the others read it.
+
+Jobs are independent, and processes share no memory, so what two jobs have in common (an ensemble of
+surfaces pressed at one load) every process would compute for itself. A function marked `shared`
+keeps its results in the process, and in a folder that the processes of a run on one machine have
+in common. Elsewhere (a cluster, one process) the folder is missing, and each computes its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import tempfile
+from collections.abc import Callable, Iterable
+from functools import lru_cache, update_wrapper
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+from comparisons.solving.locks import alone, busy
+
+P = ParamSpec("P")
+R = TypeVar("R")
+VARIABLE = "ROUGHLINE_SHARED"  # environment: the folder
+_MISSING = object()
+
+
+@lru_cache(maxsize=1)
+def _folder() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="roughline-shared-")
+
+
+def folder() -> str:
+    """Return the folder of this process and those that it starts; it goes when this one ends."""
+    return _folder().name
+
+
+class Shared(Generic[P, R]):
+    """A function whose results the processes of a run share.
+
+    Its arguments must be hashable, and their ``repr`` must tell them apart: numbers, texts, frozen
+    dataclasses of these. Its results must be picklable, and no caller may change them.
+
+    Parameters
+    ----------
+    function : callable
+    maxsize : int
+        Results that stay in the memory of a process.
+    """
+
+    def __init__(self, function: Callable[P, R], maxsize: int) -> None:
+        self._function = function
+        kept = lru_cache(maxsize)(self._looked_up)
+        self._kept: Callable[..., R] = kept
+        self.cache_clear = kept.cache_clear  # forgets what this process has in memory
+        update_wrapper(self, function)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Return the result, computed here, earlier, or by another process."""
+        return self._kept(*args, **kwargs)
+
+    def over(self, several: Iterable[tuple[Any, ...]]) -> list[R]:
+        """Return the results for several tuples of arguments, in their order.
+
+        What another process is busy with comes last, so that two that need the same list share the
+        work.
+        """
+        arguments = list(several)
+        waiting = []
+        for one in arguments:
+            path = self._path(one, {})
+            if path is not None and not path.exists() and busy(_lock(path)):
+                waiting.append(one)
+            else:
+                self._kept(*one)
+        for one in waiting:
+            self._kept(*one)
+        return [self._kept(*one) for one in arguments]
+
+    def _looked_up(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        path = self._path(args, kwargs)
+        if path is None:
+            return self._function(*args, **kwargs)
+        with alone(_lock(path)):
+            result = _read(path)
+            if result is _MISSING:
+                result = self._function(*args, **kwargs)
+                _write(path, result)
+        return cast("R", result)
+
+    def _path(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Path | None:
+        """Return the file of a result, None where there is no common folder."""
+        common = os.environ.get(VARIABLE, "")
+        if not common or not Path(common).is_dir():
+            return None
+        name = f"{self._function.__module__}.{self._function.__qualname__}"
+        identity = repr((name, args, sorted(kwargs.items())))
+        return Path(common) / hashlib.sha256(identity.encode()).hexdigest()[:32]
+
+
+def shared(maxsize: int = 64) -> Callable[[Callable[P, R]], Shared[P, R]]:
+    """Share the results of a function among the processes of a run; see `Shared`."""
+    return lambda function: Shared(function, maxsize)
+
+
+def _lock(path: Path) -> Path:
+    return path.with_suffix(".lock")
+
+
+def _read(path: Path) -> Any:
+    try:
+        return pickle.loads(path.read_bytes())  # noqa: S301 (a process of this run wrote it)
+    except FileNotFoundError:
+        return _MISSING
+
+
+def _write(path: Path, result: Any) -> None:
+    """Write a result, whole or not at all: a process may be ended at any time."""
+    part = path.with_suffix(f".{os.getpid()}")
+    part.write_bytes(pickle.dumps(result, protocol=pickle.HIGHEST_PROTOCOL))
+    part.replace(path)

@@ -1,0 +1,104 @@
+"""What several jobs need is computed once in a run, whichever process asks first."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import time
+
+import pytest
+
+from comparisons.solving.executors import ProcessExecutor
+from comparisons.solving.jobs import Job
+from comparisons.solving.shared import VARIABLE, folder, shared
+
+
+@pytest.fixture
+def counted(tmp_path, monkeypatch):
+    """Return a shared function and the list of the arguments it was computed for."""
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+    calls = []
+
+    def square(number):
+        calls.append(number)
+        return number**2
+
+    return shared(maxsize=4)(square), calls
+
+
+def test_a_result_is_computed_once_and_read_by_a_process_that_has_not_got_it(counted):
+    square, calls = counted
+    assert [square(3), square(3)] == [9, 9]
+    square.cache_clear()  # as another process, which has only the folder
+    assert square(3) == 9
+    assert calls == [3]
+
+
+def test_without_a_folder_each_process_computes_its_own(counted, monkeypatch):
+    square, calls = counted
+    monkeypatch.delenv(VARIABLE)
+    assert square(3) == 9
+    square.cache_clear()
+    assert square(3) == 9
+    assert calls == [3, 3]
+
+
+def test_what_is_almost_equal_is_not_the_same(counted):
+    square, calls = counted
+    close = 3.0 + 2**-51
+    assert square(close) == close**2
+    assert square(3.0) == 9
+    assert len(calls) == 2
+
+
+def test_a_list_comes_in_its_order(counted):
+    square, calls = counted
+    assert square.over((n,) for n in (3, 1, 3, 2)) == [9, 1, 9, 4]
+    assert sorted(calls) == [1, 2, 3]
+
+
+def work_on(number, path):
+    """Compute slowly, and leave a trace of who did it."""
+    time.sleep(0.2)
+    with (path / f"{number}").open("a") as trace:
+        trace.write(f"{os.getpid()}\n")
+    return number**2
+
+
+def test_two_processes_share_the_work_on_a_list(tmp_path):
+    """Both ask for the same ten results: each is computed by one of them, and both have part."""
+
+    def both(numbers):
+        from comparisons.solving.shared import shared
+
+        known = shared(maxsize=16)(work_on)
+        return known.over((n, tmp_path) for n in numbers)
+
+    executor = ProcessExecutor(2)
+    executor.add([Job(str(k), both, (range(10),)) for k in range(2)])
+    answers = [done.value for done in executor.finished()]
+    assert answers == [[n**2 for n in range(10)]] * 2
+    workers = [(tmp_path / str(n)).read_text().split() for n in range(10)]
+    assert all(len(who) == 1 for who in workers)
+    assert len({who for (who,) in workers}) == 2
+
+
+@pytest.mark.usefixtures("counted")
+def test_an_exception_is_no_result(tmp_path):
+    tries = []
+
+    def fails(number):
+        tries.append(number)
+        if len(tries) == 1:
+            raise ArithmeticError
+        return number
+
+    known = shared()(fails)
+    with pytest.raises(ArithmeticError):
+        known(1)
+    assert known(1) == 1
+    assert all(pickle.loads(p.read_bytes()) == 1 for p in tmp_path.iterdir() if not p.suffix)
+
+
+def test_the_folder_is_there_and_only_ours():
+    assert os.stat(folder()).st_mode & 0o077 == 0
