@@ -8,6 +8,7 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.asperities import _rings
+from comparisons.questions.experiments.rough_adhesion import largest
 from comparisons.questions.experiments.rough_ensemble import Surface
 from reference.closed_form.transverse_isotropy import TransverselyIsotropic
 
@@ -65,3 +66,24 @@ def test_greenwood_s_spots_that_nearly_touch_conduct_too_well():
 def test_unknown_theories_are_refused():
     with pytest.raises(InputError, match="theory"):
         measure("asperities", 0.01, theory="archard")
+
+
+@pytest.mark.parametrize("peak", [1.5, 1.7, 2.5, 3.6])
+def test_the_largest_of_a_few_samples_is_closed_in_on(peak):
+    """The pull x exp(1 - x/p)/p is 1 at x = p, between samples; three more lose a tenth as much."""
+    tried = []
+
+    def pull(x):
+        tried.append(x)
+        return x / peak * np.exp(1 - x / peak)
+
+    places = np.linspace(0.1, 6, 7).tolist()
+    lost = 1 - max(map(pull, places))
+    tried.clear()
+    assert 0 <= 1 - largest(pull, places, 3) < 0.1 * lost
+    assert len(tried) == len(places) + 3
+
+
+def test_the_largest_at_an_end_or_of_equals_needs_no_parabola():
+    assert largest(lambda x: x, [0.0, 1.0, 2.0], 3) == 2.0
+    assert largest(lambda _: 1.0, [0.0, 1.0, 2.0], 3) == 1.0
