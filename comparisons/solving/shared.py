@@ -9,13 +9,15 @@ in common. Elsewhere (a cluster, one process) the folder is missing, and each co
 from __future__ import annotations
 
 import hashlib
+import json
 import os
-import pickle
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache, update_wrapper
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+import numpy as np
 
 from comparisons.solving.locks import alone, busy
 
@@ -39,7 +41,8 @@ class Shared(Generic[P, R]):
     """A function whose results the processes of a run share.
 
     Its arguments must be hashable, and their ``repr`` must tell them apart: numbers, texts, frozen
-    dataclasses of these. Its results must be picklable, and no caller may change them.
+    dataclasses of these. Its results are plain: numbers, texts, arrays, and tuples, lists and
+    mappings of these. They are kept without pickles (docs/safety.md). No caller may change them.
 
     Parameters
     ----------
@@ -108,14 +111,45 @@ def _lock(path: Path) -> Path:
 
 
 def _read(path: Path) -> Any:
-    try:
-        return pickle.loads(path.read_bytes())  # noqa: S301 (a process of this run wrote it)
-    except FileNotFoundError:
+    if not path.exists():
         return _MISSING
+    with np.load(path, allow_pickle=False) as arrays:
+        return _decoded(json.loads(str(arrays["tree"])), arrays)
 
 
 def _write(path: Path, result: Any) -> None:
     """Write a result, whole or not at all: a process may be ended at any time."""
+    arrays: dict[str, np.ndarray] = {}
+    tree = json.dumps(_encoded(result, arrays))
     part = path.with_suffix(f".{os.getpid()}")
-    part.write_bytes(pickle.dumps(result, protocol=pickle.HIGHEST_PROTOCOL))
+    with part.open("wb") as stream:
+        np.savez(stream, allow_pickle=False, tree=np.array(tree), **arrays)
     part.replace(path)
+
+
+def _encoded(value: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """Return a value as JSON: containers by their kind, arrays by their names."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        name = f"array{len(arrays)}"
+        arrays[name] = value
+        return {"array": name}
+    if isinstance(value, dict):
+        return {"dict": [[_encoded(entry, arrays) for entry in pair] for pair in value.items()]}
+    for kind in (tuple, list):
+        if type(value) is kind:
+            return {kind.__name__: [_encoded(entry, arrays) for entry in value]}
+    raise TypeError(f"expected plain results to share, got a {type(value).__name__}")
+
+
+def _decoded(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    if not isinstance(tree, dict):
+        return tree
+    ((kind, content),) = tree.items()
+    if kind == "array":
+        return arrays[content]
+    if kind == "dict":
+        return {_decoded(key, arrays): _decoded(entry, arrays) for key, entry in content}
+    entries = [_decoded(entry, arrays) for entry in content]
+    return tuple(entries) if kind == "tuple" else entries

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import (
@@ -12,7 +14,6 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from comparisons.solving.shared import shared
 from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
 from reference.closed_form.persson import Persson
 from reference.closed_form.persson_xu import PerssonXu
@@ -30,7 +31,7 @@ _SPREADING: dict[str, type[Persson] | type[PerssonXu]] = {
 _SURFACES, _FACTOR = 12, 4
 
 
-@shared(maxsize=64)
+@lru_cache(maxsize=64)
 def of_surface(surface: Surface) -> GreenwoodWilliamson:
     """Return the model with density, mean radius and heights of the surfaces' own summits."""
     step = 1 / (surface.points * _FACTOR)

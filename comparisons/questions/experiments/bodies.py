@@ -6,10 +6,11 @@ dimensions) a strip of width D on a half-cylinder in plane strain.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from comparisons.solving.shared import shared
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.fem.section import Kind, SectionContact, Support, press_section
 
@@ -36,7 +37,7 @@ def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") 
     return Finding(stated / true - 1, 1e-14, details)
 
 
-@shared(maxsize=64)
+@lru_cache(maxsize=64)
 def _pressed(
     radius: float,
     poisson_ratio: float,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import Surface, surface_samples, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from comparisons.solving.shared import shared
 from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import Procedure, side_by_side
 from reduced.rough.surface_spectrum import measured
@@ -19,7 +20,7 @@ QUANTITIES = ("contact_area", "stress", "undefined")
 _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
 
 
-@shared(maxsize=512)
+@lru_cache(maxsize=512)
 def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
     """Return the procedure's results for a map, as printed and as corrected; E* = A0 = h' = 1."""
     spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)

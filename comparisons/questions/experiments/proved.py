@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def _area(shape: str, sides: int, aspect: float) -> float:
     return math.pi if shape == "disc" else signed_area(np.array(corners_of(shape, sides, aspect)))
 
 
-@shared(maxsize=64)
+@lru_cache(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
     """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
     if shape == "disc":
@@ -80,7 +81,7 @@ def equal_area(
     return Finding(error, bar, details)
 
 
-@shared(maxsize=64)
+@lru_cache(maxsize=64)
 def pyramid_bounds(faces: int, effort: str) -> Interval:
     """Return proved bounds of the force F/(E* d^2) of a regular pyramid of slope 1."""
     return homogeneous.force(bodies.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])

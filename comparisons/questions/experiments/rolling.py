@@ -5,6 +5,7 @@ E* = R = a = 1 unless said otherwise; normal and tangential tractions are uncoup
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import repeat
 
 import numpy as np
@@ -41,7 +42,7 @@ _COEFFICIENTS = ("C11", "C22", "C23", "C33")
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (10, 14, 20)}
 
 
-@shared(maxsize=256)
+@lru_cache(maxsize=256)
 def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> CreepCoefficients:
     return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
 

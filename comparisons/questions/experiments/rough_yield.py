@@ -33,7 +33,7 @@ def _surfaces() -> RoughGeometry:
     return geometry
 
 
-@shared(maxsize=256)
+@cache
 def _pressed(surface: int, points: int, index: float, load: float) -> tuple[Dent, Dent, float]:
     """Press a surface with E* = 1 to F = load H A0, yielding and elastic; also return H."""
     rough = _surfaces()
@@ -45,6 +45,7 @@ def _pressed(surface: int, points: int, index: float, load: float) -> tuple[Dent
     return dent, elastic, hardness
 
 
+@shared(maxsize=256)
 def _compared(
     surface: int, points: int, index: float, load: float
 ) -> dict[str, tuple[float, float]]:

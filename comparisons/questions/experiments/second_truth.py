@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,6 @@ from scipy import stats
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from comparisons.solving.shared import shared
 from reference.fem import Material
 from reference.fem.column_elements import ELEMENTS, Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
@@ -141,7 +141,7 @@ def _change(pressures: list[Array]) -> float:
     return _apart(coarse, means)
 
 
-@shared(maxsize=4)
+@lru_cache(maxsize=4)
 def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
     """Return contacts of random surfaces, periodic and free in turn, with a fixed seed."""
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(15,)))

@@ -64,22 +64,25 @@ class Dented:
         return self.force / self.area
 
 
-@shared(maxsize=256)
 def elements(depth: float, per_radius: int, *, rebound: bool = False) -> Dented:
     """Press the ball to a depth into finite elements; let it rebound on demand."""
+    return Dented(*_dented(depth, per_radius, rebound))
+
+
+@shared(maxsize=256)
+def _dented(
+    depth: float, per_radius: int, rebound: bool
+) -> tuple[float, float, float, float, float, int]:
+    """Return the attributes of `Dented`."""
     share = depth / _DEPTH
     radius = np.sqrt(depth * min(2.0, 1 + 0.25 * max(np.log10(share), 0.0) ** 1.2))
     steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
     walk = Walk(steel, lambda r: r**2 / 2, float(radius), per_radius=per_radius)
     (moment,) = walk.along(LoadPath("penetration", depth))
     back = walk.given_back(moment) if rebound else moment.work
-    return Dented(
-        moment.force,
-        moment.contact_area,
-        walk.residual_depth(moment),
-        moment.work,
-        float(np.sqrt(back / moment.work)),
-        walk.indentation.mesh.size,
+    return (
+        *(moment.force, moment.contact_area, walk.residual_depth(moment), moment.work),
+        *(float(np.sqrt(back / moment.work)), walk.indentation.mesh.size),
     )
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import pickle
 import time
 
+import numpy as np
 import pytest
 
 from comparisons.solving.executors import ProcessExecutor
@@ -84,7 +84,7 @@ def test_two_processes_share_the_work_on_a_list(tmp_path):
 
 
 @pytest.mark.usefixtures("counted")
-def test_an_exception_is_no_result(tmp_path):
+def test_an_exception_is_no_result():
     tries = []
 
     def fails(number):
@@ -97,7 +97,34 @@ def test_an_exception_is_no_result(tmp_path):
     with pytest.raises(ArithmeticError):
         known(1)
     assert known(1) == 1
-    assert all(pickle.loads(p.read_bytes()) == 1 for p in tmp_path.iterdir() if not p.suffix)
+
+
+@pytest.mark.usefixtures("counted")
+@pytest.mark.parametrize(
+    "result",
+    [
+        0.1 + 0.2,
+        float("inf"),
+        (1, "a", None, True),
+        {("free", 2): np.arange(3.0), "b": [np.ones((2, 2), bool), (0.1,)]},
+    ],
+)
+def test_plain_results_come_back_digit_for_digit(result):
+    known = shared()(lambda: result)
+    known()
+    known.cache_clear()
+    again = known()
+    assert type(again) is type(result)
+    np.testing.assert_equal(again, result)
+
+
+@pytest.mark.usefixtures("counted")
+def test_what_is_not_plain_is_refused():
+    """Nothing that could run code when it is read is written."""
+    with pytest.raises(TypeError, match="plain"):
+        shared()(lambda: np.array([object()]))()
+    with pytest.raises(TypeError, match="plain"):
+        shared()(lambda: print)()
 
 
 def test_the_folder_is_there_and_only_ours():
