@@ -35,7 +35,7 @@ REPEAT_SECONDS = 1.0
 THREADS = 1
 _CLEAR_PEAK = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")
-# What has been compiled in this process, and how long that took.
+# Kinds of tasks that are compiled in this process, and the seconds that took.
 _compiled: dict[tuple[object, ...], float] = {}
 
 
@@ -104,10 +104,10 @@ def _add_fields(solution: Solution) -> None:
 
 
 def _solve(solver: Solver[Any], task: Task) -> Solution:
-    """Solve, and hold back what the arithmetic warns of.
+    """Solve, and delay the warnings of floating-point arithmetic.
 
-    Warnings of the arithmetic (overflow at absurd scales) are told only if every step has an
-    answer: where steps are lost, the reason says it.
+    They (overflow at extreme scales) are passed on only if every step has an answer: of lost steps
+    the reason is recorded instead.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RuntimeWarning)
@@ -121,9 +121,9 @@ def _solve(solver: Solver[Any], task: Task) -> Solution:
 
 
 def kind_of(task: Task) -> tuple[object, ...]:
-    """Return what tasks have in common that need the same compiled code."""
-    periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
-    kind = (isinstance(task.geometry, RoughGeometry), periodic, task.loads.control)
+    """Return the key that tasks with the same compiled code share."""
+    rough = task.geometry if isinstance(task.geometry, RoughGeometry) else None
+    kind = (rough is not None, rough is not None and rough.periodic, task.loads.control)
     return (task.method, *kind, tuple(sorted(task.scene.physics)), task.options.changed())
 
 
@@ -160,10 +160,10 @@ def _first(solve: Callable[[], Solution]) -> tuple[Solution, float, float]:
 
 
 def _reset_peak() -> float:
-    """Set the kernel's high-water mark of this process back to what it uses now.
+    """Reset the kernel's peak of this process's memory to the present use, and return that.
 
-    Freed memory that the C library keeps would hide what the next solve takes: it is handed back
-    to the system first.
+    Freed memory that the C library keeps would hide what the next solve takes; it is returned to
+    the system first. NaN where the system has no such peak.
     """
     if sys.platform != "linux":
         return float("nan")

@@ -89,6 +89,6 @@ class Forecast:
         """Return the remaining time of jobs, divided among the workers."""
         costs = [self.cost(kind) for kind in kinds]
         estimates = [cost for cost in costs if cost is not None]
-        # However many workers there are, the dearest job is one worker's.
+        # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
         return Remaining(seconds, len(estimates) == len(costs))

@@ -32,6 +32,15 @@ _FORMULA = 32 * EPSILON
 def mutual_energies(radii: Array) -> tuple[Array, Array]:
     """Integrals of 1/|x - y| over all pairs of concentric discs, and bounds of their errors.
 
+    Parameters
+    ----------
+    radii : ndarray, shape (n,)
+        Positive radii of the discs, in any order.
+
+    Returns
+    -------
+    (ndarray, ndarray), shape (n, n)
+
     Examples
     --------
     >>> import numpy as np
@@ -83,7 +92,7 @@ class Discs:
         return bound_of_pressure(self, self.best_pressure(work), work, magnitude)
 
     def best_pressure(self, work: Array) -> Array:
-        """Pressure on each ring for the least complementary energy, cut at zero."""
+        """Return the pressure on each ring with the least complementary energy, cut at zero."""
         return np.maximum(np.cumsum(cho_solve(self._factor, work)[::-1])[::-1], 0.0)
 
 
@@ -97,7 +106,8 @@ def bound_of_pressure(discs: Discs, pressure: Array, work: Array, magnitude: Arr
     """
     if not (pressure >= 0).all():
         raise ValueError(
-            f"a bound from below needs a pressure that nowhere pulls; the least is {pressure.min()}"
+            f"pressure must be at least 0 everywhere, not {float(pressure.min())!r}: "
+            "one that pulls proves no bound from below"
         )
     peak = pressure.max(initial=0.0)
     if peak == 0.0:

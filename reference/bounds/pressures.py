@@ -74,8 +74,8 @@ class FanPressures:
         """
         if not (pressure >= 0).all():
             raise ValueError(
-                "a bound from below needs a pressure that nowhere pulls; the least is "
-                f"{pressure.min()}"
+                f"pressure must be at least 0 everywhere, not {float(pressure.min())!r}: "
+                "one that pulls proves no bound from below"
             )
         rounding = (2 * len(pressure) + 64) * EPSILON
         done = pressure @ work - (rounding + self._corners) * (pressure @ magnitude)

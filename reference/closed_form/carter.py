@@ -75,12 +75,21 @@ class Carter:
         return traction
 
     def creep(self, traction: ArrayLike) -> Array:
-        """Return the creep of |Q|/(mu P) < 1.
+        """Return the creep for Q/(mu P), the smallest one where it is 1.
 
+        Raises
+        ------
+        ValueError
+            If |Q|/(mu P) is above 1.
+
+        Examples
+        --------
         >>> round(float(Carter(1.0, 500.0, 0.3).creep(0.64)), 15)
         0.00024
         """
         size = np.abs(traction)
+        if not (size <= 1).all():
+            raise ValueError(f"traction must lie in [-1, 1], not {traction!r}")
         creep: Array = np.sign(traction) * self.full_creep * size / (1 + np.sqrt(1 - size))
         return creep
 

@@ -1,4 +1,4 @@
-"""What makes a film flow: surfaces that draw it along, or bodies that approach each other."""
+"""What drives the flow of a film besides pressure: surfaces that entrain it, bodies that approach."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ class Slopes(NamedTuple):
 
 
 class Transport(Protocol):
-    """What moves the oil beside its pressure."""
+    """What drives the flow besides pressure."""
 
     def balance(self, film: Film, state: State) -> Field:
-        """Return what leaves each cell per time."""
+        """Return the volume of oil that leaves each cell per time."""
 
     def slopes(self, film: Film, state: State) -> Slopes:
         """Return its derivatives."""
@@ -74,7 +74,7 @@ class Transport(Protocol):
         """Return the flow that the balance of each cell is compared with."""
 
     def admits(self, separation: float) -> bool:
-        """Whether there is such a flow with such a separation."""
+        """Whether this flow is possible at this separation."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class Entrainment:
     speed: float
 
     def balance(self, film: Film, state: State) -> Field:
-        """Return what leaves each cell per time."""
+        """Return the volume of oil that leaves each cell per time."""
         return film.balance(state.s, state.separation, state.displacement, self.speed)
 
     def slopes(self, film: Film, state: State) -> Slopes:
@@ -101,13 +101,13 @@ class Entrainment:
         )
 
     def admits(self, separation: float) -> bool:
-        """Whether there is such a flow with such a separation: always."""
+        """Return True: it is possible at any separation."""
         return True
 
 
 @dataclass(frozen=True)
 class Approach:
-    """Bodies that approach at a speed V, L = 12 eta V: a step from earlier films to the next.
+    """Bodies that approach at a speed V, L = 12 eta V: one step in time.
 
     The separation is the clock: it falls by V dt. Its derivative is a backward difference of second
     order on steps of any size (of first order where only one earlier film is known).
@@ -116,9 +116,9 @@ class Approach:
     ----------
     speed : float
     before : State
-        The film of the step before.
+        The film one step ago.
     earlier : State, optional
-        That before it.
+        The film two steps ago.
     """
 
     speed: float
@@ -126,7 +126,7 @@ class Approach:
     earlier: State | None = None
 
     def balance(self, film: Film, state: State) -> Field:
-        """Return what leaves each cell per time: what flows, and what the thicker film keeps."""
+        """Return the volume of oil that leaves each cell per time, and what it stores."""
         flow = film.balance(state.s, state.separation, state.displacement, 0.0)
         fall = self.before.separation - state.separation
         own, *others = self._weights(fall)
@@ -156,7 +156,7 @@ class Approach:
         return Slopes(by_s.tocsr(), by_displacement.tocsr(), by_separation)
 
     def carried(self, film: Film, state: State) -> Field:
-        """Return what the approach presses out of each cell."""
+        """Return the volume that the approach displaces from each cell per time."""
         return np.broadcast_to(self.speed * film.cells.area / film.cells.copies, film.gap.shape)
 
     def admits(self, separation: float) -> bool:

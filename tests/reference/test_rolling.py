@@ -152,6 +152,16 @@ def test_cylinder_is_carters(traction):
     assert_allclose(stick.size / 320, cylinder.stick_share(cylinder.creep(traction)), atol=0.01)
 
 
+def test_creep_of_a_traction_is_the_inverse_and_none_is_beyond_full_slip():
+    """To rounding, up to the full creep mu a/R, of either sign."""
+    cylinder, tractions = Carter(1.0, 100.0, 0.3), np.array([-1.0, -0.3, 0.0, 1e-12, 0.99, 1.0])
+    creeps = cylinder.creep(tractions)
+    assert_allclose(cylinder.traction(creeps), tractions, rtol=1e-12)
+    assert creeps[-1] == cylinder.full_creep
+    with pytest.raises(ValueError, match=r"traction must lie in \[-1, 1\]"):
+        cylinder.creep(1.01)
+
+
 def test_plane_rolling_is_of_first_order_in_the_cells():
     errors = [carter_on_a_grid(n, 0.5)[1] / 0.5 - 1 for n in (20, 40, 80)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])

@@ -15,7 +15,10 @@ RECORD = "claims.json"
 
 
 class PointRecord(Form):
-    """A measurement; None for missing numbers."""
+    """A measurement; None for missing numbers.
+
+    setting: of a draw over the nuisance parameters, their values by name.
+    """
 
     parameter: float | None
     error: float | None
@@ -23,7 +26,6 @@ class PointRecord(Form):
     word: str
     details: dict[str, float | str | None]
     seconds: float
-    # Where it is a draw over nuisance parameters: their values in words, by name.
     setting: dict[str, str] = Field(default_factory=dict)
 
 
@@ -39,8 +41,9 @@ class RangeRecord(Form):
 class NuisanceRecord(Form):
     """A claim along a parameter that its statement leaves open, the others as stated.
 
-    choices: the values in words, where they are no numbers; the points count them from 0. at: the
-    value of the claim's own parameter.
+    stated: the value along the claim's own parameter; of choices its place.
+    choices: labels of the values that are not numbers; points then count them from 0.
+    at: the value of the claim's own parameter.
     """
 
     name: str
@@ -54,7 +57,7 @@ class NuisanceRecord(Form):
 
 
 class RowRecord(Form):
-    """A row of a validity map: the claim along its own parameter, at one number of another."""
+    """A row of a validity map: the claim along its own parameter, at one value of another."""
 
     number: float
     points: list[PointRecord]
@@ -62,7 +65,10 @@ class RowRecord(Form):
 
 
 class MapRecord(Form):
-    """A validity map: the claim's own parameter across, `up` up; choices as of a nuisance."""
+    """A validity map: the claim's own parameter horizontally, the nuisance `up` vertically.
+
+    choices: as of the nuisance.
+    """
 
     up: str
     spacing: str
@@ -106,7 +112,7 @@ class ClaimRecord(Form):
 
     @property
     def finding(self) -> str:
-        """The verdict in one sentence, and what of the claim needs no measurement."""
+        """The verdict in one sentence, and the part of the claim that holds by theorem."""
         return f"{self.sentence} {self.theorem}".rstrip()
 
     @property
