@@ -205,7 +205,8 @@ class PeriodicSurface:
             For a pressure that is negative anywhere.
         """
         if not (pressure >= 0).all():
-            raise ValueError(f"pressure must be at least 0 everywhere, not {float(pressure.min())!r}")
+            least = float(pressure.min())
+            raise ValueError(f"pressure must be at least 0 everywhere, not {least!r}")
         transfer, remainder = cell_energies(self.grid, self.spacing, 1.0)
         modes = transforms.rfft2(pressure, norm="forward")
         square = np.abs(modes) ** 2 * _both_signs(self.grid)

@@ -1,4 +1,4 @@
-"""What drives the flow of a film besides pressure: surfaces that entrain it, bodies that approach."""
+"""What drives the flow of a film besides pressure: surfaces that entrain it, or an approach."""
 
 from __future__ import annotations
 
