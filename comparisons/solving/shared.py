@@ -70,15 +70,15 @@ class Shared(Generic[P, R]):
         """
         arguments = list(several)
         waiting = []
-        for one in arguments:
-            path = self._path(one, {})
+        for call in arguments:
+            path = self._path(call, {})
             if path is not None and not path.exists() and busy(_lock(path)):
-                waiting.append(one)
+                waiting.append(call)
             else:
-                self._kept(*one)
-        for one in waiting:
-            self._kept(*one)
-        return [self._kept(*one) for one in arguments]
+                self._kept(*call)
+        for call in waiting:
+            self._kept(*call)
+        return [self._kept(*call) for call in arguments]
 
     def _looked_up(self, *args: P.args, **kwargs: P.kwargs) -> R:
         path = self._path(args, kwargs)
