@@ -118,6 +118,31 @@ def test_scripts_and_tests_that_pages_name_are_there(program):
         assert (ROOT / path).exists(), path
 
 
+NAMED = [part for part in [*blocks(), *inline()] if part.startswith(("python docs", "pytest "))]
+
+
+@pytest.mark.parametrize("command", [part for part in NAMED if " -k " in part])
+def test_tests_that_pages_select_are_there(command):
+    """Each word behind -k is part of the name of a test in the files that are named."""
+    parts = shlex.split(command)
+    chosen = re.split(r" or | and |not ", parts[parts.index("-k") + 1])
+    roots = [ROOT / part for part in parts if part.startswith("tests/")]
+    files = [file for root in roots for file in (root.rglob("*.py") if root.is_dir() else [root])]
+    names = re.findall(r"def (test_\w+)", "".join(file.read_text("utf-8") for file in files))
+    missing = [word for word in chosen if word and not any(word.strip() in name for name in names)]
+    assert names
+    assert not missing
+
+
+@pytest.mark.parametrize("command", [part for part in NAMED if part.startswith("python docs")])
+def test_words_behind_scripts_are_those_that_they_know(command):
+    """Names of tables, verbs and flags stand in the script; numbers and files are a reader's."""
+    path, *words = shlex.split(command)[1:]
+    text = (ROOT / path).read_text(encoding="utf-8")
+    names = [word.lstrip("-") for word in words if re.fullmatch(r"[a-z-]+", word)]
+    assert [name for name in names if name not in text] == []
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Return a folder as a reader would have it: own scene, method and claim, two runs."""

@@ -10,10 +10,10 @@ return of `reference.plastic.materials` from the trial stress
 
 e_0 at the load before (J. C. Simo & T. J. R. Hughes, Computational Inelasticity, 1998, sec. 3.3).
 2 G is the largest stiffness that any pattern of plastic strains meets, and so each turn lowers the
-sum: steps of a proximal gradient in the plastic strains, hastened by Nesterov's rule (A. Beck &
-M. Teboulle, SIAM J. Imaging Sci. 2 (2009) 183), which begins anew where it has gone too far. A load
-is solved where no strain would change its automaton's stress by more than a per cent of the yield
-stress; strains, displacements and force are then those of one and the same turn.
+sum: steps of a proximal gradient in the plastic strains, accelerated by Nesterov's rule (A. Beck &
+M. Teboulle, SIAM J. Imaging Sci. 2 (2009) 183), without momentum after a turn that has gone too
+far. A load is solved when no strain would change its automaton's stress by more than a per cent of
+the yield stress; strains, displacements and force are then those of one and the same turn.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
     flowed : (n, 3, 3) ndarray
         Plastic strains of all automata, after the last load.
     amount : (n,) ndarray
-        What they have accumulated to.
+        Accumulated equivalent plastic strains.
     """
 
     def __init__(self, domain: Domain, material: PlasticMaterial, *, spacing: float = 1.0) -> None:
@@ -86,7 +86,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         ValueError
             If the gap does not fit, or the loads.
         ConvergenceError
-            If automata, flow, far field and force do not come to agree.
+            If automata, plastic strains, far field and force do not come to agree.
         """
         forced = path.one_of("penetration", "force") == "force"
         scale = self._unit_of(path.control)
@@ -113,7 +113,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
     def _lift_off(
         self, gap: Floats, balance: float, *, depth: float | None = None, keep: bool = False
     ) -> ParticleContact:
-        """Return the body left alone, at a depth of the shape or where contact is lost."""
+        """Return the body without load, at a given penetration or where contact is lost."""
         state = self.flowed, self.amount, self._before
         none = np.zeros(0, dtype=np.int64)
         search = Search(np.zeros(self._size), np.zeros(self.far.shares.shape[1]), 0.0)
@@ -129,7 +129,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         return replace(left, penetration=depth * self.spacing)
 
     def _relaxed(self, floor: Floor, search: Search, balance: float) -> Rest:
-        """Relax and let flow in turn, until no automaton would flow any further."""
+        """Solve for displacements and plastic strains in turn until no automaton yields further."""
         history: list[float] = []
         steps, pace, last = 0, 1.0, self.flowed
         for _ in range(MOST_TURNS):
@@ -139,10 +139,9 @@ class PlasticHalfSpace(ParticleHalfSpace):
             history.append(off)
             if off <= EXCESS:
                 return replace(rest, steps=steps)
-            begin_anew = len(history) > 1 and off > history[-2]
-            pace, before = 1.0 if begin_anew else pace, pace
-            pace = 0.5 * (1 + np.sqrt(1 + 4 * before**2))
-            ahead = 0.0 if begin_anew else (before - 1) / pace
+            too_far = len(history) > 1 and off > history[-2]
+            before, pace = pace, 0.5 * (1 + np.sqrt(1 + 4 * pace**2))
+            ahead = 0.0 if too_far else (before - 1) / pace
             self.flowed, last = strain + ahead * (strain - last), strain
             self.amount = amount
         raise ConvergenceError(
