@@ -7,7 +7,7 @@ by the linear programme whose value is the force (Barber 1974, Int. J. Eng. Sci.
 
     F = max { int (d - g) dm : m >= 0, K m <= 1 where m > 0 }  >=  k (d - <g>),
 
-with <g> the mean of the gap over the sphere: a body without another formula has this one. Several
+with <g> the mean of the gap over the sphere: a bound for bodies that have no other formula. Several
 ellipses carry more. Under the force f_j ellipse j sinks in by f_j/k_j, and a point outside by
 f_j R_F(s, s + a_j^2, s + b_j^2)/pi, s the confocal coordinate of the point (R_F Carlson's
 integral, `elliptic.first_kind_above`). No point of another convex set with the support function h
@@ -35,16 +35,16 @@ from reference.bounds.interval import EPSILON, Interval, above, below
 
 Array = NDArray[np.float64]
 
-# Searches one after the other, each from the end of the last, while they gain.
+# Searches in a row at most, each from the end of the last, while they improve the bound.
 _SEARCHES = 5
-# Directions in which two ellipses are tried apart: any one proves, more make it sharper.
+# Directions in which two ellipses are separated: each gives a bound, and the best one counts.
 _DIRECTIONS = 64
 
 
 def elliptic_stiffness(a: float, b: float) -> Interval:
     """Stiffness pi a/K(m) of an elliptic punch for E* = 1, m = 1 - (b/a)^2 (Johnson 1985, 3.5).
 
-    It is enclosed but for rounding, as the pressure moves the whole face by the same.
+    Only rounding makes it an interval: its pressure displaces the whole face equally.
     """
     long, short = max(a, b), min(a, b)
     least, most = complete((short / long) ** 2, 1.0, 1.0)
@@ -64,7 +64,7 @@ class Ellipse:
 
     @property
     def stiffness(self) -> float:
-        """Stiffness for E* = 1, not rounded up; zero of no size."""
+        """Lower bound of the stiffness for E* = 1; zero for an empty ellipse."""
         if not min(self.a, self.b) > 0:
             return 0.0
         return elliptic_stiffness(self.a, self.b).lower
@@ -81,7 +81,7 @@ class Ellipse:
 
 
 class MeanGap(Protocol):
-    """A gap, by its mean under the pressure of an elliptic punch."""
+    """A gap that can be averaged over the pressure of an elliptic punch."""
 
     def within(self, ellipse: Ellipse) -> Ellipse:
         """Return the ellipse, scaled to lie where there is material; to nothing if none."""

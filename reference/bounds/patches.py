@@ -41,9 +41,9 @@ _ROUNDS = 8
 _POWER = 1.8
 # Steps of the chords of the force, over the penetration.
 _CHORD = 0.05, 0.6
-# Share of the upper bound below which the lower one is tried anew, in closed form.
+# Fraction of the upper bound below which ellipses are tried for a better lower one.
 _SHARP = 0.5
-# Squares per point of the map on which places that a body does not reach are told.
+# Squares per point of the map that locates where the body is not reached.
 _LOOK = 8
 
 
@@ -98,7 +98,7 @@ class Patch:
         return effective_modulus * Interval(lower, upper)
 
     def energy(self, penetration: Interval, effective_modulus: float) -> Interval:
-        """Energy, with which it grows, at a penetration that is enclosed itself.
+        """Energy at a penetration in an interval; it grows with the penetration.
 
         Raises
         ------

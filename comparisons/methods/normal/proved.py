@@ -1,8 +1,8 @@
-"""How a scene is put to the theorems that enclose its force, energy and stiffness.
+"""Proved bounds of a scene's force, energy and stiffness.
 
-Two computations that share no code bound the same number from both sides (`reference.bounds`).
-Rigid convex body or rough surface (`proved_rough`), no friction, one elastic half-space: what is
-outside is refused with its reason.
+Two computations that share no code bound the same number from both sides (`reference.bounds`). The
+theorems cover a rigid convex body or a rough surface (`proved_rough`) on one elastic half-space
+without friction; other scenes are refused with the reason.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from reference.bounds.interval import POWER, Interval, above, below
 from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
 
 At = Callable[[float], Interval]
-# At a penetration and a force of which one is given, and the other enclosed.
+# Of penetration and force, one of which is given and the other an interval.
 Of = Callable[[Interval, Interval], Interval]
 
 # From the origin to the edge, for a tolerance of 1 %: rings and elements of bodies of revolution;
@@ -46,7 +46,7 @@ _SLENDER_CONTACT, _SLENDER_FACE = 60.0, 30.0
 
 @dataclass(frozen=True)
 class Proof:
-    """What the theorems enclose of an indenter; nothing is computed before it is asked for.
+    """Intervals that theorems prove for an indenter, computed on request.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Proof:
     energy, stiffness : callable
         ``energy(penetration, force) -> Interval``, of which one is given and the other enclosed.
     deepest, heaviest : float
-        Penetration and force up to which something is proved.
+        Largest penetration and force at which anything is proved.
     """
 
     force: At
@@ -69,7 +69,7 @@ class Proof:
 
 
 def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
-    """Return the sides of everything that is enclosed, over the load steps.
+    """Return lower and upper bounds of all quantities that are enclosed, over the load steps.
 
     Returns
     -------

@@ -1,7 +1,8 @@
-"""How a rough surface is put to the theorems: one that is a sum of waves, on cells that are few.
+"""Proved bounds of one rough surface, on few cells.
 
-Free patches by a linear programme and its dual, periods by energies at some mean pressures. The
-rigid surface is the band-limited function through its points, which grids only sample.
+Free patches are bounded by a linear programme and its dual, periodic surfaces by energies at some
+mean pressures. The rigid surface is the band-limited function through its points; grids only sample
+it.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from reference.bounds.interval import Interval, above, below
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
 
-# Cells a side, as far as that is two to eight to a point; some seconds a load, and a few per cent
-# wide. Points a side beyond which even these take minutes.
+# Cells per side, but two to eight per point: intervals a few per cent wide in some seconds a load.
+# With more points per side than the last number the bounds take minutes.
 _CELLS = {"free": 64, "periodic": 256}
 _LEAST, _MOST, _MOST_POINTS = 2, 8, 128
 # Share of the mean gap beyond which a period is nearly full: its stiffness has no bound there.
@@ -29,7 +30,7 @@ _NEARLY_FULL = 0.9
 
 @dataclass(frozen=True)
 class RoughProof:
-    """What the theorems enclose of one rough surface, by the penetration from its highest point.
+    """Intervals that theorems prove for one rough surface; penetrations from its highest point.
 
     Attributes
     ----------
@@ -37,7 +38,7 @@ class RoughProof:
     modulus : float
         E*.
     finer : float
-        Cells a side, over the fewest.
+        Cells per side relative to the default.
     """
 
     geometry: RoughGeometry
@@ -59,7 +60,7 @@ class RoughProof:
 
     @cached_property
     def _higher(self) -> float:
-        """By how much the highest point is above the sample that the bounds count from."""
+        """Height of the highest point above the sample that the bounds count from."""
         return self._highest - self._surface.top
 
     @property
@@ -69,7 +70,7 @@ class RoughProof:
 
     @property
     def deepest(self) -> float:
-        """Penetration up to which something is proved."""
+        """Largest penetration at which anything is proved."""
         if not self.geometry.periodic:
             return math.inf
         return _NEARLY_FULL * self._highest
