@@ -119,7 +119,7 @@ class LoadedFilm:
                 step = _Step(self, flow, state)
             else:
                 step.renew(state)
-            change = step.solve(mass, force, min(1e-2, 0.1 * error))
+            change = step.solve(mass, force, min(1e-2, 0.1 * error), 0.1 * tolerance)
             state = self._moved(flow, state, *change)
         raise ConvergenceError(
             f"the film is balanced to {history[-1]:.1e}, not to {tolerance:.0e}, after "
@@ -192,21 +192,29 @@ class _Step:
         self.positive = (state.s > 0).ravel().astype(float)
         self.push = self.loaded.film.cells.area.ravel() * self.positive
 
-    def solve(self, mass: Field, force: float, accuracy: float) -> tuple[Field, float]:
-        """Return the changes of s and of the separation."""
+    def solve(
+        self, mass: Field, force: float, accuracy: float, floor: float
+    ) -> tuple[Field, float]:
+        """Return the changes of s and of the separation.
+
+        `accuracy` is relative, `floor` what the errors need not fall below. GMRES ends at its
+        preconditioned residual, so that the true one may miss the accuracy: the next round of
+        Newton's method makes up for it, the factorisation is no worse.
+        """
         size = mass.size + 1
         counts: list[float] = []
-        answer, unfinished = gmres(
+        answer, _ = gmres(
             LinearOperator((size, size), self._apply),
             -np.append(mass.ravel(), force) / self.scale,
             M=LinearOperator((size, size), self._precondition),
             rtol=accuracy,
+            atol=floor,
             restart=_MOST,
             maxiter=1,
             callback=counts.append,
             callback_type="pr_norm",
         )
-        self.slow = len(counts) > _PATIENCE or unfinished != 0
+        self.slow = len(counts) > _PATIENCE
         return answer[:-1].reshape(mass.shape), float(answer[-1])
 
     def _apply(self, vector: Field) -> Field:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import Akima1DInterpolator
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.errors import ConvergenceError
@@ -40,6 +41,9 @@ _FEWEST, FEWEST_PER_WAVE, _COARSE_WAVE = 4, 6, 3
 _REACH, _SQUEEZED_REACH = 1e3, 200.0
 # The least of them, in l.
 _AROUND = 20.0
+# Imbalance of a film, and of those from which others start.
+_BALANCED, _ROUGHLY = 1e-10, 1e-3
+_TINY = float(np.finfo(float).tiny)
 # Film of the start, in units of the displacement of the surface.
 _STIFF = 8.0
 
@@ -166,12 +170,12 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     levels = _doubled(resolution, problem.coarsest(resolution))
     grid = problem.on(levels[0])
     films, failure = _lowered(
-        grid, [_rigid_start(grid, number)], number, _closest(levels[0], resolution)
+        grid, [_rigid_start(grid, number)], number, finest=levels[0] == resolution
     )
     for per_length in levels[1:]:
         coarse, grid = grid, problem.on(per_length)
         starts = [(at, _prolonged(coarse, film, grid)) for at, film in films]
-        films, failed = _lowered(grid, starts, number, _closest(per_length, resolution))
+        films, failed = _lowered(grid, starts, number, finest=per_length == resolution)
         failure = failed or failure
     if failure is not None and not (films and films[-1][0] == number):
         raise ConvergenceError(
@@ -236,11 +240,6 @@ def _squeezed(loaded: LoadedFilm, number: float) -> State:
     separation = np.pi * number / (2 * loaded.load)
     s = number / 4 / (loaded.film.gap + separation) ** 2
     return State(s, separation, loaded.surface.displacement(s))
-
-
-def _closest(per_length: int, resolution: int) -> float:
-    """Return the largest ratio of speeds that is tried on cells."""
-    return _CLOSEST if per_length == resolution else _NEAR_ENOUGH
 
 
 def _doubled(resolution: int, coarsest: float) -> list[int]:
@@ -358,7 +357,7 @@ def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
 
 
 def _lowered(
-    loaded: LoadedFilm, starts: list[tuple[float, State]], number: float, closest: float
+    loaded: LoadedFilm, starts: list[tuple[float, State]], number: float, *, finest: bool
 ) -> tuple[list[tuple[float, State]], ConvergenceError | None]:
     """Lower the speed to a number, or as far as films go that the cells resolve; and what ended it.
 
@@ -368,37 +367,63 @@ def _lowered(
     starts : list of (float, State)
         Films nearby, at falling speeds: the slowest that leads to a film is taken.
     number : float
-    closest : float
-        Largest ratio of speeds that is tried.
+    finest : bool
+        Whether the last film is the answer; all others are starts, balanced roughly.
     """
+    closest = _CLOSEST if finest else _NEAR_ENOUGH
+
+    def solved(speed: float, start: State) -> State:
+        flow = Entrainment(speed)
+        return loaded.solve(flow, start, _BALANCED if finest and speed == number else _ROUGHLY)
+
     films: list[tuple[float, State]] = []
     ratio, failure = _RATIO, None
     while not films and starts:
         reached, start = starts.pop()
         try:
-            films = [(reached, loaded.solve(Entrainment(reached), start))]
+            films = [(reached, solved(reached, start))]
         except ConvergenceError as error:
             failure = error
     while films and films[-1][0] != number and ratio <= closest:
         reached, state = films[-1]
-        target = number if number >= reached * ratio else reached * ratio
+        # equal steps, none of them short
+        steps = max(1, int(np.ceil(np.log(number / reached) / np.log(ratio))))
+        target = number if steps == 1 else reached * (number / reached) ** (1 / steps)
         try:
-            films.append((target, loaded.solve(Entrainment(target), state)))
+            films.append((target, solved(target, state)))
         except ConvergenceError as error:
             failure, ratio = error, float(np.sqrt(ratio))
     return films, failure
 
 
 def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:
-    """Return a film between coarse cells on finer ones, lifted where it would be too thin."""
-    s = state.s
-    for axis in (0, 1):
-        source, target = (grid.film.cells.centres[axis].ravel() for grid in (coarse, fine))
-        s = np.apply_along_axis(lambda line: np.interp(target, source, line), axis, s)  # noqa: B023
+    """Return a film between coarse cells on finer ones, lifted where it would be too thin.
+
+    Pressure and vapour are interpolated apart, by Akima's curves, which neither overshoot where the
+    film ruptures nor kink: straight lines kink at every coarse cell, where thin films are lost.
+    """
+    pressure, vapour, full = (
+        _between(coarse.film.cells, values, fine.film.cells)
+        for values in (state.pressure, state.vapour, np.sign(state.s))
+    )
+    s = np.where(full > 0, np.maximum(pressure, _TINY), -np.clip(vapour, _TINY, 1.0))
     displacement = fine.surface.displacement(np.maximum(s, 0.0))
     least = 0.7 * float(coarse.film.thickness(state.separation, state.displacement).min())
     short = least - float(fine.film.thickness(state.separation, displacement).min())
     return State(s, state.separation + max(0.0, short), displacement)
+
+
+def _between(coarse: Cells, values: Field, fine: Cells) -> Field:
+    """Return values in the middle of coarse cells in the middle of finer ones."""
+    whole = coarse.whole(values)
+    for axis in (0, 1):
+        source, target = (
+            cells.whole(cells.centres[axis], odd=True).ravel() if axis else cells.centres[0].ravel()
+            for cells in (coarse, fine)
+        )
+        curve = Akima1DInterpolator(source, whole, axis=axis)
+        whole = curve(np.clip(target, source[0], source[-1]))
+    return np.asarray(whole)[:, -fine.shape[1] :]
 
 
 def _centre(cells: Cells, thickness: Field) -> float:
