@@ -130,6 +130,8 @@ def references() -> list[str]:
 
 # The half-space on a grid that leads: others on the same grid are compared with it cell by cell.
 GRID = next(name for name in references() if METHODS[name].grid)
+# The leading finite elements.
+ELEMENTS = "fem"
 # Candidates that share no code and run unasked: of several grids, whose kernels are the same, the
 # first one only.
 INDEPENDENT = (

@@ -6,16 +6,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from comparisons.facts.methods import GRID, METHODS
+from comparisons.facts.methods import ELEMENTS, GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
 from comparisons.judging.uncertainty import (
-    SHARE_RULE,
-    Calibrated,
+    Kind,
     combined,
-    grid_uncertainty,
-    of_fewer_cells,
-    share_uncertainty,
+    discretisation,
 )
 from comparisons.tasks.solution import Contact, Solution, Solved
 
@@ -135,25 +132,19 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
-        measured = self._calibrated(name)
-        if measured is not None:
-            bar = share_uncertainty(np.array(list(curves)), series, measured)
-        else:
-            sizes = sizes_along_path(series[-1]) if last.path else None
-            bar = grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
-        on_cells = self._contact == "single" and METHODS[self.method].grid
-        return of_fewer_cells(bar) if on_cells else bar
+        sizes = sizes_along_path(series[-1]) if last.path else None
+        return discretisation(np.array(list(curves)), series, name, self._kind, sizes=sizes)
 
-    def _calibrated(self, name: str) -> Calibrated | None:
-        """Return as what the share of a quantity's error was measured, None if it was not."""
+    @property
+    def _kind(self) -> Kind | None:
+        """As what the share of an error was measured, None if it was not."""
         row, contact = METHODS[self.method], self._contact
         if contact == "single":
-            cells: Calibrated = (name, "cells")
-            return cells if row.grid and SHARE_RULE.covers(cells) else None
-        if contact == "free" or (contact == "periodic" and row.grid):
-            return (name, contact) if row.dimension == 3 else None
+            return "cells" if row.grid else "elements" if self.method == ELEMENTS else None
+        if not contact or row.dimension != 3:
+            return None
         # of elements under periodic surfaces the wider share holds
-        return (name, "free") if contact == "periodic" and row.dimension == 3 else None
+        return contact if row.grid else "free"
 
     @property
     def rough(self) -> bool:

@@ -40,37 +40,44 @@ class Rule:
     floor: float = 0.5
 
 
-# A quantity, and of what: a "free" or "periodic" rough surface, or a single contact on "cells".
-Kind = Literal["free", "periodic", "cells"]
+# What a share of the error was measured of: a "free" or "periodic" rough surface; a single contact
+# on "cells" or on finite "elements".
+Kind = Literal["free", "periodic", "cells", "elements"]
 Calibrated = tuple[str, Kind]
-# Radii of single contacts, whose share is that of the area.
-RADII = ("contact_radius", "equivalent_radius")
+# Radii of single contacts, whose share is that of the area, and how the area goes with each.
+AREAS = {"contact_area": 1, "contact_radius": 2, "equivalent_radius": 2}
 
 
 @dataclass(frozen=True)
 class ShareRule:
-    """Bars as a share of the last change from one grid to the next.
+    """Bars as a share of the changes from one grid to the next.
 
     An observed order is noise: contact edges move in jumps of a cell, spots of rough surfaces
-    appear and join. But the error left is a share of the last change that was measured (at a ratio
-    of two between grids; others to first order): of single contacts against closed forms, of rough
-    surfaces against grids eight times finer. Elsewhere `Rule` holds.
+    appear and join. But the error left is a share of the changes that were measured: of single
+    contacts against closed forms, of rough surfaces against grids eight times finer. Elsewhere
+    `Rule` holds.
+
+    Of rough surfaces it is a share of the last change at the load (at a ratio of two between grids;
+    others to first order). Of single contacts all loads see the same cells: what the changes
+    between the last three grids leave is pooled over them (`_pooled`).
 
     Attributes
     ----------
     factors : tuple
         (quantity, kind) and factor. Other quantities of rough surfaces have the largest; of single
-        contacts none: stiffness jumps with every cell that comes in.
+        contacts none, but radii that of the area and, on elements, penetration that of the force.
+    orders : tuple
+        Of single contacts: (quantity, kind) and the order by which a change between coarser grids
+        counts less. Chosen, with the factors that they need, for the narrowest bars.
     two : float
-        What it is multiplied by where there are two grids only: their change may be small by
-        chance, and no other tells.
-    floor, single_floor : float
-        As in `Rule`, of rough surfaces and of single contacts: there single steps are right by
-        chance more often, and references that agree must not seem to differ at one.
+        What the factor of rough surfaces is multiplied by where there are two grids only: their
+        change may be small by chance, and no other tells.
+    floor : float
+        As in `Rule`, of rough surfaces.
 
-    Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; floors, the
-    coverage that is required there, and that stiffness has no share, were chosen by hand, after the
-    quick suite's proved intervals had been seen.
+    Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; orders and
+    margins, the coverage that is required there, and the floor were chosen by hand, after proved
+    intervals had been seen.
     """
 
     factors: tuple[tuple[Calibrated, float], ...] = (
@@ -82,32 +89,56 @@ class ShareRule:
         (("mean_gap", "periodic"), 0.22),
         (("stiffness", "free"), 1.21),
         (("stiffness", "periodic"), 0.66),
-        (("force", "cells"), 0.7),
-        (("penetration", "cells"), 0.56),
-        (("contact_area", "cells"), 1.12),
+        (("force", "cells"), 5.4),
+        (("penetration", "cells"), 4.17),
+        (("contact_area", "cells"), 3.54),
+        (("stiffness", "cells"), 2.78),
+        (("force", "elements"), 1.06),
+        (("contact_area", "elements"), 1.96),
+        (("stiffness", "elements"), 1.06),
+    )
+    orders: tuple[tuple[Calibrated, float], ...] = (
+        (("force", "cells"), 2.5),
+        (("penetration", "cells"), 2.5),
+        (("contact_area", "cells"), 2.0),
+        (("stiffness", "cells"), 1.0),
+        (("force", "elements"), 2.0),
+        (("contact_area", "elements"), 2.0),
+        (("stiffness", "elements"), 2.0),
     )
     two: float = 1.4
     floor: float = 0.5
-    single_floor: float = 1.0
-
-    def least(self, kind: Kind) -> float:
-        """Return what share of the median change a step's own counts at least."""
-        return self.single_floor if kind == "cells" else self.floor
 
     def covers(self, quantity: Calibrated) -> bool:
         """Whether the quantity's share was measured, or that of its like is taken."""
-        return quantity[1] != "cells" or self._known(quantity) is not None
+        return not single(quantity[1]) or _like(quantity) in dict(self.factors)
+
+    def order(self, quantity: Calibrated) -> float:
+        """Return the order of a quantity of a single contact."""
+        return dict(self.orders)[_like(quantity)]
 
     def factor(self, quantity: Calibrated, grids: int = 3) -> float:
         """Return the factor of a quantity that so many grids know."""
-        own = self._known(quantity)
-        if own is None:
-            own = max(factor for _, factor in self.factors)
+        known = dict(self.factors)
+        if single(quantity[1]):
+            return known[_like(quantity)]
+        widest = max(factor for (_, kind), factor in self.factors if not single(kind))
+        own = known.get(quantity, widest)
         return own if grids > 2 else self.two * own
 
-    def _known(self, quantity: Calibrated) -> float | None:
-        name, kind = quantity
-        return dict(self.factors).get(("contact_area" if name in RADII else name, kind))
+
+def single(kind: Kind | None) -> bool:
+    """Whether it is a kind of single contacts."""
+    return kind in ("cells", "elements")
+
+
+def _like(quantity: Calibrated) -> Calibrated:
+    """Return the quantity whose share one of a single contact takes."""
+    name, kind = quantity
+    if name in AREAS:
+        return "contact_area", kind
+    # at a prescribed force it errs by less than the force at a prescribed penetration
+    return ("force", kind) if (name, kind) == ("penetration", "elements") else quantity
 
 
 # Orders between which an observed one is looked for.
@@ -185,7 +216,7 @@ def share_uncertainty(
     quantity: Calibrated,
     rule: ShareRule = SHARE_RULE,
 ) -> np.ndarray:
-    """Return the relative uncertainty of the finest of several grids by its share, (k,).
+    """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
     Parameters as of `grid_uncertainty`, and the quantity with what it is of.
 
@@ -201,17 +232,84 @@ def share_uncertainty(
     resolutions, curves = np.asarray(resolutions, dtype=float)[usable], curves[usable]
     if len(curves) < 2:
         return np.full(curves.shape[1], np.nan)
-    ratio = resolutions[-1] / resolutions[-2]
     with np.errstate(divide="ignore", invalid="ignore"):
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))
+        known = _pooled if single(quantity[1]) else _last
+        bar = known(resolutions, curves, changes, quantity, rule)
+    return np.where(np.isfinite(curves[-1]), bar, np.nan)
+
+
+def _last(
+    resolutions: np.ndarray,
+    curves: np.ndarray,
+    changes: np.ndarray,
+    quantity: Calibrated,
+    rule: ShareRule,
+) -> np.ndarray:
+    """Return the bar from the last change at each load, (k,)."""
+    ratio = resolutions[-1] / resolutions[-2]
     change = changes[-1]
     if len(changes) > 1:
         # a change that is small by chance: second order at best follows the one before
         before = resolutions[-2] / resolutions[-3]
         change = np.fmax(change, changes[-2] * (1 - ratio**-2) / (before**2 - 1))
-    change = np.fmax(change, rule.least(quantity[1]) * _typical(change))
-    bar = rule.factor(quantity, len(curves)) * change / (ratio - 1)
-    return np.where(np.isfinite(curves[-1]), bar, np.nan)
+    change = np.fmax(change, rule.floor * _typical(change))
+    return rule.factor(quantity, len(curves)) * change / (ratio - 1)
+
+
+def _pooled(
+    resolutions: np.ndarray,
+    curves: np.ndarray,
+    changes: np.ndarray,
+    quantity: Calibrated,
+    rule: ShareRule,
+) -> np.ndarray:
+    """Return the bar from the last two changes at all loads, (k,).
+
+    Were the errors of different grids independent, and c n^-p in size, a change from N to n would
+    be sqrt(N^-2p + n^-2p) c: each change is an estimate of what is left on the finest grid, and the
+    root of their mean square is known better than one change, which may be small by chance. At a
+    load the mean of its own estimate and of that over all loads counts. On cells errors of the area
+    are much the same at all loads: only the mean over them counts, relative to the area.
+    """
+    n, power = resolutions[-3:], -2 * rule.order(quantity)
+    left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
+    own = _rms(changes[-2:] * left[:, None], axis=0)
+    if quantity[1] == "cells" and quantity[0] in AREAS:
+        sizes = np.abs(curves[-1]) ** AREAS[quantity[0]]
+        bar = _rms(own * sizes) / sizes
+    else:
+        typical = _rms(own)
+        bar = np.sqrt((np.where(np.isfinite(own), own, typical) ** 2 + typical**2) / 2)
+    bar = rule.factor(quantity) * bar
+    return of_fewer_cells(bar) if quantity[1] == "cells" else bar
+
+
+def _rms(values: np.ndarray, axis: int | None = None) -> np.ndarray:
+    """Return the root mean square of the finite values, NaN where there are none."""
+    finite = np.isfinite(values)
+    squares = np.sum(np.where(finite, values, 0.0) ** 2, axis=axis)
+    return np.asarray(np.sqrt(squares / finite.sum(axis=axis)))
+
+
+def discretisation(
+    resolutions: np.ndarray,
+    curves: np.ndarray,
+    quantity: str,
+    kind: Kind | None,
+    *,
+    rule: ShareRule = SHARE_RULE,
+    sizes: np.ndarray | None = None,
+) -> np.ndarray:
+    """Return the relative uncertainty of the finest of several solutions, per load step, (k,).
+
+    By its share where that was measured, else by the grid convergence index (`grid_uncertainty`,
+    for the parameters).
+    """
+    if kind is not None and rule.covers((quantity, kind)):
+        return share_uncertainty(resolutions, curves, (quantity, kind), rule)
+    bar = grid_uncertainty(resolutions, curves, sizes=sizes)
+    return of_fewer_cells(bar) if kind == "cells" else bar
 
 
 def of_fewer_cells(bars: np.ndarray) -> np.ndarray:

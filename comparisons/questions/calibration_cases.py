@@ -18,9 +18,7 @@ from comparisons.judging.uncertainty import (
     Kind,
     ShareRule,
     combined,
-    grid_uncertainty,
-    of_fewer_cells,
-    share_uncertainty,
+    discretisation,
 )
 
 # Why a bar has no interval beside it.
@@ -35,8 +33,8 @@ class Case:
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
-    `unproved` says why there is none at all. `kind`: what its share of
-    the last change was measured for (`uncertainty.ShareRule`).
+    `unproved` says why there is none at all. `kind`: what its share of the changes was measured for
+    (`uncertainty.ShareRule`).
     """
 
     half: str
@@ -62,11 +60,7 @@ class Case:
     def bars(self) -> np.ndarray:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
         levels = np.array(self.resolutions)
-        if self.kind is not None and self.rule.covers((self.quantity, self.kind)):
-            grid = share_uncertainty(levels, self.curves, (self.quantity, self.kind), self.rule)
-        else:
-            grid = grid_uncertainty(levels, self.curves)
-        grid = of_fewer_cells(grid) if self.kind == "cells" else grid
+        grid = discretisation(levels, self.curves, self.quantity, self.kind, rule=self.rule)
         return combined(grid, self.bars_beside_grid)
 
     @property

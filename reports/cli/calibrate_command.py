@@ -11,7 +11,7 @@ from reports.printable import say
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
-COVERAGE, WIDTHS = 0.95, {"single contacts": 6.5, "rough surfaces": 3.0}
+COVERAGE, WIDTHS = 0.95, {"single contacts": 3.5, "rough surfaces": 3.0}
 # Share of all bars, each of one load step, that may miss a proved interval.
 REFUTED = 0.005
 
@@ -22,7 +22,7 @@ def calibrate(
     """Compare the references' error bars with true errors: closed forms, rough surfaces.
 
     Exits with code 1 if the bars cover less than 95 % of the cases, their median width exceeds
-    6.5 times the true error (rough surfaces: three times), or one does not reach what is proved.
+    3.5 times the true error (rough surfaces: three times), or one does not reach what is proved.
 
     Parameters
     ----------

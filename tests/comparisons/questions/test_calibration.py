@@ -23,9 +23,9 @@ from comparisons.questions.calibration_cases import (
     held_against,
     summary,
 )
-from comparisons.questions.shares import MARGIN_ON_CELLS, fitted_rule
+from comparisons.questions.shares import SINGLE, fitted_rule
 from comparisons.solving.inquiries import answer_of
-from reports.cli.calibrate_command import REFUTED
+from reports.cli.calibrate_command import REFUTED, WIDTHS
 from reports.pages.calibration import calibration_page
 
 
@@ -89,33 +89,84 @@ def test_coverage_and_width_of_bars_that_are_known():
     assert rows.count == 3
 
 
-def test_a_share_of_the_last_change_is_the_bar_at_any_order():
-    """Of f = 1 + c n^-p the last change is 2^p - 1 times the error: of second order three times."""
-    factor = SHARE_RULE.factor(("force", "cells"))
-    for order in (1.0, 2.0):
-        result = case(order, 0.01)
-        assert result.bar / result.error == pytest.approx(factor * (2**order - 1), rel=1e-2)
+def share(order: float, assumed: float) -> float:
+    """Return bar over error of f = 1 + c n^-order on 8, 16, 32 for a factor of one.
+
+    The changes are (2^o - 1) and 2^o (2^o - 1) times the error. Each counts divided by
+    sqrt(n^-2p + N^-2p) over that of the finest, and the mean of their squares is taken.
+    """
+    counted = (1 + 4 ** (order - assumed)) / 2 / (4**assumed + 1)
+    return (2**order - 1) * counted**0.5
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0])
+def test_the_bar_on_cells_is_a_share_of_the_last_two_changes(order):
+    known = "force", "cells"
+    result = case(order, 0.01)
+    expected = SHARE_RULE.factor(known) * share(order, SHARE_RULE.order(known))
+    # relative changes are of values that are not quite one
+    assert result.bar / result.error == pytest.approx(expected, rel=1e-2)
+    coarser = np.vstack([[7.0] * 3, result.curves])  # and of no more than two
+    wide = replace(result, resolutions=(4, *result.resolutions), curves=coarser)
+    np.testing.assert_array_equal(wide.bars, result.bars)
+
+
+def test_a_change_that_is_small_by_chance_is_not_believed():
+    """At one load the finest grids agree, or all grids: the other load speaks for it."""
+    base = case(2.0, 0.1)
+    lucky = base.curves.copy()
+    lucky[:, 2] = lucky[-1, 2]
+    bars = replace(base, curves=lucky).bars
+    # own estimate nothing, that over three loads sqrt(2/3), their mean square a half of it
+    assert bars[2] == pytest.approx(base.bars[2] / 3**0.5, rel=1e-2)
+    lucky = base.curves.copy()
+    lucky[1] = lucky[2]
+    assert replace(base, curves=lucky).bar > base.error
+
+
+def test_errors_of_areas_are_alike_at_all_loads_in_cells():
+    """A contact four times larger has a quarter of the bar; a radius changes by half."""
+    sizes = np.array([1.0, 2.0, 4.0])
+    areas = sizes + np.array([[0.1], [0.02], [0.0]]) * [1.0, -1.0, 1.0]
+    area = replace(case(1.0, 0.1), quantity="contact_area", curves=areas).bars
+    np.testing.assert_allclose(area * sizes, area[0], rtol=1e-9)
+    radius = replace(case(1.0, 0.1), quantity="equivalent_radius", curves=areas**0.5).bars
+    np.testing.assert_allclose(radius, area / 2, rtol=0.05)  # to first order in the changes
+
+
+def test_a_load_that_a_coarser_grid_lost_has_the_bar_of_the_others():
+    base = case(2.0, 0.1)
+    lost = base.curves.copy()
+    lost[:2, 0] = np.nan
+    np.testing.assert_allclose(replace(base, curves=lost).bars, base.bars, rtol=1e-9)
+    lost = base.curves.copy()
+    lost[2, 0] = np.nan
+    assert np.isfinite(replace(base, curves=lost).bars).tolist() == [False, True, True]
 
 
 def test_the_fit_takes_the_smallest_share_that_covers():
-    """First order leaves the whole last change, second order a third of it: all must be covered."""
+    """Second order leaves less of its changes than first order does: all must be covered."""
+    known = "force", "cells"
+    margin, assumed = SINGLE[known][1], SHARE_RULE.order(known)
+    # FINE_FACTORS go in steps of half a per cent; changes are relative as above
     second = [case(2.0, c, "fitting", s) for c in (0.1, -0.2) for s in ("a", "b")]
-    assert fitted_rule(second).factor(("force", "cells")) == pytest.approx(
-        MARGIN_ON_CELLS / 3, abs=0.02
-    )
+    assert fitted_rule(second).factor(known) == pytest.approx(margin / share(2, assumed), rel=0.02)
     first = [case(1.0, 0.001, "fitting", "tip")]
-    assert fitted_rule([*second, *first]).factor(("force", "cells")) == pytest.approx(
-        MARGIN_ON_CELLS, abs=0.02
-    )
+    fitted = fitted_rule([*second, *first]).factor(known)
+    assert fitted == pytest.approx(margin / share(1, assumed), rel=0.02)
     assert fitted_rule([case(1.0, 0.1)]) == SHARE_RULE  # the reported half has no say
 
 
-def test_stiffness_on_cells_and_elements_keep_the_grid_convergence_index():
+def test_what_was_not_measured_keeps_the_grid_convergence_index():
     base = case(2.0, 0.01)
-    for other in (replace(base, quantity="stiffness"), replace(base, kind=None)):
-        index = grid_uncertainty(np.array(base.resolutions), base.curves)
+    index = grid_uncertainty(np.array(base.resolutions), base.curves)
+    for other in (replace(base, quantity="energy"), replace(base, kind=None)):
         np.testing.assert_array_equal(other.bars, index)
-        assert other.bar > 2 * base.bar
+    assert not np.array_equal(replace(base, kind="elements").bars, index)
+    force = replace(base, kind="elements").bars
+    np.testing.assert_array_equal(
+        replace(base, kind="elements", quantity="penetration").bars, force
+    )
 
 
 def test_one_shape_at_coarse_grids_is_covered():
@@ -134,7 +185,7 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 
 @pytest.mark.slow
-def test_the_bars_cover_95_percent_of_the_reported_half_and_not_seven_times_too_wide(
+def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide(
     tmp_path, monkeypatch
 ):
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
@@ -150,14 +201,13 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_not_seven_times_too_
     reported = summary(part for part in single if part.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
-    assert reported.width <= 6.5
+    assert reported.width <= WIDTHS["single contacts"]
     fitted = dict(fitted_rule(single).factors)
-    for quantity in ("force", "penetration", "contact_area"):  # another processor, other jumps
-        known = SHARE_RULE.factor((quantity, "cells"))
-        assert fitted[quantity, "cells"] == pytest.approx(known, rel=0.1)
+    for quantity in SINGLE:  # another processor, other jumps
+        assert fitted[quantity] == pytest.approx(SHARE_RULE.factor(quantity), rel=0.1)
     refuted = held(single)
     assert refuted.bars > 2000
     assert refuted.missed <= REFUTED * refuted.bars
     assert [part.in_words for part in single if part.refuted] == []
-    assert max(part.excess for part in single) < 0.25  # no bar is far too narrow at any load
+    assert max(part.excess for part in single) < 0.6  # no bar is far too narrow at any load
     assert summary(part for part in result if part.rough).coverage >= 0.9

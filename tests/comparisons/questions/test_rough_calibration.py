@@ -10,7 +10,7 @@ import pytest
 from comparisons.judging.uncertainty import SHARE_RULE, share_uncertainty
 from comparisons.questions.calibration_cases import Case
 from comparisons.questions.rough_calibration import FITTING, LEVELS, QUANTITIES, REPORTED, TRUTH
-from comparisons.questions.shares import MARGIN, fitted_rule, with_rule
+from comparisons.questions.shares import ROUGH, fitted_rule, with_rule
 from reports.pages.calibration import calibration_page
 
 
@@ -61,9 +61,9 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
     three = [case("stiffness", 0.169), case("stiffness", 0.01), case("stiffness", 9.0, "reported")]
     two = [case("stiffness", 0.339, levels=LEVELS[1:])]
     rule = fitted_rule([*three, *two])
-    assert rule.factor(("stiffness", "free")) == pytest.approx(MARGIN * 1.7)
+    assert rule.factor(("stiffness", "free")) == pytest.approx(ROUGH[1] * 1.7)
     assert rule.two == 2.0
-    assert with_rule(three[0], rule).bar == pytest.approx(0.17 * MARGIN)
+    assert with_rule(three[0], rule).bar == pytest.approx(0.17 * ROUGH[1])
     for name in QUANTITIES:  # of what there are no cases, or none that is covered
         other = (name, "periodic")
         assert rule.factor(other) == pytest.approx(SHARE_RULE.factor(other))
