@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from comparisons.judging.uncertainty import SHARE_RULE, Calibrated, ShareRule
+from comparisons.judging.uncertainty import SHARE_RULE, Calibrated, ShareRule, single
 from comparisons.questions.calibration_cases import Case, summary
 
 # Coverage that is required on the fitting half, and by how much factors are raised then. Of a rough
@@ -57,6 +57,13 @@ def fitted_rule(cases: Iterable[Case]) -> ShareRule:
         (quantity, round(SINGLE.get(quantity, ROUGH)[1] * f, 2)) for quantity, f in factors.items()
     )
     return replace(rule, factors=raised, two=_narrowest(two, rules, rule.two, ROUGH[0]))
+
+
+def scaled(cases: Iterable[Case], by: float) -> list[Case]:
+    """Return the single contacts among cases with the grid's part of their bars so much wider."""
+    factors = tuple((q, by * f if single(q[1]) else f) for q, f in SHARE_RULE.factors)
+    rule = replace(SHARE_RULE, factors=factors)
+    return [with_rule(case, rule) for case in cases if not case.rough]
 
 
 def _narrowest(

@@ -5,15 +5,21 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from reports.cli.workers import ALONE, Workers
 from reports.printable import say
+
+if TYPE_CHECKING:
+    from comparisons.questions.calibration_cases import Case
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
 COVERAGE, WIDTHS = 0.95, {"single contacts": 3.5, "rough surfaces": 3.0}
 # Share of all bars, each of one load step, that may miss a proved interval.
 REFUTED = 0.005
+# What bars of single contacts are multiplied by, to see what narrower or wider ones would do.
+SCALES = (0.7, 0.8, 0.9, 1.1, 1.2)
 
 
 def calibrate(
@@ -60,9 +66,26 @@ def calibrate(
                 f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads the bar misses "
                 f"the proved interval, at worst by {case.excess:.0%} of the bar"
             )
+    _trade_off(cases)
     # no bar may be refuted by a theorem over its loads; of bars at 95 %, few at single ones
     fine &= record.held.missed <= REFUTED * record.held.bars
     fine &= not any(case.refuted for case in cases)
     print(f"rule in use: {SHARE_RULE}; fitted to the first half: {fitted_rule(cases)}")
     say(out / PAGE)
     return FINE if fine else MISSED
+
+
+def _trade_off(cases: list[Case]) -> None:
+    """Print what other widths of the bars of single contacts would do."""
+    from comparisons.questions.calibration_cases import held, summary
+    from comparisons.questions.shares import scaled
+
+    for by in SCALES:
+        made = scaled(cases, by)
+        if not (reported := [case for case in made if case.half == "reported"]):
+            return
+        reached, proved = summary(reported), held(made)
+        print(
+            f"single contacts with bars {by:g} times as wide: {reached.coverage:.1%} covered, "
+            f"width {reached.width:.1f}, {proved.missed} of {proved.bars} miss what is proved"
+        )
