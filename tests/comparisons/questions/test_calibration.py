@@ -124,6 +124,17 @@ def test_a_change_that_is_small_by_chance_is_not_believed():
     assert replace(base, curves=lucky).bar > base.error
 
 
+@pytest.mark.parametrize(("kind", "wider"), [("cells", "two"), ("elements", "two_meshes")])
+def test_two_grids_have_a_wider_bar(kind, wider):
+    """Their change may be small by chance; of second order it is three times the error left."""
+    base = replace(case(2.0, 0.01), kind=kind)
+    two = replace(base, resolutions=(16, 32), curves=base.curves[1:])
+    order, factor = SHARE_RULE.order(("force", kind)), SHARE_RULE.factor(("force", kind))
+    left = 3 / (4**order + 1) ** 0.5
+    expected = getattr(SHARE_RULE, wider) * factor * left
+    assert two.bar / two.error == pytest.approx(expected, rel=1e-2)
+
+
 def test_errors_of_areas_are_alike_at_all_loads_in_cells():
     """A contact four times larger has a quarter of the bar; a radius changes by half."""
     sizes = np.array([1.0, 2.0, 4.0])
