@@ -1,6 +1,6 @@
 """Make the tables of docs/plasticity.md: finite elements, and what springs and fits err by.
 
-Run from the repository's root (ten minutes on one core); the tables between the markers of the
+Run from the repository's root (five minutes on one core); the tables between the markers of the
 page are written anew::
 
     python docs/examples/plasticity_tables.py
@@ -23,8 +23,11 @@ from comparisons.questions.experiments.yielding import (
     springs,
 )
 from reference.elasticity import Material
+from reference.halfspace import FreeOperator
+from reference.halfspace.solution import Press
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
+from reference.plastic.capped import along
 from reference.plastic.fits import Ball, jackson_green, kogut_etsion
 from reports.tables.documents import rewrite
 
@@ -32,7 +35,10 @@ PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
 DEPTH = (np.pi * 1.6 * YIELD_STRESS / (2 * MODULUS)) ** 2
 FORCE = 4 / 3 * MODULUS * DEPTH**1.5
 SHARES = (2, 5, 10, 60, 200, 1000)
-GRIDS = (4, 8, 12)
+GRIDS = (3, 6, 9)
+# Loads that follow a force while the edge passes several elements, from half of the depth on.
+MESHES, LOADS = (3, 4, 6, 9), 24
+HARDNESSES = (2.84, 3.0)
 Contact = tuple[float, float, float]
 
 
@@ -61,6 +67,47 @@ def fits(share: float) -> dict[str, Contact]:
     return answers
 
 
+def indented(share: float, per_radius: int) -> Walk:
+    """Return the ball on a mesh for a depth."""
+    radius = float(np.sqrt(share * DEPTH * min(2.0, 1 + 0.25 * np.log10(share) ** 1.2)))
+    steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
+    return Walk(steel, lambda r: r**2 / 2, radius, per_radius=per_radius)
+
+
+def followed(share: float, per_radius: int) -> tuple[float, float]:
+    """Return by how much the force swings (rms about a parabola of logarithms), and the work."""
+    logs = np.linspace(-np.log(2), 0, LOADS)
+    walk = indented(share, per_radius)
+    moments = list(walk.along(LoadPath("penetration", share * DEPTH * np.exp(logs))))
+    forces = np.log([m.force for m in moments])
+    rest = forces - np.polyval(np.polyfit(logs, forces, 2), logs)
+    return float(rest.std()), moments[-1].work / (FORCE * share * DEPTH)
+
+
+def orders() -> list[list[str]]:
+    """Return swings of the force and the work on several meshes, with the orders of both."""
+    rows = [["d/d_y", "", *(f"N = {n}" for n in MESHES), "order"]]
+    logs = np.log(MESHES)
+    for share in (2, 5, 20, 60):
+        swing, work = np.array([followed(share, n) for n in MESHES]).T
+        (slope, _), cov = np.polyfit(logs, np.log(swing), 1, cov=True)
+        order = f"{-slope:.1f} ± {np.sqrt(cov[0, 0]):.1f}"
+        rows.append([str(share), "swing of F", *(f"{100 * s:.3f} %" for s in swing), order])
+        rows.append(["", "W/(F_y d)", *(f"{w:.4f}" for w in work), f"{_order(work):.1f}"])
+    return rows
+
+
+def _order(values: np.ndarray) -> float:
+    """Return the power p whose limit + c N^-p fits values best."""
+
+    def misfit(power: float) -> float:
+        basis = np.stack([np.ones(len(MESHES)), np.array(MESHES, dtype=float) ** -power], axis=1)
+        return float(np.linalg.norm(basis @ np.linalg.lstsq(basis, values, rcond=None)[0] - values))
+
+    powers = np.arange(0.5, 6.0, 0.05)
+    return float(powers[np.argmin([misfit(power) for power in powers])])
+
+
 def balances() -> list[list[str]]:
     """Return by how much stored and dissipated energies exceed the work."""
     shares = (5, 20, 60)
@@ -70,10 +117,7 @@ def balances() -> list[list[str]]:
         row, rounds = [str(n)], 0
         for share in shares:
             depth = share * DEPTH
-            radius = float(np.sqrt(depth * min(2.0, 1 + 0.25 * np.log10(share) ** 1.2)))
-            steel = PlasticMaterial(Material(1.0, NU), YIELD_STRESS)
-            walk = Walk(steel, lambda r: r**2 / 2, radius, per_radius=n)
-            (moment,) = walk.along(LoadPath("penetration", depth))
+            (moment,) = indented(share, n).along(LoadPath("penetration", depth))
             more = (moment.elastic + moment.dissipated) / moment.work - 1
             row.append(f"{moment.force / FORCE:.4g}, {1e6 * more:+.0f} ppm")
             rounds += moment.iterations
@@ -87,6 +131,36 @@ def on_grids() -> list[list[str]]:
     for n in GRIDS:
         solved = [on_elements(share, n) for share in SHARES]
         rows.append([str(n), *(f"{c[0]:.4g}" for c, _ in solved), str(solved[0][1])])
+    return rows
+
+
+CELLS = 128
+
+
+def capped(share: float, hardness: float) -> tuple[float, float]:
+    """Return force and area of the half-space whose pressure is capped at so many Y."""
+    depth = share * DEPTH
+    side = 2.7 * np.sqrt(2 * depth)
+    at = ((np.arange(CELLS) + 0.5) / CELLS - 0.5) * side
+    body = FreeOperator((CELLS, CELLS), (side / CELLS, side / CELLS), MODULUS)
+    press = Press(body, (at[:, None] ** 2 + at**2) / 2, hardness=hardness * YIELD_STRESS)
+    (dent,) = along(press, LoadPath("penetration", depth))
+    area = dent.contact.mask.mean() * side**2
+    return dent.contact.force / FORCE, float(area / (np.pi * depth))
+
+
+def caps() -> list[list[str]]:
+    """Return what the cap errs by in force and area on one asperity, against elements."""
+    heads = [f"{q}, {h} Y" for h in HARDNESSES for q in ("force", "area")]
+    rows = [["d/d_y", "F/(A Y) of elements", *heads]]
+    for share in SHARES:
+        force, area, _ = on_elements(share, GRIDS[-1])[0]
+        pressure = force * FORCE / (area * np.pi * share * DEPTH * YIELD_STRESS)
+        row = [str(share), f"{pressure:.2f}"]
+        for hardness in HARDNESSES:
+            errors = zip(capped(share, hardness), (force, area), strict=True)
+            row += [f"{100 * (stated / true - 1):+.0f} %" for stated, true in errors]
+        rows.append(row)
     return rows
 
 
@@ -127,11 +201,13 @@ def _known(text: str) -> str:
 
 # %%
 TABLES = {
+    "orders": orders,
     "energy": balances,
     "elements": on_grids,
     "force": partial(against_elements, 0, "F/F_y"),
     "area": partial(against_elements, 1, "A/(πRd)"),
     "residual": remaining,
+    "cap": caps,
 }
 
 if __name__ == "__main__":

@@ -17,7 +17,6 @@ from reference.plastic.cored import Cored
 from reference.plastic.elements import (
     FINE,
     GAUSS,
-    SURFACE_GAUSS,
     Elements,
     Surface,
     exterior_stiffness,
@@ -34,6 +33,7 @@ Integers = NDArray[np.int64]
 _OUTER = 10.0
 _GROWTH = 1.6
 _NODES = 27
+_SURFACE_GAUSS = 5
 # Samples a side of a facet that locate the edge of the contact.
 _SAMPLES = 12
 
@@ -130,7 +130,7 @@ class Block(Elements):
                 & (np.abs(x[:2]) < self.touchable[:, None]).all(axis=0)
             )
         )
-        nodes, weights = gauss(SURFACE_GAUSS)
+        nodes, weights = gauss(_SURFACE_GAUSS)
         points = np.stack(np.meshgrid(nodes, nodes, indexing="ij")).reshape(2, -1)
         rule = points, np.outer(weights, weights).ravel()
         facet = skfem.FacetBasis(self.mesh, skfem.ElementHex2(), facets=on_top, quadrature=rule)

@@ -22,7 +22,7 @@ Integers = NDArray[np.int64]
 
 # The fine part of a mesh, in contact radii: along the surface, and into the body.
 FINE = (1.25, 1.0)
-GAUSS, SURFACE_GAUSS = 3, 5
+GAUSS = 3
 
 
 def gauss(count: int) -> tuple[Array, Array]:

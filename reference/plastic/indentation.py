@@ -325,14 +325,11 @@ class Indentation:
         yielding = more > 0  # elsewhere the resistance may be infinite
         lost = float((weight * resistance * more)[yielding].sum()) if yielding.any() else 0.0
         way = depth - state.penetration
-        # without a force nothing is done on the way to the touch
-        start, end = (
-            at if force > 0 or not state.peak else max(at, self._touch(u))
-            for at, force, u in (
-                (state.penetration, state.force, state.unknowns),
-                (depth, balance.force, unknowns),
-            )
-        )
+        elastic = stored + float(pressed.sum())
+        if state.peak == 0 and not yielding.any():
+            work = elastic - state.elastic  # of a potential, whatever the path
+        else:
+            work = self._work(state, unknowns, depth, balance.force)
         return replace(
             state,
             penetration=depth,
@@ -341,25 +338,29 @@ class Indentation:
             unknowns=unknowns,
             points=response.points,
             stress=response.stress,
-            elastic=stored + float(pressed.sum()),
+            elastic=elastic,
             dissipated=state.dissipated + lost,
-            work=state.work + _work((start, end), (state.force, balance.force), state.peak),
+            work=state.work + work,
             rate=(unknowns - state.unknowns) / way if way > 0 else None,
         )
 
+    def _work(self, state: State, unknowns: Array, depth: float, force: float) -> float:
+        """Return the work of a step: of a force that goes with a power of the depth as both rise.
 
-def _work(depths: tuple[float, float], forces: tuple[float, float], peak: float) -> float:
-    """Return the work of a step: of a force that goes with a power of the depth while both rise.
-
-    From a body that nothing has pressed before, of a force that goes linearly.
-    """
-    (start, end), (before, force) = depths, forces
-    if peak == 0:
-        return 0.5 * force * (end - start)
-    if not (0 < start < end and 0 < before < force):
-        return elastic_work(end - start, forces)
-    power = np.log(force / before) / np.log(end / start)
-    return float((force * end - before * start) / (power + 1))
+        Of a body that nothing has pressed before, with that of a ball on an elastic surface.
+        """
+        # without a force nothing is done on the way to the touch
+        start, end = (
+            at if f > 0 or not state.peak else max(at, self._touch(u))
+            for at, f, u in (
+                (state.penetration, state.force, state.unknowns),
+                (depth, force, unknowns),
+            )
+        )
+        if not (0 < start < end and 0 < state.force < force):
+            return elastic_work(end - start, (state.force, force))
+        power = np.log(force / state.force) / np.log(end / start)
+        return float((force * end - state.force * start) / (power + 1))
 
 
 def elastic_work(way: float, forces: tuple[float, float]) -> float:

@@ -111,7 +111,7 @@ class Walk:
             material, shape, radius, smallest=smallest, per_radius=per_radius, even=even
         )
         self.modulus = material.elastic.youngs_modulus
-        self.step = _STEP["round" if np.isscalar(radius) else "block"] / per_radius
+        self.step = _STEP["round" if np.ndim(radius) == 0 else "block"] / per_radius
 
     def along(self, path: LoadPath) -> Iterator[Moment]:
         """Yield the contact at each load of a path of penetrations or forces.
@@ -207,7 +207,8 @@ def below(
         Lists all invalid arguments.
     """
     faults = count_faults(2, per_radius=per_radius)
-    sides = (radius, radius) if isinstance(radius, (int, float)) else radius
+    round_ = np.ndim(radius) == 0
+    sides = np.broadcast_to(np.asarray(radius, dtype=float), 2)
     faults += positive_faults(radius=min(sides))
     length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
     least = 1.0 if smallest is None else smallest / length
@@ -215,7 +216,7 @@ def below(
         faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
     refuse(faults)
     nu = material.elastic.poisson_ratio
-    if isinstance(radius, (int, float)):
+    if round_:
         mesh: Section | Block = Section(least, 1.0, per_radius, nu)
     else:
         mesh = Block((sides[0] / length, sides[1] / length), per_radius, nu, even)

@@ -14,7 +14,6 @@ from scipy.sparse.linalg import splu
 from reference.plastic.elements import (
     FINE,
     GAUSS,
-    SURFACE_GAUSS,
     Elements,
     Surface,
     exterior_stiffness,
@@ -30,6 +29,12 @@ Array = NDArray[np.float64]
 _OUTER = 15.0
 _GROWTH = 1.4
 _NODES = 9
+# Elements along the surface that lie over one in the depth. The pressure of a contact that yields
+# ends in a jump, which one element does not have: the force swings while the edge passes through
+# it. That falls with the length of elements along the surface alone (docs/plasticity.md).
+_ALONG = 2
+# More points of contact on an element than it has shapes make the edge stick and jump.
+_SURFACE_GAUSS = 3
 
 
 def graded(smallest: float, largest: float, per_radius: int, fine: float) -> Array:
@@ -60,14 +65,15 @@ class Section(Elements):
     smallest, largest : float
         Contact radii that the mesh shall resolve.
     per_radius : int
-        Elements per radius.
+        Elements per radius into the body; along the surface twice as many.
     poisson_ratio : float
     """
 
     def __init__(
         self, smallest: float, largest: float, per_radius: int, poisson_ratio: float
     ) -> None:
-        along, deep = (graded(smallest, largest, per_radius, fine) for fine in FINE)
+        along = graded(smallest, largest, _ALONG * per_radius, FINE[0])
+        deep = graded(smallest, largest, per_radius, FINE[1])
         self.mesh = skfem.MeshQuad.init_tensor(along, deep)
         self.touchable = FINE[0] * largest
         nodes, weights = gauss(GAUSS)
@@ -110,7 +116,7 @@ class Section(Elements):
         on_top = self.mesh.facets_satisfying(
             lambda x: (np.abs(x[1]) < 1e-12 * self.touchable) & (x[0] < self.touchable)
         )
-        nodes, weights = gauss(SURFACE_GAUSS)
+        nodes, weights = gauss(_SURFACE_GAUSS)
         facet = skfem.FacetBasis(
             self.mesh, skfem.ElementQuad2(), facets=on_top, quadrature=(nodes[None], weights)
         )

@@ -30,7 +30,7 @@ _WORK = 8 / 15 * MODULUS * _DEPTH**2.5
 _QUANTITIES = ("force", "area", "residual_depth", "restitution", "mean_pressure")
 READINGS = ("stress", "elastic_root", "zunker_kamrin", "none")
 _FORMULAS = {"thornton": "restitution", "johnson": "restitution", "cavity": "mean_pressure"}
-_GRIDS: dict[Effort, tuple[int, int]] = {"quick": (4, 6), "full": (6, 10)}
+_GRIDS: dict[Effort, tuple[int, int]] = {"quick": (3, 5), "full": (5, 8)}
 _SPRINGS = 2000
 # Steps of springs down and up again, for their work.
 _STEPS = 200
