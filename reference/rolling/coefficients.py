@@ -8,12 +8,12 @@ Kalker's linear theory (1967; 1990, app. E), where all of the contact sticks, is
 phi the spin. G is that of two equal bodies; one elastic body on a rigid one has 2 G in its place,
 as here.
 
-The contact is cut into strips along the way of rolling, each of the length that its area asks for,
-and these into cells that are fine at both ends, x = h sin: tractions rise from the leading edge as
-a root, and at the trailing edge, where nothing slips, they have no bound. With neither steps along
-the outline nor coarse cells at its ends the error is of second order in the cells, and a straight
-line over the square of their size gives the limit. `on_grid` has the square cells of the solvers,
-whose error is of first order.
+The contact is cut into strips along the rolling direction, each as long as its area requires, and
+these into cells that are fine at both ends, x = h sin: tractions grow as a square root from the
+leading edge, and without slip they are unbounded at the trailing edge. With neither steps along the
+outline nor coarse cells at its ends the error is of second order in the cells, and a straight line
+over the square of their size gives the limit. `on_grid` has the square cells of the solvers, whose
+error is of first order.
 """
 
 from __future__ import annotations
