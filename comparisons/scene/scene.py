@@ -251,10 +251,10 @@ class Scene(_Physics):
         if self.compare.measured is not None and (self.physics or not simple):
             raise fail(
                 "compare.measured: expected an [indenter] on a uniform half-space without further "
-                "physics: only there force is proportional to the modulus"
+                "physics, where the force is proportional to the modulus"
             )
         if self.compare.fit_zero and self.compare.measured is None:
-            raise fail("compare.fit_zero: expected compare.measured, whose zero it is")
+            raise fail("compare.fit_zero: expected only together with compare.measured")
         return self
 
     @cached_property

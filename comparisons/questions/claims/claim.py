@@ -46,7 +46,7 @@ SAYS = ("chapter", "literature", "ours")
 _SET_BY = {
     "compare.quantities": "quantity",
     "compare.tolerance": "tolerance",
-    "compare.methods": "method, and the references are found for it",
+    "compare.methods": "method",
 }
 
 
@@ -262,7 +262,7 @@ def _problems(data: dict[str, Any]) -> list[str]:
     if "quantity" not in data:
         problems.append("quantity: expected, but missing")
     problems += [
-        f"{key}: expected nothing, a claim says this by its {_SET_BY[key]}"
+        f"{key}: expected no value, because the claim's own key `{_SET_BY[key]}` sets it"
         for key in _SET_BY
         if key in _scene_keys(data)
     ]

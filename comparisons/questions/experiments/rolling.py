@@ -66,7 +66,7 @@ def _slope(
     above("axis_ratio", axis_ratio, 0)
     which = _COEFFICIENTS.index(coefficient)
     if which > 1 and of == "springs":
-        raise ValueError(f"springs have no {coefficient}: of must be 'table' or 'elements'")
+        raise ValueError(f"of must be 'table' or 'elements': springs have no {coefficient}")
     if of == "elements":
         coarse, fine = (
             _elements_on_cells(poisson_ratio, axis_ratio, count)[which]
