@@ -55,6 +55,8 @@ def solve(
     method_files.load()
     if json and csv is not None:
         raise InputError("--json and --csv: expected at most one")
+    if csv is not None and csv == vtu:
+        raise InputError(f"--csv and --vtu: expected two files, got {csv} twice")
     for target in (csv, vtu):
         if (
             target is not None

@@ -211,6 +211,10 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["solve", "rough-patch", "--method", "closed_form"], "a rough surface has no closed form"),
         (["solve", "paraboloid", "--method", "reduced", "--vtu", "x.vtu"], "no field on a mesh"),
         (
+            ["solve", "paraboloid", "--method", "fem", "--csv", "t.vtu", "--vtu", "t.vtu"],
+            "--csv and --vtu: expected two files, got t.vtu twice",
+        ),
+        (
             ["solve", "paraboloid", "--method", "reduced", "--json", "--csv", "t.csv"],
             "--json and --csv: expected at most one",
         ),
