@@ -68,22 +68,25 @@ def test_unknown_theories_are_refused():
         measure("asperities", 0.01, theory="archard")
 
 
-@pytest.mark.parametrize("peak", [1.5, 1.7, 2.5, 3.6])
+@pytest.mark.parametrize("peak", [0.6, 1.5, 1.7, 2.5])
 def test_the_largest_of_a_few_samples_is_closed_in_on(peak):
-    """The pull x exp(1 - x/p)/p is 1 at x = p, between samples; three more lose a tenth as much."""
-    tried = []
+    """The pull x exp(1 - x/p)/p, 1 at x = p, or with an edge there; seven samples miss 1 to 25 %.
+
+    Found to 0.3 % of an interval of 2, the edge loses 0.006 times its slope 1/p.
+    """
 
     def pull(x):
-        tried.append(x)
         return x / peak * np.exp(1 - x / peak)
 
+    def edge(x):
+        return min(x / peak, np.exp(1 - x / peak))
+
     places = np.linspace(0.1, 6, 7).tolist()
-    lost = 1 - max(map(pull, places))
-    tried.clear()
-    assert 0 <= 1 - largest(pull, places, 3) < 0.1 * lost
-    assert len(tried) == len(places) + 3
+    assert max(map(pull, places)) < 0.996
+    assert largest(pull, places) == pytest.approx(1.0, abs=1e-4)
+    assert largest(edge, places) == pytest.approx(1.0, abs=0.006 / peak)
 
 
-def test_the_largest_at_an_end_or_of_equals_needs_no_parabola():
-    assert largest(lambda x: x, [0.0, 1.0, 2.0], 3) == 2.0
-    assert largest(lambda _: 1.0, [0.0, 1.0, 2.0], 3) == 1.0
+def test_the_largest_at_an_end_or_of_equals_is_found():
+    assert largest(lambda x: x, [0.0, 1.0, 2.0]) == pytest.approx(2.0, abs=0.01)
+    assert largest(lambda _: 1.0, [0.0, 1.0, 2.0]) == 1.0
