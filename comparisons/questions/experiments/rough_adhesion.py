@@ -6,11 +6,11 @@ number S, attraction over repulsion where the range is short,
 
     S = pi kappa (w/(E* h' rho)) (3 rho/(16 h' d))^(2/3),   d = 4 h'/h'',
 
-with kappa = 2 and h'' the rms of half the Laplacian: from S = 1 on surfaces should stick (L.
-Pastewka & M. O. Robbins, PNAS 111 (2014) 3298, eq. (10)). kappa, d and the powers are those that
-the example ``adhesive_simulation_rough`` of ContactEngineering's package Adhesion prints for this
-equation. The number pi (3/16)^(2/3) = 1.03 is from memory of the paper: no page has been found
-that prints it.
+with kappa = 2 and h'' the rms of half the Laplacian: from S = 1 on surfaces should stick. This is
+L. Pastewka & M. O. Robbins (PNAS 111 (2014) 3298), eq. (10), from memory. The example
+``adhesive_simulation_rough`` of ContactEngineering's package Adhesion prints kappa, d and, for the
+same equation, (rho h''/h'^2)^(2/3) in place of (rho/(h' d))^(2/3): its number is 4^(2/3) = 2.5
+times S. Which of them the paper has is open.
 """
 
 from __future__ import annotations
