@@ -140,11 +140,6 @@ class GridBody(OfBody):
         body._cache["elastic"] = self.elastic
         return body
 
-    def _twice(self, shape: tuple[int, int]) -> Self:
-        """Return the body below cells of twice the sides (kept)."""
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.cached("coarser", lambda: self._alike(shape, spacing))
-
 
 class PeriodicBody(GridBody):
     """Finite elements below one period of a surface, zero mean displacement.
@@ -175,12 +170,6 @@ class PeriodicBody(GridBody):
 
     def _transfer(self) -> Array:
         return self.elastic + self.contact_compliance
-
-    def coarser(self) -> Self | None:
-        """Return the body below every second point (kept), or None if the period has an odd one."""
-        if any(n % 2 for n in self.shape):
-            return None
-        return self._twice((self.shape[0] // 2, self.shape[1] // 2))
 
 
 class FreeBody(GridBody, FreeOperator):
@@ -246,14 +235,6 @@ class FreeBody(GridBody, FreeOperator):
             more -= cell_modes(self.body, period, self.spacing)
         nearby = fft.irfft2(more, period, workers=1)[:rows, :columns].copy()
         return nearby if local else cell_coefficients(self.body, self.shape, self.spacing) + nearby
-
-    def coarser(self) -> Self:
-        """Return the body below every second point (kept)."""
-        return self._twice(((self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2))
-
-    def restrict(self, shape: tuple[int, int]) -> Self:
-        """Return the same body below a smaller rectangle of the same cells (kept)."""
-        return self.cached(("restricted", shape), lambda: self._part(shape))
 
     def _part(self, shape: tuple[int, int]) -> Self:
         part = self._alike(shape, self.spacing)

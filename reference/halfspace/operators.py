@@ -7,7 +7,7 @@ the grid (free, or periodic images of the grid).
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -100,9 +100,17 @@ class HalfSpace:
         rows = self._padded[0] // 2 + 1
         return self.cached("transfer", lambda: np.ascontiguousarray(self._transfer()[:rows]))
 
-    def coarser(self) -> HalfSpace | None:
-        """Half-space on every second point of the grid, or None if there is none (cached)."""
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
+        """Return the operator of the same body on other cells."""
         raise NotImplementedError
+
+    def coarser(self) -> Self | None:
+        """Operator on every second point (cached), or None if the period is no multiple of it."""
+        if self.periodic and any(n % 2 for n in self.shape):
+            return None
+        shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
+        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
+        return self.cached("coarser", lambda: self._alike(shape, spacing))
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
         """Return the convolution from pressure to displacement/`unit` in a given precision."""
@@ -220,25 +228,17 @@ class FreeOperator(HalfSpace):
         pieces.over(rows, pieces.rows_of(_TEMPORARIES * columns), fill)
         return table
 
-    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> FreeOperator:
-        """Return the operator of the same body on other cells."""
-        return FreeOperator(shape, spacing, self.effective_modulus)
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
+        return type(self)(shape, spacing, self.effective_modulus)
 
-    def coarser(self) -> FreeOperator:
-        """Operator on every second point (cached)."""
-        shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.cached("coarser", lambda: self._alike(shape, spacing))
-
-    def restrict(self, shape: tuple[int, int]) -> FreeOperator:
+    def restrict(self, shape: tuple[int, int]) -> Self:
         """Return the operator of the same body on a smaller rectangle of cells (cached)."""
+        return self.cached(("restricted", shape), lambda: self._part(shape))
 
-        def make() -> FreeOperator:
-            part = self._alike(shape, self.spacing)
-            part._cache["coefficients"] = self.coefficients(shape)
-            return part
-
-        return self.cached(("restricted", shape), make)
+    def _part(self, shape: tuple[int, int]) -> Self:
+        part = self._alike(shape, self.spacing)
+        part._cache["coefficients"] = self.coefficients(shape)
+        return part
 
 
 class PeriodicOperator(HalfSpace):
@@ -284,12 +284,5 @@ class PeriodicOperator(HalfSpace):
         grid = self.shape, self.spacing
         return kernels.periodic_quarter(*grid, self.effective_modulus, self.kernel)
 
-    def coarser(self) -> PeriodicOperator | None:
-        """Operator on every second point (cached), if the period is a multiple of it."""
-        if any(n % 2 for n in self.shape):
-            return None
-        shape = self.shape[0] // 2, self.shape[1] // 2
-        spacing, modulus = (2 * self.spacing[0], 2 * self.spacing[1]), self.effective_modulus
-        return self.cached(
-            "coarser", lambda: PeriodicOperator(shape, spacing, modulus, self.kernel)
-        )
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
+        return type(self)(shape, spacing, self.effective_modulus, self.kernel)

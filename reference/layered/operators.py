@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TypeGuard
+from typing import Self, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,15 +111,8 @@ class LayeredPeriodic(OfBody):
             return cell_modes(self.body, self.shape, self.spacing)
         return modes(self.body, self.shape, self.spacing)
 
-    def coarser(self) -> LayeredPeriodic | None:
-        """Operator on every second point (cached), if the period is a multiple of it."""
-        if any(n % 2 for n in self.shape):
-            return None
-        shape = self.shape[0] // 2, self.shape[1] // 2
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.cached(
-            "coarser", lambda: LayeredPeriodic(shape, spacing, self.body, self.kernel)
-        )
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
+        return type(self)(shape, spacing, self.body, self.kernel)
 
 
 class LayeredFree(OfBody, FreeOperator):
@@ -177,8 +170,8 @@ class LayeredFree(OfBody, FreeOperator):
             return whole[: self.shape[0], : self.shape[1]].copy()
         return cell_coefficients(self.body, self.shape, self.spacing)
 
-    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> LayeredFree:
-        return LayeredFree(shape, spacing, self.body)
+    def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
+        return type(self)(shape, spacing, self.body)
 
 
 def uniform(body: Body) -> float:
