@@ -242,7 +242,8 @@ def prony(
         wrong.append("a material needs a modulus or a viscosity above zero")
     refuse(wrong)
     distinct, place = np.unique(decay[arms > 0], return_inverse=True)
-    joined = np.bincount(place, weights=arms[arms > 0], minlength=distinct.size)
+    joined = np.zeros(distinct.size)
+    np.add.at(joined, place, arms[arms > 0])
     return Prony(float(long_term), joined[::-1].copy(), distinct[::-1].copy(), float(viscosity))
 
 

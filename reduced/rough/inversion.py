@@ -129,7 +129,7 @@ def press_lines(
             steps[index] = _mismatch(contact, forces, d)
             if not steps[index] <= _AGREED:
                 steps[index] = refine(depth, forces, mean_depth, ends, _FINISHED, d)
-                _settle(d, 0.0, False)
+                _settle(d, 0.0, turned)
                 walk(depth, start, d, ends, contact)
         _write(first + index, d, contact, (n, highest - mean), turned, results)
     return steps
@@ -238,7 +238,10 @@ def refine(depth, goals, mean, ends, enough, d):
         loads = loads[:left]
         if left == 0:
             break
-    return last.max()
+    largest = 0.0
+    for step in last:
+        largest = step if step > largest or np.isnan(step) else largest
+    return largest
 
 
 @njit(cache=True)

@@ -260,8 +260,7 @@ def _stored(state, height, solid, arms):
 @njit(cache=True)
 def _to_arms(state, modes, matrix, way):
     """Replace the amplitudes by the deflections of the arms' dashpots after a free distance."""
-    amplitude = state * np.exp(-way / modes)
-    state[:] = matrix @ amplitude
+    _put(matrix @ (state * np.exp(-way / modes)), state)
 
 
 @njit(cache=True)
@@ -269,4 +268,11 @@ def _to_modes(state, modes, inverse, height, arms, way):
     """Replace the arms' deflections by mode amplitudes at a distance after release."""
     if modes.size > arms:
         state[arms] = height
-    state[:] = (inverse @ state) * np.exp(-way / modes)
+    _put((inverse @ state) * np.exp(-way / modes), state)
+
+
+@njit(cache=True)
+def _put(values, state):
+    """Copy values; Numba compiles the checks of a slice for longer than the rest of this file."""
+    for j in range(state.size):
+        state[j] = values[j]

@@ -43,7 +43,10 @@ def march(line, lengths, goal, level, springs, rows):
     n, (spacing, way, memory) = springs.size, lengths
     moved, sums, cells = np.empty(n), np.empty(SUMS), way / spacing
     upper = np.maximum(line[:-1], line[1:])
-    finest = _FINEST * (np.max(line) - np.min(line))
+    highest = lowest = line[0]
+    for height in line:
+        highest, lowest = max(highest, height), min(lowest, height)
+    finest = _FINEST * (highest - lowest)
     mask, chosen = np.zeros(n + 8 - n % 8, np.uint8), np.empty(n, np.int64)
     last, stored, decay = level, _squares(springs) / 2, np.exp(-2 * way / memory)
     for step in range(rows.shape[1]):
@@ -57,7 +60,8 @@ def march(line, lengths, goal, level, springs, rows):
             sums[LOSS] += (1 - decay) * (stored - _squares(springs[chosen[:count]]) / 2)
         springs, moved = moved, springs
         stored = _squares(springs) / 2
-        rows[:SUMS, step] = sums
+        for k in range(SUMS):
+            rows[k, step] = sums[k]
         rows[SUMS, step] = level
         rows[SUMS + 1, step] = stored
     return rows.shape[1]
@@ -118,7 +122,8 @@ def _choose(place, floor, springs, moved, mask, chosen):
     n = springs.size
     cell = int(np.floor(begin))
     if begin + way / spacing > cell + 1:
-        chosen[:] = np.arange(n)
+        for i in range(n):
+            chosen[i] = i
         return n
     decay, first = np.exp(-way / memory), cell % n
     _reached(upper[first : first + n], floor, decay, springs, moved, mask)

@@ -91,7 +91,9 @@ def march(
     x, v = initial_state(system, position, velocity)
     records = np.empty((2, int(steps) + 1, x.size))
     records[:, 0] = x, v
-    evaluations, failed = _march(system, float(step), float(theta), records)
+    part = float(step) * float(theta)
+    matrix = np.diag(system.mass) + part * system.damping + part * part * system.stiffness
+    evaluations, failed = _march(system, matrix, float(step), float(theta), records)
     if failed >= 0 or not np.isfinite(records).all():
         raise ConvergenceError(f"no finite velocity at step {max(failed, 0)}", [step])
     time = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
@@ -99,28 +101,28 @@ def march(
 
 
 @njit(cache=True)
-def _march(system, h, theta, records):
+def _march(system, matrix, h, theta, records):
     """Fill positions and velocities; return evaluations, and the failed step or -1."""
     mass, load, amplitude, belt, kinetic, static, stiffness, damping, frequency = system
     n, evaluations = mass.size, 0
-    matrix = np.diag(mass) + h * theta * damping + (h * theta) ** 2 * stiffness
+    free, moved, bound = np.empty(n), np.empty(n), np.empty(n)
     for k in range(records.shape[1] - 1):
         x, v = records[0, k], records[1, k]
-        swing = np.cos(frequency * (k + theta) * h)
-        free = mass * v + h * (load + amplitude * swing)
-        moved = x + h * theta * (1.0 - theta) * v
-        bound = np.empty(n)
+        new, moves = records[1, k + 1], records[0, k + 1]
         for i in range(n):
+            new[i], moved[i] = v[i], x[i] + h * theta * (1.0 - theta) * v[i]
+        swing = np.cos(frequency * (k + theta) * h)
+        for i in range(n):
+            free[i] = mass[i] * v[i] + h * (load[i] + amplitude[i] * swing)
             for j in range(n):
                 free[i] -= h * (1.0 - theta) * damping[i, j] * v[j] + h * stiffness[i, j] * moved[j]
             bound[i] = h * (static[i] if v[i] == belt[i] else kinetic[i])
-        new = records[1, k + 1]
-        new[:] = v
         used = _solve(matrix, free, bound, belt, new)
         if used < 0:
             return evaluations, k
         evaluations += used
-        records[0, k + 1] = x + h * (theta * new + (1.0 - theta) * v)
+        for i in range(n):
+            moves[i] = x[i] + h * (theta * new[i] + (1.0 - theta) * v[i])
     return evaluations, -1
 
 

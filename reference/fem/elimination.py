@@ -71,20 +71,36 @@ def _eliminate(plane, depth, layers, active, inertia, result):
     matrix = np.empty((3 * size + pressures, 3 * size + pressures, GROUP))
     last = 2 * size + pressures
     for start in range(0, result.shape[2], GROUP):
-        waves = slice(start, start + GROUP)
         carried = active[-1] > start
         for layer in range(len(layers) - 1, -1, -1):
             if active[layer] <= start:
                 continue
             _fill(matrix, plane, depth, layers[layer], inertia, start)
             if carried:
-                matrix[:size, :size] += result[:, :, waves]
+                _add(matrix, result, start)
             _reduce(matrix, 0 if carried else size, last)
-            for i in range(size):
-                for j in range(i + 1):
-                    result[i, j, waves] = matrix[last + i, last + j]
-                    result[j, i, waves] = matrix[last + i, last + j]
+            _take(matrix, last, start, result)
             carried = True
+
+
+# Loops in place of slices, whose checks of shapes take longer to compile than all the rest.
+@njit(cache=True)
+def _add(matrix, result, start):
+    """Add to the bottom of a layer what is below it."""
+    for i in range(result.shape[0]):
+        for j in range(result.shape[1]):
+            for w in range(GROUP):
+                matrix[i, j, w] += result[i, j, start + w]
+
+
+@njit(cache=True)
+def _take(matrix, last, start, result):
+    """Take the stiffness of the top of a layer from the lower triangle."""
+    for i in range(result.shape[0]):
+        for j in range(i + 1):
+            for w in range(GROUP):
+                result[i, j, start + w] = matrix[last + i, last + j, w]
+                result[j, i, start + w] = matrix[last + i, last + j, w]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})

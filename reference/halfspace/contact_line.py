@@ -107,10 +107,21 @@ def located_area(contact: Contact, hardness: float = np.inf) -> float:
 def place(ratio, cosine=1.0):
     """Return the position of the contact line beyond the last centre, in cells, from rho and angle.
 
-    >>> place(np.array([0.0, 0.9, 1e9])).round(2).tolist()
+    >>> [round(place(ratio), 2) for ratio in (0.0, 0.9, 1e9)]
     [1.0, 0.46, -0.15]
     """
-    return np.interp(RATIO * ratio * cosine**-ANGLE, _VALUES, _PLACES)
+    value, low, high = RATIO * ratio * cosine**-ANGLE, 0, _VALUES.size - 1
+    if value >= _VALUES[high]:
+        return _PLACES[high]
+    # as np.interp, which Numba takes longer to compile than the rest of this file
+    while high - low > 1:
+        middle = (low + high) // 2
+        if _VALUES[middle] <= value:
+            low = middle
+        else:
+            high = middle
+    slope = (_PLACES[high] - _PLACES[low]) / (_VALUES[high] - _VALUES[low])
+    return slope * (value - _VALUES[low]) + _PLACES[low]
 
 
 def euler_characteristic(mask: Mask, periodic: bool) -> int:

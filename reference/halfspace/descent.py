@@ -303,7 +303,10 @@ def _largest(values):
             peaks[k] = size if size > peaks[k] else peaks[k]
     for k in range(blocks, values.size):
         peaks[0] = max(peaks[0], abs(values[k]))
-    return np.float64(peaks.max())
+    largest = peaks[0]
+    for peak in peaks:
+        largest = peak if peak > largest else largest
+    return np.float64(largest)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
