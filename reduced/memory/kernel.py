@@ -252,7 +252,10 @@ def _carry_quiet(law, step, heights, old, new):
             eventful[i] = heights[i] + free < end
             new.force[i] = 0.0
         if eventful[i]:
-            new.arms[i, :], new.modes[i, :] = old.arms[i], old.modes[i]
+            for j in range(step.decay.size):  # slices take longer to compile
+                new.arms[i, j] = old.arms[i, j]
+            for k in range(step.fade.size):
+                new.modes[i, k] = old.modes[i, k]
         else:
             new.deflection[i] = free
     return eventful

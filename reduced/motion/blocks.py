@@ -210,10 +210,17 @@ def _acceleration(t, x, v, law, out):
 
 
 @njit(cache=True)
+def _record(records, k, x, v):
+    """Store positions and velocities: loops compile in a tenth of the time of slices."""
+    for i in range(x.size):
+        records[0, k, i], records[1, k, i] = x[i], v[i]
+
+
+@njit(cache=True)
 def _explicit(scheme, law, start, clock, records):
     """Run Euler (0), semi-implicit Euler (1) or Runge and Kutta (2)."""
     (x, v), (h, steps, stride) = start, clock
-    records[0, 0], records[1, 0] = x, v
+    _record(records, 0, x, v)
     slopes = np.empty((4, x.size))
     for k in range(steps):
         t = k * h
@@ -233,7 +240,7 @@ def _explicit(scheme, law, start, clock, records):
             x = x + h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3)
             v = v + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         if (k + 1) % stride == 0:
-            records[0, (k + 1) // stride], records[1, (k + 1) // stride] = x, v
+            _record(records, (k + 1) // stride, x, v)
     return steps * (4 if scheme == 2 else 1)
 
 
@@ -249,7 +256,7 @@ def _implicit(theta, law, start, clock, records):
     matrix = h * damping + h * h * theta * stiffness
     for i in range(n):
         matrix[i, i] += mass[i] / theta
-    records[0, 0], records[1, 0] = x, v
+    _record(records, 0, x, v)
     evaluations, u = 0, v.copy()
     for k in range(steps):
         swing = np.cos(frequency * (k + theta) * h)
@@ -264,7 +271,7 @@ def _implicit(theta, law, start, clock, records):
         x = x + h * u
         v = (u - (1.0 - theta) * v) / theta
         if (k + 1) % stride == 0:
-            records[0, (k + 1) // stride], records[1, (k + 1) // stride] = x, v
+            _record(records, (k + 1) // stride, x, v)
     return evaluations // n, -1
 
 

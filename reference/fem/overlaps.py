@@ -39,7 +39,7 @@ def overlap_triangles(
     """
     first, second = _turned(first), _turned(second)
     pairs = _close_pairs(first, second)
-    return _cut(first, second, pairs)
+    return _cut(first, second, np.ascontiguousarray(pairs))
 
 
 def _turned(faces: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,8 +63,9 @@ def _cut(first, second, pairs):
     count = 0
     polygon, spare = np.empty((2 * MOST_CORNERS, 2)), np.empty((2 * MOST_CORNERS, 2))
     for first_cell, second_cell in pairs:
-        corners = 4
-        polygon[:4] = first[first_cell]
+        corners = first.shape[1]
+        for k in range(corners):
+            _put(polygon, k, first[first_cell, k])
         for side in range(4):
             a, b = second[second_cell, side], second[second_cell, (side + 1) % 4]
             corners = _half_plane(polygon, corners, a, b, spare)
@@ -73,9 +74,9 @@ def _cut(first, second, pairs):
         if corners < 3 or _double_area(polygon, corners) < SLIVER * area:
             continue
         for k in range(1, corners - 1):
-            triangles[count, 0] = polygon[0]
-            triangles[count, 1] = polygon[k]
-            triangles[count, 2] = polygon[k + 1]
+            _put(triangles[count], 0, polygon[0])
+            _put(triangles[count], 1, polygon[k])
+            _put(triangles[count], 2, polygon[k + 1])
             owners[count, 0], owners[count, 1] = first_cell, second_cell
             count += 1
     return triangles[:count], owners[:count]
@@ -90,13 +91,20 @@ def _half_plane(polygon, corners, a, b, result):
         side = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
         next_side = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
         if side >= 0.0:
-            result[count] = p
+            _put(result, count, p)
             count += 1
         if (side > 0.0 and next_side < 0.0) or (side < 0.0 and next_side > 0.0):
             share = side / (side - next_side)
-            result[count] = p + share * (q - p)
+            result[count, 0] = p[0] + share * (q[0] - p[0])
+            result[count, 1] = p[1] + share * (q[1] - p[1])
             count += 1
     return count
+
+
+@numba.njit(cache=True)
+def _put(points, k, point):
+    """Store a point in a list; a row assigned as a whole takes a second to compile."""
+    points[k, 0], points[k, 1] = point[0], point[1]
 
 
 @numba.njit(cache=True)
