@@ -76,4 +76,6 @@ def overrides_of(methods: str | None, options: tuple[str, ...]) -> dict[str, Any
 
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
+Flag = Annotated[bool, Parameter(negative=())]
+Full = Annotated[bool, Parameter(name="--full", negative="--quick")]
 Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())]

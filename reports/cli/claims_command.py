@@ -5,10 +5,8 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from reports.cli.arguments import Flag, Full
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.workers import ALONE, Workers
 
@@ -18,11 +16,11 @@ DEFAULT_FOLDER = Path("roughline-results")
 
 def claims(
     *ids: str,
-    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    full: Full = False,
     out: Path | None = None,
     json: Path | None = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
-    resume: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Flag = False,
+    resume: Flag = False,
     method: str | None = None,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,

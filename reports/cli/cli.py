@@ -8,11 +8,11 @@ from __future__ import annotations
 import io
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError
 
-from reports.cli.arguments import share
+from reports.cli.arguments import Flag, Full, share
 from reports.cli.calibrate_command import calibrate
 from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
@@ -168,9 +168,9 @@ def advise(
     *,
     tolerance: str | None = None,
     quantities: str | None = None,
-    known: Annotated[bool, Parameter(negative=())] = False,
-    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
-    json: Annotated[bool, Parameter(negative=())] = False,
+    known: Flag = False,
+    full: Full = False,
+    json: Flag = False,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Find the cheapest method and resolution that meet a tolerance, error bar included.
@@ -213,7 +213,7 @@ def check(
     *scenes: str,
     method: str = "reduced",
     baseline: Path | None = None,
-    update: Annotated[bool, Parameter(negative=())] = False,
+    update: Flag = False,
     junit: Path | None = None,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:

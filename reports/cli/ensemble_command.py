@@ -5,11 +5,8 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from reports.cli.arguments import MaybeWhole, overrides_of, part_of
+from reports.cli.arguments import Flag, MaybeWhole, overrides_of, part_of
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.workers import ALONE, Workers
 
@@ -23,9 +20,9 @@ def ensemble(
     methods: str = "bem_fft",
     option: tuple[str, ...] = (),
     out: Path | None = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Flag = False,
     part: str | None = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
+    resume: Flag = False,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:

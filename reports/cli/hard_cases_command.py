@@ -5,10 +5,8 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
+from reports.cli.arguments import Full
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.workers import ALONE, Workers
 
@@ -17,7 +15,7 @@ FINE, DIFFERS = 0, 1
 
 def hard_cases(
     *methods: str,
-    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    full: Full = False,
     out: Path = Path("roughline-results/hard-cases"),
     json: Path | None = None,
     case: tuple[str, ...] = (),

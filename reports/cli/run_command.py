@@ -5,11 +5,9 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from cyclopts import Parameter
-
-from reports.cli.arguments import Verbose, overrides_of, part_of
+from reports.cli.arguments import Flag, Full, Verbose, overrides_of, part_of
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.workers import ALONE, Workers
 from reports.printable import say
@@ -25,12 +23,12 @@ def run(
     *scenes: str,
     methods: str | None = None,
     option: tuple[str, ...] = (),
-    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
-    plan: Annotated[bool, Parameter(negative=())] = False,
+    full: Full = False,
+    plan: Flag = False,
     out: Path | None = None,
-    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    overwrite: Flag = False,
     part: str | None = None,
-    resume: Annotated[bool, Parameter(negative=())] = False,
+    resume: Flag = False,
     pictures: bool = True,
     verbose: Verbose = False,
     workers: Workers = ALONE,

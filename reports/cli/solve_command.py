@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import Parameter
-
-from reports.cli.arguments import MaybeWhole, overrides_of
+from reports.cli.arguments import Flag, MaybeWhole, overrides_of
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.printable import say
 
@@ -21,7 +18,7 @@ def solve(
     method: str,
     resolution: MaybeWhole = None,
     option: tuple[str, ...] = (),
-    json: Annotated[bool, Parameter(negative=())] = False,
+    json: Flag = False,
     csv: Path | None = None,
     vtu: Path | None = None,
     threads: int = 1,

@@ -8,7 +8,6 @@ covers both.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -16,14 +15,14 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.closed_form import ClosedForm
-from comparisons.methods.normal.grid import Grid, make_grid
+from comparisons.methods.normal.grid import Grid
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
 from reduced.memory.indent import History, graded_times, indent_in_time
@@ -243,16 +242,7 @@ class GridMemory(BemFft):
         """Name the domain, and what a step is."""
         return f"{super().model(geometry)}; pressures linear in time, with all memory"
 
-    def rows(self, task: Task) -> Iterator[Row]:
-        """Yield the grid of each realisation."""
-        for realisation in task.realisations:
-            grid = make_grid(task.geometry, task.resolution, realisation)
-            operator = self.operator(task, grid.gap.shape, grid.spacing)
-            operator.convolution(np.float64)
-            walk = partial(self._walk, task, operator, grid)
-            yield Row(walk, unknowns=int(np.isfinite(grid.gap).sum()))
-
-    def _walk(
+    def _steps(
         self, task: Task, operator: HalfSpace, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps at the scene's times.

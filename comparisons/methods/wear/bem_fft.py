@@ -10,10 +10,10 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.grid import Grid, contact_quantities, make_grid
+from comparisons.methods.normal.grid import Grid, contact_quantities
 from comparisons.methods.wear.motion import FRETTING, SLIDING, Motion, worn_picture
 from comparisons.scene.scene import Scene
-from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference.halfspace import HalfSpace, areas
 from reference.halfspace.solution import Press
@@ -56,16 +56,7 @@ class GridWear(BemFft):
         for _ in wear(Press(operator, gap), force, 0.1 / operator.effective_modulus, np.ones(1)):
             pass
 
-    def rows(self, task: Task) -> Iterator[Row]:
-        """Yield the grid of each realisation, all on the same half-space."""
-        operator = None
-        for realisation in task.realisations:
-            grid = make_grid(task.geometry, task.resolution, realisation)
-            operator = operator or self.operator(task, grid.gap.shape, grid.spacing)
-            unknowns = int(np.isfinite(grid.gap).sum())
-            yield Row(partial(self._wear, task, operator, grid), unknowns=unknowns)
-
-    def _wear(
+    def _steps(
         self, task: Task, operator: HalfSpace, grid: Grid, distances: np.ndarray
     ) -> Iterator[Step]:
         control, load = normal_load(task)

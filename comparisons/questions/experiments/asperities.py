@@ -13,7 +13,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
 from reference.closed_form.persson import Persson
 from reference.closed_form.persson_xu import PerssonXu
@@ -109,7 +109,7 @@ def _asperities(
     one_of("statement", statement, "model", "line_is_better")
     one_of("theory", theory, *THEORIES)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 20)
+    count = number_of(realisations, effort, 20)
     stiffness = quantity == "stiffness"
 
     def sample(factor: int, number: int) -> np.ndarray:

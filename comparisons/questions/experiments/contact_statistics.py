@@ -13,7 +13,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
@@ -41,7 +41,7 @@ def _straight(
     """
     above("load", load, 0)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+    count = number_of(realisations, effort, 12)
 
     def sample_at(force: float) -> tuple[np.ndarray, float]:
         return truth(
@@ -95,7 +95,7 @@ def _sizes(
     above("load", load, 0)
     one_of("quantity", quantity, *SIZES)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+    count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
         spots = _spots(surface, float(load), factor, number)
@@ -153,7 +153,7 @@ def _spectrum(
     one_of("quantity", quantity, *LOADED)
     one_of("statement", statement, "skewness", "phases")
     surface = Surface.of(64, hurst, roll_off, 4.0, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 16)
+    count = number_of(realisations, effort, 16)
     if statement == "phases":
         values = surface_samples(surface, float(load), 1, count, quantity == "stiffness")[quantity]
         spread = float(values.std(ddof=1) / values.mean())

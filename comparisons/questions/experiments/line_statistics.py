@@ -10,7 +10,7 @@ from scipy import fft, stats
 
 from comparisons.judging.uncertainty import RULE, combined
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form import random_field
@@ -126,7 +126,7 @@ def _distribution(
     """
     surface = Surface.of(points, hurst, roll_off, 2.0, True)
     above("realisations", realisations, 3)
-    count = int(realisations) if effort == "full" else min(int(realisations), 40)
+    count = number_of(realisations, effort, 40)
     maps, lines = _height_samples(surface, count, rule)
     shares = [_distributions(heights) for heights in (maps, lines)]
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(2,)))

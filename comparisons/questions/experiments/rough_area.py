@@ -13,7 +13,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
@@ -43,7 +43,7 @@ def measure_area(
     """Compare the mean of lines (or a theory) with the mean of surfaces at equal F/(E* A0 h')."""
     _check(load, quantity, statement, line_length, realisations)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 20)
+    count = number_of(realisations, effort, 20)
     stiffness = quantity == "stiffness"
 
     def sample(factor: int, number: int) -> np.ndarray:

@@ -143,3 +143,12 @@ def above(name: str, value: float, limit: float) -> float:
     if not (math.isfinite(value) and value > limit):
         raise ValueError(f"{name} must be finite and above {limit:g}, not {value!r}")
     return float(value)
+
+
+def number_of(realisations: float, effort: str, quick: int) -> int:
+    """Return how many realisations are drawn: all asked for at full effort, else at most `quick`.
+
+    >>> number_of(60, "full", 12), number_of(60, "quick", 12), number_of(8, "quick", 12)
+    (60, 12, 8)
+    """
+    return int(realisations) if effort == "full" else min(int(realisations), quick)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
@@ -67,7 +67,7 @@ def _below(
     above("load", load, 0)
     above("realisations", realisations, 2)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
-    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+    count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
         return _largest(surface, float(load), float(poisson_ratio), factor, number)[0]

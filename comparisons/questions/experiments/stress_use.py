@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.profiles import equivalents
@@ -173,7 +173,7 @@ def _above_hardness(
     above("load", load, 0)
     above("realisations", realisations, 2)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
-    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+    count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
         return _shares(_pressures(surface, float(load), factor, number), hardness)

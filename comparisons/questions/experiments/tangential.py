@@ -7,7 +7,7 @@ from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, grid_uncertainty
 from comparisons.questions.experiments.proved import equal_area
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
@@ -50,7 +50,7 @@ def _ratio(
     above("aspect", aspect, 0)
     above("realisations", realisations, 1)
     if shape == "rough":
-        count = int(realisations) if effort == "full" else min(int(realisations), 4)
+        count = number_of(realisations, effort, 4)
         true, bar = _of_rough_contacts(effort, poisson_ratio, direction, count)
     else:
         resolutions = np.array([32, 64, 96] if effort == "quick" else [64, 96, 128])

@@ -12,7 +12,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     press,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -104,7 +104,7 @@ def _two_bodies(
         raise ValueError("correlated bodies have one spectrum: hurst = second_hurst")
     first, second = (Surface.of(points, h, 1.0, 2.0, False) for h in (hurst, second_hurst))
     force = float(load) * np.sqrt(2)
-    count = int(realisations) if effort == "full" else min(int(realisations), 20)
+    count = number_of(realisations, effort, 20)
     number = max(20 * count, 2000)
     two = _lines(first, second, force, number, False)[quantity]
     if against == "combined_line":
