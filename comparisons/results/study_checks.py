@@ -7,6 +7,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from comparisons.results.header import Form, Header
+from comparisons.scene.problems import first_problems
 
 
 class _Method(Form):
@@ -130,8 +131,4 @@ def parse_study(text: str) -> dict[str, Any]:
     try:
         return _FORM.validate_json(text).model_dump(exclude_unset=True, by_alias=True)
     except ValidationError as error:
-        places = [
-            f"{'.'.join(str(key) for key in problem['loc']) or 'study.json'}: {problem['msg']}"
-            for problem in error.errors(include_url=False, include_input=False)[:3]
-        ]
-        raise ValueError("; ".join(places)) from error
+        raise ValueError(first_problems(error, "study.json")) from error

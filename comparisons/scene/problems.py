@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from comparisons.scene.body import body_problems
 from comparisons.scene.fields import excerpt
 from comparisons.scene.half_space import depth_problems
@@ -27,6 +29,13 @@ _PLAIN = {
     "int_from_float": "expected a whole number",
     "bool_type": "expected true or false",
 }
+
+
+def first_problems(error: ValidationError, file: str) -> str:
+    """Return where and why the first three values of a file that we write ourselves are wrong."""
+    problems = error.errors(include_url=False, include_input=False)[:3]
+    places = (".".join(str(key) for key in problem["loc"]) or file for problem in problems)
+    return "; ".join(f"{at}: {p['msg']}" for at, p in zip(places, problems, strict=True))
 
 
 def readable(error: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.normal.line_distributions import Springs, put_distributions
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.options import ReducedOptions
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.scene.surface import SelfAffine as SelfAffineTable
 from comparisons.tasks.solution import Solution, Stopwatch
@@ -34,6 +35,15 @@ class Lines(NamedTuple):
 
     rough: RoughLines
     patches: float
+
+    @property
+    def points(self) -> int:
+        """Points of a line."""
+        return self.rough.heights.shape[1]
+
+    def loads(self, loads: AbsoluteLoads) -> np.ndarray:
+        """Return the loads of a line under those of a patch."""
+        return loads.values * self.patches if loads.control == "force" else loads.values
 
 
 class ReducedLines(Solver[RoughGeometry]):
@@ -117,17 +127,13 @@ class ReducedLines(Solver[RoughGeometry]):
         """Press all lines to all loads at once."""
         with Stopwatch() as setup:
             lines = self.draw(task)
-        loads = task.loads.values
-        if task.loads.control == "force":
-            loads = loads * lines.patches
-        load = Load(task.loads.control, loads)
+        load = Load(task.loads.control, lines.loads(task.loads))
         contact = press(lines.rough, self.modulus, load, edges=self.options.edges)
         curves = line_curves(contact, lines)
         if self.options.stress == "local" and task.wants_pressure:
             shares = _undefined_shares(lines, contact.penetration, self.options.edges)
             curves["local_stress_undefined_share"] = shares
-        points = lines.rough.heights.shape[1]
-        solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        solution = Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
         springs = Springs(self.modulus, self.options.edges)
         put_distributions(solution, task, lines.rough, springs, contact.penetration[:, -1])
         # A mean gap wider than at first touch leaves a line without contact.
@@ -163,7 +169,7 @@ def line_fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
     """Return the first of the lines, for pictures."""
     return {
         "penetration": np.array(penetration),
-        "line_x": np.arange(lines.rough.heights.shape[1]) * lines.rough.spacing,
+        "line_x": np.arange(lines.points) * lines.rough.spacing,
         "line_height": lines.rough.heights[0],
         "line_penetration": np.array(penetration),
     }

@@ -125,15 +125,13 @@ class LinePlasticity(ReducedLines):
         """Lead all lines along the path."""
         with Stopwatch() as setup:
             lines = self.draw(task)
-        loads = task.loads.values
-        if task.loads.control == "force":
-            loads = loads * lines.patches
-        yielded = walk(lines.rough, self.springs, LoadPath(task.loads.control, loads))
+        yielded = walk(
+            lines.rough, self.springs, LoadPath(task.loads.control, lines.loads(task.loads))
+        )
         curves = line_curves(yielded.contact, lines) | {
             "residual_depth": yielded.residual_depth,
             "plastic_share": yielded.plastic_share,
         }
-        points = lines.rough.heights.shape[1]
-        solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        solution = Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
         solution.fields = line_fields(lines, float(yielded.contact.penetration[0, -1]))
         return solution

@@ -162,9 +162,8 @@ class ReducedSlidingLines(ReducedLines):
             lines = self.draw(task)
         force = LoadPath("force", lines.patches * normal_load(task)[1])
         state = slide(lines.rough, self.material, task.loads.values, force)
-        points = lines.rough.heights.shape[1]
         curves = _curves(state, lines.patches)
-        return Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        return Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
 
 
 def _curves(state: SteadySliding, patches: float) -> dict[str, np.ndarray]:

@@ -192,7 +192,7 @@ class ReducedWearLines(ReducedLines):
         """Draw all lines."""
         lines = self.draw(task)
         for row in range(len(lines.rough)):
-            yield Row(partial(self._steps, task, lines, row), unknowns=lines.rough.heights.shape[1])
+            yield Row(partial(self._steps, task, lines, row), unknowns=lines.points)
 
     def _steps(
         self, task: Task[RoughGeometry], lines: Lines, row: int, distances: np.ndarray

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparisons.errors import InputError
 from comparisons.files import write_named_text
+from comparisons.scene.problems import first_problems
 
 # Made by `roughline check --update --baseline FILE`; a regression baseline, from our own output.
 PACKAGED = Path(__file__).with_name("baseline.json")
@@ -83,11 +84,8 @@ def load_baseline(path: Path) -> Snapshot:
             f"{path}: no baseline can be read here ({error.strerror}); --update writes one"
         ) from error
     except ValidationError as error:
-        places = [
-            f"{'.'.join(str(key) for key in problem['loc']) or 'the file'}: {problem['msg']}"
-            for problem in error.errors(include_url=False, include_input=False)[:3]
-        ]
-        raise InputError(f"{path}: not a baseline of roughline: {'; '.join(places)}") from error
+        places = first_problems(error, "the file")
+        raise InputError(f"{path}: not a baseline of roughline: {places}") from error
 
 
 def save_baseline(path: Path, snapshot: Snapshot) -> None:
