@@ -176,33 +176,54 @@ def unpadded(value: float, unit: str) -> str:
 
 
 def plus_minus(error: object, uncertainty: object) -> str:
-    """Write an error with the half-width of its bar, sharing the unit where it is the same.
+    """Write an error with the half-width of its bar: one unit, both to the same decimal place.
 
-    >>> plus_minus(0.0123, 0.0004)
-    '1.2 ± 0.040\u202f%'
-    >>> plus_minus(0.02, None)
-    '2.0\u202f% ± ?'
-    >>> plus_minus(4e-16, 1e-12)
-    'round-off'
-    >>> plus_minus(4e-16, 1e-6)
-    '0 ± 1.0\u202fppm'
+    That is the place of the bar's second digit, or of its first where the error would need more
+    than three digits. An error above a tenth of its bar keeps at least two.
+
+    >>> plus_minus(0.0123, 0.0004), plus_minus(4.004, 0.028), plus_minus(0.01, 6e-5)
+    ('1.23 ± 0.04\u202f%', '400 ± 3\u202f%', '1.000 ± 0.006\u202f%')
+    >>> plus_minus(0.02, None), plus_minus(0.0012, 0.05), plus_minus(2e-4, 3e-6)
+    ('2.0\u202f% ± ?', '0.1 ± 5.0\u202f%', '0.0200 ± 0.0003\u202f%')
+    >>> plus_minus(4e-16, 1e-12), plus_minus(4e-16, 1e-6)
+    ('round-off', '0 ± 1.0\u202fppm')
     """
     if not finite(error):
         return MISSING
-    text, unit = _relative_parts(error, 2)
     if not finite(uncertainty):
-        return f"{_join(text, unit)} ± ?"
+        return f"{relative(error)} ± ?"
     size, half = abs(float(error)), float(uncertainty)
     if size + half < ROUND_OFF:
         return "round-off"
-    if size < ROUND_OFF:
-        text, unit = "0", _relative_parts(uncertainty, 2)[1]
     if half < 0.005 * size:
-        return _join(text, unit)  # a bar below the last digit printed
-    bar, bar_unit = _relative_parts(uncertainty, 2)
-    if unit == bar_unit:
-        return _join(f"{text} ± {bar}", unit)
-    return f"{_join(text, unit)} ± {_join(bar, bar_unit)}"
+        return relative(error)  # a bar below the last digit printed
+    factor, unit = _relative_unit(max(size, half))
+    if not factor:
+        return f"{relative(error)} ± {relative(half)}"
+    if size < ROUND_OFF:
+        return _join(f"0 ± {number(half * factor, 2)}", unit)
+    value, bar = float(error) * factor, half * factor
+    place = _exponent(bar, 2) - 1
+    if _exponent(value, 3) - place > 2:
+        place = _exponent(bar, 1)
+    finer = min(place, _exponent(value, 2) - 1) if size > half / 10 else place
+    return _join(f"{_to_place(value, finer)} ± {_to_place(bar, place)}", unit)
+
+
+def _exponent(value: float, digits: int) -> int:
+    """Return the power of ten of the leading digit, once rounded to some digits."""
+    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
+
+
+def _to_place(value: float, place: int) -> str:
+    """Write a number down to a power of ten, without powers for small ones.
+
+    >>> _to_place(0.00031, -4), _to_place(-1234.5, 1)
+    ('0.0003', '−1\u202f230')
+    """
+    if place > 0:
+        return number(value, max(_exponent(value, 3) - place + 1, 1))
+    return f"{value:,.{-place}f}".replace(",", THIN).replace("-", MINUS)
 
 
 def duration(value: object) -> str:
@@ -237,14 +258,17 @@ def memory(value: object) -> str:
 def _relative_parts(value: object, digits: int) -> tuple[str, str]:
     if not finite(value):
         return MISSING, ""
-    size = abs(float(value))
-    if size == 0.0:
+    if float(value) == 0.0:
         return "0", "%"
+    factor, unit = _relative_unit(abs(float(value)))
+    return number(float(value) * (factor or 1.0), digits), unit
+
+
+def _relative_unit(size: float) -> tuple[float, str]:
+    """Return factor and unit of a relative error: per cent, ppm, or neither (0)."""
     if size >= 0.9995e-4:
-        return number(float(value) * 100, digits), "%"
-    if size >= 0.9995e-8:
-        return number(float(value) * 1e6, digits), "ppm"
-    return number(value, digits), ""
+        return 100.0, "%"
+    return (1e6, "ppm") if size >= 0.9995e-8 else (0.0, "")
 
 
 def _join(text: str, unit: str) -> str:

@@ -15,6 +15,8 @@ from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 LEVEL = 0.95
+# Choices of points, and how many of them may still take points in.
+MOST_ROUNDS, FREE_ROUNDS = 1000, 10
 
 
 @dataclass(frozen=True)
@@ -44,9 +46,10 @@ def fit_modulus(
     *,
     fit_zero: bool = False,
 ) -> ModulusFit | None:
-    """Fit the modulus; None if too few points lie within the computed depths.
+    """Fit the modulus, or return None if too few points lie within the computed depths.
 
-    Three are needed, four with `fit_zero`.
+    Three are needed, or four with `fit_zero`; depths count from the fitted first touch, so that no
+    point is compared with a continuation of the computed curve to larger loads.
 
     Parameters
     ----------
@@ -57,8 +60,35 @@ def fit_modulus(
     fit_zero : bool
         Fit the depth at first touch, too.
     """
-    inside = (measured[0] > 0) & (measured[0] <= computed[0][-1] * (1 + 1e-9))
-    depth, force = measured[0][inside], measured[1][inside]
+    inside = _within(measured[0], computed, 0.0)
+    for round_number in range(MOST_ROUNDS):
+        fit = _fit((measured[0][inside], measured[1][inside]), computed, modulus, fit_zero)
+        if fit is None:
+            return None
+        # Another first touch moves points in and out of the computed depths.
+        now = _within(measured[0], computed, fit.zero)
+        if round_number >= FREE_ROUNDS:
+            now &= inside  # points that come and go by turns stay out, so that it ends
+        if (now == inside).all():
+            return fit
+        inside = now
+    return None
+
+
+def _within(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray], zero: float) -> np.ndarray:
+    """Tell which depths, counted from first touch, lie within the computed ones."""
+    below: np.ndarray = depth - zero
+    return (below > 0) & (below <= computed[0][-1] * (1 + 1e-9))
+
+
+def _fit(
+    points: tuple[np.ndarray, np.ndarray],
+    computed: tuple[np.ndarray, np.ndarray],
+    modulus: float,
+    fit_zero: bool,
+) -> ModulusFit | None:
+    """Fit the given points, or return None if they are too few."""
+    depth, force = points
     parameters = 1 + fit_zero
     if len(depth) <= parameters + 1:
         return None

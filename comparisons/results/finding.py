@@ -1,8 +1,8 @@
 """The finding of a study in one sentence, made from its verdicts.
 
 It says where the reduced model may be used and what that costs and saves, where not, and for each
-family of scenes what to use there instead. Words and numbers are those of
-`comparisons.results.decisions` and of the advice.
+family of scenes what to use there instead: a closed form where it is the truth itself, else the
+fastest method. Words and numbers are those of `comparisons.results.decisions` and of the advice.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 
 OWN = (MODEL, CLOSED_FORM)
+EXACT = f"the {title_of(CLOSED_FORM)} (exact)"
 NAMED = 3  # scenes of a family that are named; the others are counted
 
 
@@ -90,7 +91,8 @@ def _in_words(name: str, scenes: Sequence[SceneRecord], judged: dict[SceneRecord
     """Return a family with its scenes, or with what decided in the worst and what to use there."""
     undecided = [item for item in judged.values() if item.word != WITHIN]
     if not undecided:
-        return f"{name} ({_examples(scenes)})"
+        exact = f"; the {title_of(CLOSED_FORM)} is exact" if all(map(_exact, scenes)) else ""
+        return f"{name} ({_examples(scenes)}{exact})"
     wrong = [item for item in undecided if item.word == OUTSIDE]
     if wrong:
         last = max(wrong, key=lambda item: item.low / item.tolerance)
@@ -135,17 +137,25 @@ def _ends(values: Sequence[float], form: Callable[[float], str]) -> str:
 
 
 def _instead(scenes: list[SceneRecord]) -> str:
-    """Return the fastest methods of scenes that the model is not sure of, with their times."""
-    best = [advise(scene).cheapest for scene in scenes]
+    """Return closed forms, or the fastest methods with their times, of scenes the model fails."""
+    forms = [form for scene in scenes if (form := _exact(scene))]
+    best = [advise(scene).cheapest for scene in scenes if not _exact(scene)]
     chosen = [item for item in best if item is not None]
-    if not chosen:
-        return "no setting that was run is within the tolerance"
     titles = Counter(item.title for item in chosen).most_common()
-    named = [_timed(title, [item for item in chosen if item.title == title]) for title, _ in titles]
-    left = len(scenes) - len(chosen)
+    named = [_timed(EXACT, forms)] if forms else []
+    named += [_timed(title, [item for item in chosen if item.title == title]) for title, _ in titles]
+    if not named:
+        return "no setting that was run is within the tolerance"
+    left = len(best) - len(chosen)
     none = f", nothing that was run in {left} of {len(scenes)}" if left else ""
     which = ", depending on the scene" if len(named) > 1 else ""
     return f"instead {' or '.join(named)}{which}{none}"
+
+
+def _exact(scene: SceneRecord) -> Setting | None:
+    """Return the closed form of a scene, if it is the truth."""
+    settings = advise(scene).settings
+    return next((item for item in settings if item.is_truth and item.method == CLOSED_FORM), None)
 
 
 def _timed(title: str, settings: list[Setting]) -> str:

@@ -307,13 +307,18 @@ def _scene_record(
         for method, resolution, name in values["fields"]
     }
     name = values["name"]
-    # Copied into a few blocks: a table read from a file has one for each column, and pages take
-    # thousands of selections of it.
-    own = {
-        kind: table[table["scene"] == name].reset_index(drop=True).copy()
-        for kind, table in tables.items()
-    }
+    own = {kind: _own(table, name) for kind, table in tables.items()}
     return SceneRecord(**own, **values)
+
+
+def _own(table: pd.DataFrame, scene: str) -> pd.DataFrame:
+    """Return the rows of a scene in a few blocks: pages take thousands of selections of them.
+
+    A table that was read from a file has a block for each column, and its texts in one of Arrow's.
+    """
+    rows = table[table["scene"] == scene].reset_index(drop=True)
+    texts = rows.select_dtypes("string").columns
+    return rows.astype(dict.fromkeys(texts, object)).copy()
 
 
 def _inside(root: Path, name: str) -> Path:

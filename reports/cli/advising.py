@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 from comparisons.errors import InputError
+from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
@@ -21,7 +23,9 @@ NOTHING = "no claim has measured such a scene"
 
 def known_of(plan: Plan) -> list[Nearest]:
     """Return what claims have measured nearest to the scene of a plan."""
-    return nearest(plan.scene, plan.geometry, plan.loads)
+    rough = plan.geometry if isinstance(plan.geometry, RoughGeometry) else None
+    unit = plan.scene.effective_modulus * rough.area * rough.rms_slope if rough else math.nan
+    return nearest(plan.scene, plan.loads, unit)
 
 
 def print_known(plans: list[Plan], as_json: bool) -> int:

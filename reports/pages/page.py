@@ -121,10 +121,17 @@ def embedded_json(value: Any) -> Markup:
     >>> print(embedded_json({"a": "</script>"}))
     {"a":"\u003c/script>"}
     """
-    text = json.dumps(plain(value), allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    try:
+        text = _json(value)  # figures nearly always are plain already
+    except (TypeError, ValueError):
+        text = _json(plain(value))
     for character in "<&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)  # noqa: S704
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
 
 
 def content_policy(scripts: list[str]) -> str:
@@ -147,6 +154,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    templates.filters["tolerance"] = fmt.tolerance
     templates.globals |= {
         "fmt": fmt,
         "quantity": quantity,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -160,8 +161,15 @@ class _Curve:
     across: str
     up: str
 
+    @cached_property
+    def _columns(self) -> dict[str, np.ndarray]:
+        return {}
+
     def column(self, name: str) -> np.ndarray:
-        return selection.column(self.rows, name)
+        # Asked for a dozen times each, and a table of pandas takes long to answer.
+        if name not in self._columns:
+            self._columns[name] = selection.column(self.rows, name)
+        return self._columns[name]
 
     @property
     def is_drawn(self) -> bool:

@@ -346,7 +346,12 @@ def lines(text: str) -> str:
 
 def numbers(values: Iterable[object], factor: float = 1.0, digits: int = 6) -> list[float | None]:
     """Return scaled, rounded values, with None (a gap in the curve) for missing ones."""
+    given = values if isinstance(values, np.ndarray) else np.array([*values], dtype=object)
+    if given.dtype == object:
+        given = np.array([value if fmt.finite(value) else np.nan for value in given], dtype=float)
+    scaled = np.asarray(given, dtype=float).ravel() * factor
+    form = f"%.{digits}g"
     return [
-        float(f"{float(value) * factor:.{digits}g}") if fmt.finite(value) else None
-        for value in values
+        float(form % value) if known else None
+        for value, known in zip(scaled.tolist(), np.isfinite(scaled).tolist(), strict=True)
     ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,10 +10,10 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
-from comparisons.geometry.prepare import prepare
 from comparisons.judging.verdicts import WITHIN, judged
 from comparisons.questions.claims.nearest import Measured, Nearest, nearest
 from comparisons.results.store import SceneRecord
+from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene, load_scene
 from reports.plots.claim import LOOKS
 from reports.plots.figure import Axis, Figure, Series
@@ -55,9 +56,19 @@ def _known(record: SceneRecord) -> list[Nearest]:
         return []
     try:
         scene: Scene = load_scene({"name": record.name, **record.tables})
-        return nearest(scene, *prepare(scene))
-    except (InputError, TypeError, ValueError):
+        unit = _force_unit(scene, record)
+        relative = scene.loading.relative and math.isfinite(unit)
+        return nearest(scene, loads_of(scene, unit if relative else 1.0), unit)
+    except (InputError, KeyError, TypeError, ValueError):
         return []  # damaged results, or of another version
+
+
+def _force_unit(scene: Scene, record: SceneRecord) -> float:
+    """Return E* A0 h' of a synthetic surface, with h' as it was made; NaN where it is not known."""
+    if scene.surface is None or scene.surface.size is None or "roughness" not in record.plan:
+        return math.nan
+    slope = float(record.plan["roughness"]["statistics"]["rms_slope"])
+    return scene.effective_modulus * math.prod(scene.surface.size) * slope
 
 
 def _place(measured: Measured, value: float) -> float:

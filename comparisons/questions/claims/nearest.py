@@ -19,7 +19,6 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
@@ -30,7 +29,8 @@ from reference.closed_form.maugis import maugis_parameter
 FILE = Path(__file__).with_name("measured.json")
 SAME = 1e-3  # relative distance along a parameter that is none
 Stretch = tuple[float, float]
-Place = Callable[[Scene, Geometry, AbsoluteLoads], Stretch | None]
+# Of a scene, its loads, and E* A0 h' of a rough one
+Place = Callable[[Scene, AbsoluteLoads, float], Stretch | None]
 
 
 @dataclass(frozen=True)
@@ -115,18 +115,19 @@ class Nearest:
         }
 
 
-def nearest(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> list[Nearest]:
+def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Nearest]:
     """Return, for each compared quantity that a claim has measured on such scenes, what it found.
 
     Where several claims have measured a quantity, the one that says worst decides. None was
-    measured on layers or by another rule than that of the transform.
+    measured on layers or by another rule than that of the transform. `unit` is E* A0 h', in N, of
+    a rough scene; without it nothing is known of one.
     """
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
     answers: dict[str, Nearest] = {}
     for claim, quantities in _concerned(scene).items():
         record = measured().get(claim)
-        here = PLACES[claim][1](scene, geometry, loads)
+        here = PLACES[claim][1](scene, loads, unit)
         if record is None or here is None:
             continue
         for name in quantities:
@@ -230,29 +231,29 @@ def _ratio(sides: tuple[float, float]) -> Stretch:
     return ratio, ratio
 
 
-def _radii(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _radii(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     body = scene.indenter
     if body is None or body.shape != "ellipsoid" or not _plain(scene):
         return None
     return _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
 
 
-def _radii_under_force(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _radii_under_force(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     """Areas were compared at equal force: that says nothing of them at equal penetration."""
-    return _radii(scene, geometry, loads) if loads.control == "force" else None
+    return _radii(scene, loads, unit) if loads.control == "force" else None
 
 
-def _semi_axes(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _semi_axes(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     body = scene.indenter
     return _ratio(body.semi_axes) if isinstance(body, EllipticPunch) and _plain(scene) else None
 
 
-def _sides(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _sides(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     body = scene.indenter
     return _ratio(body.lengths) if isinstance(body, RightAngledPunch) and _plain(scene) else None
 
 
-def _exponent(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _exponent(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     body = scene.indenter
     if body is None or not _plain(scene):
         return None
@@ -261,7 +262,7 @@ def _exponent(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch
     return None if exponent is None else (exponent, exponent)
 
 
-def _depth(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _depth(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     body = scene.indenter
     if body is None or body.shape != "sphere" or loads.control != "penetration":
         return None
@@ -272,18 +273,17 @@ def _depth(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | 
 
 
 def _rough_load(*, periodic: bool) -> Place:
-    def place(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
-        if not isinstance(geometry, RoughGeometry) or scene.physics or loads.control != "force":
+    def place(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
+        if scene.surface is None or scene.physics or loads.control != "force":
             return None
-        if geometry.periodic != periodic:
+        if scene.surface.periodic != periodic or not np.isfinite(unit):
             return None
-        unit = scene.effective_modulus * geometry.area * geometry.rms_slope
         return float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
 
     return place
 
 
-def _poisson(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _poisson(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     friction, body = scene.friction, scene.indenter
     if friction is None or friction.coupling != "full" or body is None or scene.rough:
         return None
@@ -292,7 +292,7 @@ def _poisson(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch 
     return scene.poisson_ratio, scene.poisson_ratio
 
 
-def _maugis(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Stretch | None:
+def _maugis(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
     """Lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)."""
     table, body = scene.adhesion, scene.indenter
     if table is None or table.short_range or body is None or body.shape != "paraboloid":

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
 from comparisons.questions.problems.sheet import Sheet, builtin_sheets
-from comparisons.scene.fields import fail
+from comparisons.scene.fields import excerpt, fail
 from comparisons.scene.problems import readable
 
 LARGEST_FILE = 1_000_000
@@ -106,7 +106,8 @@ def _document(path: Path) -> Any:
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
-        return json.loads(path.read_bytes().decode("utf-8-sig"), parse_constant=_no_number)
+        text = path.read_bytes().decode("utf-8-sig")
+        return json.loads(text, parse_constant=_no_number, object_pairs_hook=_each_key_once)
     except InputError:
         raise
     except OSError as error:
@@ -119,6 +120,15 @@ def _document(path: Path) -> Any:
 
 def _no_number(name: str) -> float:
     raise ValueError(f"{name} is no number of JSON; a value that is missing is null")
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; of a key given twice nobody knows which value is meant."""
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        twice = next(key for number, (key, _) in enumerate(pairs) if key in dict(pairs[:number]))
+        raise ValueError(f"the key {excerpt(twice)} is given more than once")
+    return table
 
 
 def _misfits(entry: Entry, sheets: dict[str, Sheet]) -> list[str]:

@@ -50,6 +50,19 @@ def test_points_beyond_the_computed_depths_are_no_evidence():
     assert fit_modulus((depth + 1e-4, depth), COMPUTED, MODULUS) is None
 
 
+def test_depths_count_from_the_fitted_first_touch():
+    """A body that yields beyond the computed loads: moved by a fifth, none of it is fitted."""
+    deepest = COMPUTED[0][-1]
+    depth = np.linspace(1e-7, 1.4 * deepest, 141)
+    force = np.minimum(hertz(depth), hertz(deepest))
+    for shift in (-0.2 * deepest, 0.2 * deepest):
+        fit = fit_modulus((depth + shift, force), COMPUTED, MODULUS, fit_zero=True)
+        # Where the last of them is counted in or out hangs on the last digit.
+        assert fit.used == pytest.approx(np.sum(depth <= deepest), abs=1)
+        assert fit.modulus == pytest.approx(MODULUS, rel=1e-5)
+        assert fit.zero == pytest.approx(shift, rel=1e-4)
+
+
 SCENE = {
     "name": "indented",
     "half_space": {"effective_modulus": "1 GPa"},

@@ -180,14 +180,25 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     """May I use it, for what was that shown, what instead, at what cost: without reading on."""
     asked = COARSE | {"compare.quantities": ["force"]}
     ball, oblong = solved("sphere", asked), solved("ellipsoid-5", asked)
-    own, other = (fmt.duration(advise(scene).cheapest.seconds) for scene in (ball, oblong))
+    own = fmt.duration(advise(ball).cheapest.seconds)
+    (form,) = (item for item in advise(oblong).settings if item.method == "closed_form")
     text = finding((ball, oblong))
     assert (
-        f"Use the reduced model for axisymmetric bodies (sphere): within 1\u202f% in {own}, "
+        "Use the reduced model for axisymmetric bodies (sphere; the closed form is exact): "
+        f"within 1\u202f% in {own}, " in text
+    )
+    number, other = worst(verdicts(oblong)).number, fmt.duration(form.seconds)
+    assert (
+        f"not for ellipsoids (force off by {number}; instead the closed form (exact) in {other})."
         in text
     )
-    number = worst(verdicts(oblong)).number
-    assert f"not for ellipsoids (force off by {number}; instead FFT BEM in {other})." in text
+
+
+def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
+    scene = solved("square-punch", COARSE | {"compare.quantities": ["force"]})
+    best = advise(scene).cheapest
+    if worst(verdicts(scene)).word != "within":
+        assert f"instead {best.title} in {fmt.duration(best.seconds)}" in finding((scene,))
 
 
 def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
