@@ -103,7 +103,7 @@ def log_ticks(
 ) -> Ticks:
     """Return ticks within limits, with formatted labels: 1-2-5, or whole decades if many.
 
-    Ticks are round numbers in the unit of the axis, given by `factor`.
+    Ticks are round numbers in the unit of the axis, given by `factor`; a power of ten has no "1×".
 
     >>> log_ticks((0.9e-6, 3e-6), str, factor=1e6)
     ((1e-06, '1.0'), (2e-06, '2.0'))
@@ -115,7 +115,11 @@ def log_ticks(
     values = (
         float(f"{step}e{power}") for power in range(first, last + 1, stride) for step in steps
     )
-    return tuple((v / factor, label(v)) for v in values if 0.999 * low <= v <= 1.001 * high)
+    return tuple(
+        (v / factor, label(v).removeprefix("1×"))
+        for v in values
+        if 0.999 * low <= v <= 1.001 * high
+    )
 
 
 def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:

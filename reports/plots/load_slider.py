@@ -1,4 +1,4 @@
-"""The load slider: its load steps and their labels."""
+"""The load slider: its load steps, or creeps, and their labels."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from comparisons.tasks.shown_loads import shown_steps
 
 @dataclass(frozen=True)
 class SliderSteps:
-    """The load steps of a scene's slider, counted from zero, and their labels."""
+    """The load steps of a scene's slider, counted from zero, their labels, and what they are."""
 
     steps: tuple[int, ...]
     labels: tuple[str, ...]
+    name: str = "load"
 
 
 NO_STEPS = SliderSteps((), ())
@@ -38,9 +39,10 @@ def slider_steps(scene: SceneRecord) -> SliderSteps:
         return NO_STEPS
     values = selection.column(rows, scene.control)
     row = quantity(scene.control)
+    step_name = "load" if scene.control in NORMAL else "step"
     labels = []
     for step in chosen:
         loads_of_step = values[(steps == step) & np.isfinite(values)]
         size = fmt.with_unit(loads_of_step[0], row.unit) if len(loads_of_step) else fmt.MISSING
-        labels.append(f"{row.label} {size} (load {step + 1} of {count})")
-    return SliderSteps(chosen, tuple(labels))
+        labels.append(f"{row.label} {size} ({step_name} {step + 1} of {count})")
+    return SliderSteps(chosen, tuple(labels), step_name)

@@ -75,9 +75,6 @@ const judgeCells = (scene) => {
   }
 };
 
-// The tolerance of a scene stands in its row of the map, where scenes differ, and of the summary.
-const toleranceTexts = (scene) => document.querySelectorAll(`tr[data-scene="${scene.anchor}"] .asked-for`);
-
 const judgeRow = (scene, counts) => {
   const row = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"]`);
   if (!row) return;
@@ -89,8 +86,7 @@ const judgeRow = (scene, counts) => {
   }
   const badge = row.querySelector(".verdict");
   if (badge) asBadge(badge, word);
-  if (question.tolerance !== null)
-    for (const text of toleranceTexts(scene)) text.textContent = labelOf(tolerance);
+  if (question.tolerance !== null) row.querySelector(".asked-for").textContent = labelOf(tolerance);
   row.querySelector("td[data-label='largest error']").textContent = worst ? worst.text : "–";
   const reached = reaching(scene, tolerance), cell = row.querySelector("td[data-label=cheapest]");
   cell.dataset.key = reached[0]?.seconds ?? "nan";
@@ -166,17 +162,17 @@ const equipJudging = () => {
     const output = form.querySelector("output");
     const label = asked < 0 ? output.dataset.asked : judging.labels[asked];
     output.textContent = label;
+    for (const text of document.querySelectorAll("#verdict-table [data-asked]")) text.textContent = asked < 0 ? text.dataset.asked : label;
     slider.setAttribute("aria-valuetext", label);
     back.hidden = asked < 0 && !question.counted;
     for (const box of boxes) box.checked = !question.counted || question.counted.has(box.value);
     if (!back.hidden || form.dataset.judged) judgeAll();
     if (back.hidden && form.dataset.judged)
-      for (const scene of judging.scenes)
-        for (const text of toleranceTexts(scene)) text.textContent = form.dataset[scene.anchor] ?? "";
+      for (const scene of judging.scenes) document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`).textContent = form.dataset[scene.anchor] ?? "";
     if (!back.hidden) form.dataset.judged = "yes";
   };
   for (const scene of judging.scenes)
-    form.dataset[scene.anchor] = toleranceTexts(scene)[0]?.textContent ?? "";
+    form.dataset[scene.anchor] = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`)?.textContent ?? "";
   slider.addEventListener("input", () => { state.set("tolerance", judging.tolerances[slider.value], slider); apply(); });
   for (const box of boxes) box.addEventListener("change", () => {
     const chosen = boxes.filter((one) => one.checked).map((one) => one.value);

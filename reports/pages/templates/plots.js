@@ -109,7 +109,8 @@ const watchPlots = () => {
   // What is in sight from the start need not wait for the watcher.
   for (const canvas of canvases) {
     const place = canvas.getBoundingClientRect();
-    if (place.height && place.top < window.innerHeight + 600 && place.bottom > -600) enqueue(canvas);
+    // Inside of what is folded a canvas has a place, too, and nobody sees it.
+    if (canvas.checkVisibility() && place.height && place.top < window.innerHeight + 600 && place.bottom > -600) enqueue(canvas);
     else watcher.observe(canvas);
   }
 };

@@ -166,6 +166,8 @@ def test_the_same_statement_is_one_entry_whatever_its_form(tmp_path):
         ("{}", "problem"),
         ("null", "\n  expected a table, got None"),
         ('{"problem": NaN}', "NaN is no number of JSON"),
+        ('{"seconds": 9, "a": {"b": 1, "b": 2}}', "the key 'b' is given more than once"),
+        ('{"seconds": 9, "a": {}, "seconds": 1}', "the key 'seconds' is given more than once"),
         (stated(problem="RL-999"), "problem: expected one of RL-001"),
         (stated(version=7), "version: expected 1, got 7"),
         (stated(values={"moon": [1.0]}), "values.moon: expected one of force"),

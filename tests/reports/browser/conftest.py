@@ -72,7 +72,8 @@ class Visit:
         self.wait(
             "[...document.querySelectorAll('[data-figure]:not([data-turn])')].filter(canvas => {"
             " const box = canvas.getBoundingClientRect();"
-            " return box.height && box.bottom > 0 && box.top < innerHeight; })"
+            " return canvas.checkVisibility() && box.height"
+            " && box.bottom > 0 && box.top < innerHeight; })"
             ".every(canvas => canvas.querySelector('.main-svg'))"
         )
 
