@@ -7,7 +7,7 @@ to 0.01 %, in ppm below that, and as a power of ten where even ppm would be a ro
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeGuard
 
@@ -244,6 +244,17 @@ def duration(value: object) -> str:
     if hours:
         return _join(f"{hours}{THIN}h{THIN}{minutes_left}", "min")
     return _join(f"{minutes}{THIN}min{THIN}{remainder}", "s")
+
+
+def listed(names: Sequence[str]) -> str:
+    """Write names one after another.
+
+    >>> listed(["a", "b", "c"]), listed(["a"])
+    ('a, b and c', 'a')
+    """
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 def memory(value: object) -> str:

@@ -90,10 +90,13 @@ class Verdict:
 
     @property
     def when(self) -> str:
-        """The load step that decided: "load step 4", "last load"; "" where it means nothing."""
+        """The step that decided: "load step 4", "step 2", "last load"; "" where it means nothing."""
         if self.at == LAST_LOAD:
             return LAST_LOAD
-        return f"load step {self.step + 1}" if self.step >= 0 and self.number != "round-off" else ""
+        if self.step < 0 or self.number == "round-off":
+            return ""
+        # Creeps, speeds, times and places along a path are steps, but no loads.
+        return f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"
 
     @property
     def where(self) -> str:

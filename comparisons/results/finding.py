@@ -111,7 +111,7 @@ def _examples(scenes: Sequence[SceneRecord]) -> str:
     """Return what a family consists of here: nothing else was looked at."""
     names = [scene.name for scene in scenes]
     left = len(names) - NAMED
-    return _listed(names if left < 2 else [*names[:NAMED], f"{left} more"])
+    return fmt.listed(names if left < 2 else [*names[:NAMED], f"{left} more"])
 
 
 def _cost(scenes: list[SceneRecord]) -> str:
@@ -165,14 +165,3 @@ def _timed(title: str, settings: list[Setting]) -> str:
 def _tolerances(scenes: list[SceneRecord]) -> str:
     tolerances = sorted({scene.tolerance for scene in scenes})
     return " or ".join(fmt.tolerance(value) for value in tolerances)
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return "a, b and c"; names that hold commas themselves are parted by semicolons.
-
-    >>> _listed(["a", "b", "c"]), _listed(["a"])
-    ('a, b and c', 'a')
-    """
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} and {names[-1]}"

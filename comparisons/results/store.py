@@ -274,6 +274,8 @@ def load_study(directory: str | Path) -> StudyRecord:
             scenes=scenes,
             **{name: document[name] for name in document if name != "scenes"},
         )
+    except NotADirectoryError as error:
+        raise ResultsError(f"{root}: expected a results folder, got a file") from error
     except FileNotFoundError as error:
         raise ResultsError(
             f"{root}: no results of roughline here ({Path(error.filename).name} is missing)"

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from reports.tables.table import Table
 
 MANY = 12
+NARROW = 64  # columns: fewer leave a table no room for whole words
 UNFOLDED = 100_000  # columns, more than any line has
 
 
@@ -74,7 +75,7 @@ def print_study(
     from comparisons.geometry.plausibility import CHECK
     from comparisons.judging.proofs import tally
     from comparisons.results.decisions import asked_in_vain
-    from comparisons.results.finding import finding
+    from comparisons.results.finding import lines as finding_lines
     from comparisons.results.measured import modulus_sentence
     from reports.tables.judged import summary_lines
 
@@ -88,7 +89,11 @@ def print_study(
     if verbose:
         _print_verdicts(console, record)
     lines = summary_lines(record.scenes)
-    console.print(drawn(lines, tight=True))
+    if console.width < NARROW:
+        for row in lines.rows:
+            console.print(" ".join(cell.text for cell in row), markup=False, highlight=False)
+    else:
+        console.print(drawn(lines, tight=True))
     console.print(lines.note, style="dim", markup=False, highlight=False)
     for scene in record.scenes:
         if sentence := modulus_sentence(scene):
@@ -100,7 +105,9 @@ def print_study(
         console.print(f"lost: {where}: {reason}", style="bold", markup=False)
     if len(lost) > MANY:
         console.print(f"... and {len(lost) - MANY} more lost solves", style="bold")
-    console.print(f"\n{finding(record.scenes)}".rstrip(), markup=False, highlight=False)
+    console.print()
+    for line in finding_lines(record.scenes):
+        console.print(line, markup=False, highlight=False)
     proved = [scene.reference["proved"] for scene in record.scenes if "proved" in scene.reference]
     if proved:
         console.print(tally(proved), markup=False, highlight=False)

@@ -45,7 +45,12 @@ def curves(scene: SceneRecord) -> list[Figure]:
         names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
     along = selection.drawn_along(scene)
     drawable = [name for name in names if name != along and name not in FIELDS]
-    pairs = [(curve(scene, along, name), ratio(scene, along, name)) for name in drawable]
+    pairs = [
+        (values(scene, along, name), None)
+        if quantity(name).single
+        else (curve(scene, along, name), ratio(scene, along, name))
+        for name in drawable
+    ]
     return [figure for pair in pairs for figure in pair if figure]
 
 
@@ -61,7 +66,8 @@ def printed_curves(scene: SceneRecord) -> list[Figure]:
         along = selection.drawn_along(scene)
         names = [q for q in scene.quantities if q != along and q not in FIELDS]
         pairs = [(along, name) for name in names]
-    return [figure for pair in pairs if (figure := curve(scene, *pair))]
+    drawn = (values(scene, *p) if quantity(p[1]).single else curve(scene, *p) for p in pairs)
+    return [figure for figure in drawn if figure]
 
 
 def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
@@ -93,6 +99,31 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         value_axis(up, y, upright, () if up == scene.control else edges),
         (*(method_curve.series for method_curve in drawn), *_direction(scene, drawn[0].series)),
         bands,
+        quantity=up,
+    )
+
+
+def values(scene: SceneRecord, across: str, up: str) -> Figure | None:
+    """Return a quantity that has one value for the whole scene: a point for each method."""
+    drawn = _curves(scene, across, up)
+    if not drawn:
+        return None
+    points = []
+    for place, item in enumerate(drawn):
+        last = np.flatnonzero(np.isfinite(item.column(up)))[-1:]
+        bars = None if item.series.bars is None else item.series.bars[last]
+        where, height = np.array([float(place)]), item.column(up)[last]
+        points.append(replace(item.series, x=where, y=height, bars=bars, line=False, marks=True))
+    names = tuple((float(place), point.look.label) for place, point in enumerate(points))
+    title = quantity(up).label
+    return Figure(
+        f"curve-{up}",
+        title[0].upper() + title[1:],
+        "One value of the whole scene, by each method at its finest resolution.",
+        Axis("", limits=(-0.5, len(points) - 0.5), ticks=names),
+        value_axis(up, np.concatenate([point.y for point in points]), log=False),
+        tuple(points),
+        legend=False,
         quantity=up,
     )
 

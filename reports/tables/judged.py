@@ -52,14 +52,14 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
     """
     rows: list[tuple[Cell | str, ...]] = []
     told_of: dict[str, str] = {}
-    tolerances: dict[str, None] = {}
+    tolerances: set[float] = set()
     for scene in scenes:
         cheapest = advise(scene).cheapest
         best: list[Cell | str] = [cells.method("", "none"), "", ""]
         if cheapest is not None:
             level = cells.count(cheapest.resolution)
             best = [cells.method(cheapest.method), cells.duration(cheapest.seconds), level]
-        tolerances[fmt.tolerance(scene.tolerance)] = None
+        tolerances.add(scene.tolerance)
         for method in judged_methods(scene):
             decisive = worst(verdicts(scene, method))
             row = quantity(decisive.quantity)
@@ -68,7 +68,8 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             error = _error(decisive)
             rows.append((name, cells.verdict(decisive.word), row.symbol or row.label, error, *best))
     symbols = ", ".join(f"{symbol} {label}" for symbol, label in told_of.items() if symbol != label)
-    note = f"worst: {symbols}; verdicts at {' and '.join(tolerances)}"
+    levels = fmt.listed([fmt.tolerance(value) for value in sorted(tolerances)])
+    note = f"worst: {symbols}; verdicts at {levels}"
     heads = ("scene", "verdict", "worst", "error", "cheapest", "time", "N")
     return table(heads, rows, note=note)
 

@@ -27,5 +27,6 @@ ROWS = (
         "m",
         comparable=True,
         physics=_YIELDS,
+        single=True,
     ),
 )

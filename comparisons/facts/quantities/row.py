@@ -96,6 +96,8 @@ class Quantity:
         Where it is prescribed itself: at which other load it is compared, and all else once more.
     field : bool
         It is compared as a field at the last load, not as a curve.
+    single : bool
+        It is one value of a whole scene, the same at every step.
     signed : bool
         It passes zero, so that relative changes of it mean nothing.
     derived : Derived or None
@@ -113,6 +115,7 @@ class Quantity:
     load: Literal["", "normal", "tangential"] = ""
     counterpart: str = ""
     field: bool = False
+    single: bool = False
     signed: bool = False
     derived: Derived | None = None
     bins: Bins | None = None

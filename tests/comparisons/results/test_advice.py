@@ -125,7 +125,7 @@ def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enoug
     advice = advise(replace(rows, measures=wide))
     assert "no setting that was run is within tolerance" in advice.sentence
     assert "not resolved: " in advice.sentence
-    assert "FEM (force 0.40 ± 5.0\u202f% at load step 3, N = 4)" in advice.sentence
+    assert "FEM (force 0.4 ± 5.0\u202f% at load step 3, N = 4)" in advice.sentence
     assert advice.cheapest is None
 
 

@@ -18,7 +18,7 @@ from reports.pictures import pictures
 
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
 FLAGS += ["--enable-unsafe-swiftshader"]  # WebGL in software
-PATIENCE = 30.0  # seconds; a loaded machine is slow
+PATIENCE = 180.0  # seconds; a loaded machine is slow
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 DESKTOP, PHONE = (1280, 800), (390, 844)
 COLOUR_RULES = ["color-contrast", "link-in-text-block"]  # of axe-core: all that a scheme can change
@@ -113,6 +113,7 @@ def visited(
         has_touch=size == PHONE,
         is_mobile=size == PHONE,
     )
+    context.set_default_timeout(1000 * PATIENCE)
     page = context.new_page()
     visit = Visit(page)
 
