@@ -143,7 +143,9 @@ def _instead(scenes: list[SceneRecord]) -> str:
     chosen = [item for item in best if item is not None]
     titles = Counter(item.title for item in chosen).most_common()
     named = [_timed(EXACT, forms)] if forms else []
-    named += [_timed(title, [item for item in chosen if item.title == title]) for title, _ in titles]
+    named += [
+        _timed(title, [item for item in chosen if item.title == title]) for title, _ in titles
+    ]
     if not named:
         return "no setting that was run is within the tolerance"
     left = len(best) - len(chosen)
