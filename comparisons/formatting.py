@@ -218,9 +218,11 @@ def _exponent(value: float, digits: int) -> int:
 def _to_place(value: float, place: int) -> str:
     """Write a number down to a power of ten, without powers for small ones.
 
-    >>> _to_place(0.00031, -4), _to_place(-1234.5, 1)
-    ('0.0003', '−1\u202f230')
+    >>> _to_place(0.00031, -4), _to_place(-1234.5, 1), _to_place(0.001, -2)
+    ('0.0003', '−1\u202f230', '0')
     """
+    if abs(value) < 0.5 * 10.0**place:
+        return "0"
     if place > 0:
         return number(value, max(_exponent(value, 3) - place + 1, 1))
     return f"{value:,.{-place}f}".replace(",", THIN).replace("-", MINUS)

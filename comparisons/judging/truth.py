@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from comparisons.facts.methods import METHODS, leading
-from comparisons.facts.quantities import main_axis
+from comparisons.facts.quantities import main_axis, quantity
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
@@ -175,7 +175,7 @@ class Truth:
         text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
         accuracies = {name: self.known_to(name) for name in quantities}
         bars = [
-            f"{name.replace('_', ' ')} {relative(bar)}"
+            f"{quantity(name).label} {relative(bar)}"
             for name, bar in accuracies.items()
             if np.isfinite(bar)
         ]
@@ -194,7 +194,8 @@ class Truth:
             lacking = next((f"at load step {k} {reason}" for k, reason in steps if reason), "")
             reasons.setdefault(lacking or "two grids have no common answer", []).append(name)
         for reason, several in reasons.items():
-            yield f"; {', '.join(several).replace('_', ' ')} not at every load: {reason}"
+            labels = ", ".join(quantity(name).label for name in several)
+            yield f"; {labels} not at every load: {reason}"
 
     def disagreements(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
         """Return a sentence for each quantity in which a check differs by more than the bars."""
@@ -209,7 +210,7 @@ class Truth:
         """
         return tuple(
             f"{METHODS[second.method].title} and {METHODS[self.method].title} differ in "
-            f"{name.replace('_', ' ')} by {excess}."
+            f"{quantity(name).label} by {excess}."
             for name, _, excess in self._differing(second, quantities)
         )
 

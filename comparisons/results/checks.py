@@ -40,14 +40,14 @@ PARTICLES = ("particle_places", "particle_displacement", "particle_von_mises")
 
 def with_columns(table: pd.DataFrame, kind: str) -> pd.DataFrame:
     """Return a table; without rows (nothing was solved), it has the columns that readers expect."""
-    if len(table):
+    if len(table) or "scene" not in table:
         return table
     return table.reindex(columns=list(dict.fromkeys([*table, *TEXTS[kind], *NUMBERS[kind]])))
 
 
 def table_problems(table: pd.DataFrame, kind: str) -> list[str]:
     """Return what is wrong with a table; `kind` is a key of `TEXTS` ("rows": results.csv)."""
-    if table.empty:
+    if not len(table) and "scene" in table:
         return []
     missing = [name for name in (*TEXTS[kind], *NUMBERS[kind]) if name not in table]
     if missing:

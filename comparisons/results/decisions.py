@@ -90,7 +90,7 @@ class Verdict:
 
     @property
     def when(self) -> str:
-        """The step that decided: "load step 4", "step 2", "last load"; "" where it means nothing."""
+        """The step that decided: "load step 4", "step 2", "last load"; "" for round-off."""
         if self.at == LAST_LOAD:
             return LAST_LOAD
         if self.step < 0 or self.number == "round-off":

@@ -138,11 +138,11 @@ def _ends(values: Sequence[float], form: Callable[[float], str]) -> str:
 
 def _instead(scenes: list[SceneRecord]) -> str:
     """Return closed forms, or the fastest methods with their times, of scenes the model fails."""
-    forms = [form for scene in scenes if (form := _exact(scene))]
+    exact = [form for scene in scenes if (form := _exact(scene))]
     best = [advise(scene).cheapest for scene in scenes if not _exact(scene)]
     chosen = [item for item in best if item is not None]
     titles = Counter(item.title for item in chosen).most_common()
-    named = [_timed(EXACT, forms)] if forms else []
+    named = [_timed(EXACT, exact)] if exact else []
     named += [
         _timed(title, [item for item in chosen if item.title == title]) for title, _ in titles
     ]

@@ -133,8 +133,9 @@ def ratio(scene: SceneRecord, across: str, up: str) -> Figure | None:
 
     Along a path errors are relative to the largest value of it: ratios would be others.
     """
-    drawn = [item for item in _curves(scene, across, up) if np.isfinite(item.errors).any()]
-    if scene.is_path or not _coincide(_apart(drawn)):
+    beside = _curves(scene, across, up)
+    drawn = [item for item in beside if np.isfinite(item.errors).any()]
+    if scene.is_path or not drawn or not _coincide(_apart(beside)):
         return None
     x = np.concatenate([item.column(across) for item in drawn])
     log = wants_log(np.concatenate([item.column(selection.drawn_along(scene)) for item in drawn]))

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from comparisons.formatting import number
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.lubrication.films import PHYSICS, LubricatedBall
 from comparisons.methods.solver import Refused, Solver
@@ -88,8 +89,8 @@ class HamrockDowson(Formula):
         force = float(loads.normal.values[-1])
         if not all(self._fit(force).covers(speed) for speed in loads.values):
             raise Refused(
-                f"made for eta U/(2 E* R) from {SPEEDS[0]:g} to {SPEEDS[1]:g} and F/(2 E* R^2) "
-                f"from {LOADS[0]:g} to {LOADS[1]:g}"
+                f"made for ηU/(2E*R) from {' to '.join(number(end, 1) for end in SPEEDS)} and "
+                f"F/(2E*R²) from {' to '.join(number(end, 1) for end in LOADS)}"
             )
 
     def _fit(self, load: float) -> SoftFit:

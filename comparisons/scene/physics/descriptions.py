@@ -31,7 +31,7 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
     if not scene.physics:
         return  # memory, friction, adhesion and inertia were never in question
     if scene.viscoelastic is None:
-        yield "memory of the material", "the scene is elastic, without relaxation"
+        yield "memory of the material", "no [viscoelastic] in the scene: nothing relaxes"
     if scene.friction is None and scene.sliding is None:
         yield "tangential displacements at the surface", "no friction in the scene"
     if scene.friction is not None and scene.poisson_ratio != 0.5:

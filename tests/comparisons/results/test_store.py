@@ -265,6 +265,7 @@ def test_a_study_of_the_wrong_form_is_refused(record, damage):
         (RESULTS, b""),
         (RESULTS, b"\xff\xfe\x00"),
         (RESULTS, b"method\nfem\n"),
+        (RESULTS, b"broken\n"),
         (RESULTS, b'scene,method\n"a,b\n'),
         (MEASURES, b""),
     ],

@@ -157,3 +157,12 @@ def test_every_built_in_scene_and_method_has_a_line(capsys):
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if line.startswith("reduced ")]
     assert "a line" in row
+
+
+def test_a_narrow_terminal_breaks_no_word(capsys, record, monkeypatch):
+    """Of a table on 40 columns every cell would be broken: a scene is a line of words instead."""
+    monkeypatch.setenv("COLUMNS", "40")
+    terminal.print_study(record, [])
+    lines = capsys.readouterr().out.splitlines()
+    assert {"within", "reduced", "model"} <= set(" ".join(lines).split())
+    assert max(map(len, lines)) <= 40

@@ -195,10 +195,12 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
 
 
 def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
+    """A circle is the softest face of its area (Polya and Szego): a square is 2 % stiffer."""
     scene = solved("square-punch", COARSE | {"compare.quantities": ["force"]})
     best = advise(scene).cheapest
-    if worst(verdicts(scene)).word != "within":
-        assert f"instead {best.title} in {fmt.duration(best.seconds)}" in finding((scene,))
+    assert worst(verdicts(scene)).word == "outside"
+    other = f"instead {best.title} in {fmt.duration(best.seconds)}" if best else "no setting"
+    assert other in finding((scene,))
 
 
 def test_what_is_outside_at_the_other_load_only_is_no_contradiction():

@@ -114,3 +114,23 @@ def test_errors_against_time_are_those_at_equal_step(loop):
     (figure,) = speed.speed(loop)
     assert figure.title == "Error of tangential displacement at equal step of the path"
     json.dumps(spec(figure), allow_nan=False)
+
+
+def test_one_value_of_a_whole_path_is_a_point_for_each_method():
+    """A pull-off force over the depth would be a level line: a curve of nothing."""
+    force = np.full(3, 2e-3)
+    columns = {"pull_off_force": force, "penetration": np.array([1e-6, 0.0, -1e-7])}
+    (figure,) = curves.curves(record("penetration", "step", columns))
+    assert [point.y.tolist() for point in figure.series] == [[2e-3], [pytest.approx(2.02e-3)]]
+    assert all(not point.line and point.marks for point in figure.series)
+    assert [name for _, name in figure.x.ticks] == ["closed form", "reduced model"]
+    assert curves.printed_curves(record("penetration", "step", columns))[0].x.ticks
+
+
+def test_one_model_beside_its_truth_has_a_ratio_where_both_coincide():
+    """The caption sends a reader there: 1 % apart, and no third method."""
+    columns = {"force": np.array([1.0, 2.0]), "speed": np.array([1.0, 3.0])}
+    curve, ratio = curves.curves(record("speed", "speed", columns))
+    assert "see their ratios to the reference" in curve.caption
+    (model,) = ratio.series
+    assert model.y == pytest.approx([1.01, 1.01])

@@ -46,7 +46,7 @@ def test_every_renderer_says_the_same_words(judged):
 
 
 def test_an_error_has_its_bar_in_brackets_in_print_only(judged):
-    assert "1.2 ± 0.040\u202f%" in on_a_terminal(judged)
+    assert "1.23 ± 0.04\u202f%" in on_a_terminal(judged)
     assert "(1.230 ± 0.040)\u202f%" in in_markdown(judged)
     assert r"(1.230 $\pm$ 0.040)\,\%" in latex(judged, "x")
 
