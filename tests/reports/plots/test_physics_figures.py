@@ -94,7 +94,7 @@ def test_a_history_is_drawn_over_time():
 
 def test_speeds_over_decades_take_a_logarithmic_axis():
     speeds = {"friction_coefficient": [0.1, 0.4, 0.2], "speed": [1e-3, 1e-1, 10.0]}
-    (figure,) = curves.curves(record("speed", "speed", speeds))
+    figure, _ = curves.curves(record("speed", "speed", speeds))
     assert spec(figure)["layout"]["xaxis"]["type"] == "log"
     assert spec(figure)["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
     assert figure.title == "Coefficient of friction against sliding speed"
@@ -133,4 +133,4 @@ def test_one_model_beside_its_truth_has_a_ratio_where_both_coincide():
     curve, ratio = curves.curves(record("speed", "speed", columns))
     assert "see their ratios to the reference" in curve.caption
     (model,) = ratio.series
-    assert model.y == pytest.approx([1.01, 1.01])
+    assert model.y == pytest.approx([1.005, 1.01])  # of the largest, as the record has it
