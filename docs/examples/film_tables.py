@@ -4,6 +4,10 @@ Run from the repository's root (some minutes), or the costs alone::
 
     python docs/examples/film_tables.py
     python docs/examples/film_tables.py cost
+
+or the flow through rough planes::
+
+    python docs/examples/film_tables.py plane
 """
 
 import sys
@@ -13,6 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from comparisons.questions.experiments import EXPERIMENTS
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
@@ -73,6 +78,28 @@ def costs() -> None:
             )
 
 
+def planes() -> None:
+    """Print what flows through pressed rough planes, and by how much theories miss it."""
+    measure = EXPERIMENTS["film-plane-pressed"].measure
+    print("load   contact area  mean gap/h_rms  factor   Patir & Cheng    medium           line")
+    for load in (0.005, 0.02, 0.05, 0.1):
+        measured = [
+            measure(load, "quick", statement=statement, **more)
+            for statement, more in (
+                ("patir_cheng", {}),
+                ("effective_medium", {}),
+                ("line", {"quantity": "flow"}),
+            )
+        ]
+        details = measured[0].details
+        errors = "  ".join(f"{m.error:+6.1%} +- {m.uncertainty:.1%}" for m in measured)
+        print(
+            f"{load:5g}  {details['contact area']:12.2%}  {details['mean gap/h_rms']:14.3f}  "
+            f"{details['true']:6.3f}  {errors}",
+            flush=True,
+        )
+
+
 def films() -> None:
     """Print a row for each speed."""
     print("mm/s     16      32      64      extrapolated   ratio  fit      limit")
@@ -89,4 +116,4 @@ def films() -> None:
 
 
 if __name__ == "__main__":
-    costs() if sys.argv[1:] == ["cost"] else films()
+    {"cost": costs, "plane": planes}.get(" ".join(sys.argv[1:]), films)()

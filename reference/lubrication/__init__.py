@@ -6,5 +6,6 @@
 - `surface`: what gives way under the film;
 - `loaded`: all of it under a load, by Newton's method;
 - `point`: a ball; `line`: a rigid cylinder;
-- `formulas`: closed forms, and Hamrock & Dowson's fit.
+- `plane`: oil that flows between nominally flat rough bodies;
+- `formulas`: closed forms, and fits.
 """

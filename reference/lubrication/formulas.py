@@ -24,6 +24,13 @@ long cylinder, and carried through (Snoeijer, Eggers & Venner, Phys. Fluids 25 (
     h_c = 0.5122 (12 eta U)^(3/5) E*^(1/5) A^(-4/5),    A = 2 sqrt(2 a) E*/(pi R),
 
 so that h_c/R goes as 3.55 (eta U/(E' R))^0.6 (W/(E' R^2))^-0.133.
+
+**Rough plane**, flow factors of `lubrication.plane` for heights of rms s times the mean gap whose
+waves have <cos^2> = c with the flow, to second order (Elrod 1979, Tripp 1983): pressure
+1 + 3 s^2 (1 - 3 c), sliding 1 - 3 s^2 c. From div h^3 grad p = 0 with h = 1 + d, p = -x + p1:
+p1 = -3i q_x d/q^2, and <h^3 dp/dx> = -(1 + 3 <d^2> - 9 <d^2 cos^2>). A fit, isotropic: 1 - 0.90
+exp(-0.56/s) (Patir & Cheng 1978). An effective medium of conductances h^3, which closes where half
+of the area touches: <(h^3 - K)/(h^3 + K)> = 0 (Bruggeman 1935).
 """
 
 from __future__ import annotations
@@ -31,6 +38,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from reference.arguments import positive_faults, refuse
 
@@ -144,3 +153,48 @@ def wave_amplitude(
 def squeezed_film(radius: float, viscosity: float, speed: float, load: float) -> float:
     """Return h0 of a rigid sphere that approaches a plane at a speed under a load."""
     return 6 * np.pi * viscosity * radius**2 * speed / load
+
+
+def second_order_factors(roughness: float, along: float = 0.5) -> tuple[float, float]:
+    """Return the flow factors of pressure and of sliding, to second order in the heights.
+
+    Parameters
+    ----------
+    roughness : float
+        Rms height over mean gap.
+    along : float
+        Mean cos^2 of the angle between waves and flow: one half where isotropic, one for crests
+        across the flow.
+    """
+    square = roughness**2
+    return 1 + 3 * square * (1 - 3 * along), 1 - 3 * square * along
+
+
+def patir_cheng_factor(roughness: float) -> float:
+    """Return the pressure factor of an isotropic Gaussian surface, a fit for s up to 2."""
+    return 1 - 0.90 * float(np.exp(-0.56 / roughness))
+
+
+def effective_medium_factor(gaps: ArrayLike) -> float:
+    """Return the pressure factor of gaps that lie beside each other at random.
+
+    Examples
+    --------
+    Half closed is closed; without contact the mean is between those of h^-3 and of h^3.
+
+    >>> effective_medium_factor([0.0, 1.0])
+    0.0
+    >>> round(effective_medium_factor([1.0, 3.0]), 4)
+    0.6495
+    """
+    h = np.asarray(gaps, dtype=np.float64)
+    if 2 * np.count_nonzero(h) <= h.size:
+        return 0.0
+    cubes = (h / h.mean()) ** 3
+
+    def excess(conductance: float) -> float:
+        return float(((cubes - conductance) / (cubes + conductance)).mean())
+
+    most = float(cubes.max())
+    least = float(cubes[cubes > 0].min()) * np.finfo(float).eps
+    return float(brentq(excess, least, most, xtol=least, rtol=1e-12))

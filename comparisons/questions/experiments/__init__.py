@@ -15,6 +15,7 @@ from comparisons.questions.experiments import (
     dry_oscillator,
     elements,
     equivalent_body,
+    film_plane,
     films,
     friction_judges,
     friction_law,
@@ -59,7 +60,7 @@ _MODULES = (
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
     *(relaxation, proved, rolling, yielding, rough_yield, particles, elements, films, wear),
     *(outline_rules, sheets, asperities, contact_statistics, published_ensemble),
-    *(second_truth, stress_below),
+    *(second_truth, stress_below, film_plane),
     *(contact_ends, analogies, rough_rubber, friction_judges, rough_adhesion),
 )
 EXPERIMENTS: dict[str, Experiment] = {

@@ -1,0 +1,201 @@
+"""Oil between nominally flat rough bodies (19.8): flow factors, by theories and by the line."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
+from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
+from comparisons.solving.shared import shared
+from reduced.loads import Load
+from reduced.rough import ensemble
+from reduced.rough.press import press as press_line
+from reference.lubrication.formulas import (
+    effective_medium_factor,
+    patir_cheng_factor,
+    second_order_factors,
+)
+from reference.lubrication.plane import plane_flow
+
+# Surfaces, and lines for each: in groups, whose gaps are pooled.
+_QUICK, _GROUP, _GROUPS = 12, 30, 12
+# Points of a line for one of its surface.
+_FINER = 4
+Samples = dict[str, np.ndarray]
+
+
+def _open(
+    effort: Effort,
+    *,
+    roughness: float = 0.2,
+    statement: str = "second_order",
+    quantity: str = "pressure",
+    points: float = 64,
+    hurst: float = 0.8,
+    roll_off: float = 2.0,
+    shortest: float = 8.0,
+    realisations: float = 48,
+) -> Finding:
+    """Compare what a formula says of the flow between bodies that hardly touch, rigid ones.
+
+    `roughness` is rms height over mean gap; of a second order what roughness changes is judged, of
+    a fit the factor itself. Where heights exceed the gap, it is closed, as Patir & Cheng have it.
+    """
+    one_of("statement", statement, "second_order", "patir_cheng")
+    one_of("quantity", quantity, "pressure", "shear")
+    above("roughness", roughness, 0)
+    above("realisations", realisations, 2)
+    if statement == "patir_cheng" and quantity == "shear":
+        raise ValueError("the fit is of pressure, not of shear")
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
+    count = number_of(realisations, effort, _QUICK)
+    change = statement == "second_order"
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        values = _rigid(surface, float(roughness), factor, number)[quantity]
+        return 1 - values if change else values
+
+    if change:
+        stated = 1 - second_order_factors(roughness)[("pressure", "shear").index(quantity)]
+    else:
+        stated = patir_cheng_factor(roughness)
+    true, bar = truth(sample, "refined", count, effort)
+    error, uncertainty = compare([stated], true, bar)
+    details: dict[str, float | str] = {
+        "stated": stated,
+        "true": float(true.mean()),
+        "bar of the grid": bar,
+    }
+    return Finding(error, uncertainty, details)
+
+
+@shared(maxsize=64)
+def _rigid(surface: Surface, roughness: float, factor: int, count: int) -> Samples:
+    """Return the flow factors of surfaces, each the mean of the surface's and its negative's.
+
+    What is of odd order in the heights cancels.
+    """
+    rows = []
+    for number in range(count):
+        heights = surface.heights(number, factor)
+        heights = heights * (roughness / heights.std())
+        sides = [plane_flow(np.maximum(1 + sign * heights, 0.0)) for sign in (1, -1)]
+        rows.append(
+            (
+                np.mean([side.pressure_factor for side in sides]),
+                np.mean([side.shear_factor for side in sides]),
+            )
+        )
+    pressure, shear = np.array(rows).T
+    return {"pressure": pressure, "shear": shear}
+
+
+def _pressed(
+    effort: Effort,
+    *,
+    load: float = 0.02,
+    statement: str = "effective_medium",
+    quantity: str = "factor",
+    points: float = 128,
+    hurst: float = 0.8,
+    roll_off: float = 4.0,
+    shortest: float = 8.0,
+    realisations: float = 48,
+) -> Finding:
+    """Compare what is said of the oil that flows around spots of contact with the flow on cells.
+
+    The gap is that of the periodic half-space; `quantity` is the pressure factor, or the "flow"
+    itself, the factor times the cube of the mean gap over the rms height.
+    """
+    one_of("statement", statement, "effective_medium", "patir_cheng", "line")
+    one_of("quantity", quantity, "factor", "flow")
+    above("load", load, 0)
+    above("realisations", realisations, 2)
+    if statement != "line" and quantity == "flow":
+        raise ValueError(f"{statement} speaks of the factor, not of the flow")
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
+    count = number_of(realisations, effort, _QUICK)
+
+    def sample(factor: int, number: int) -> Samples:
+        return _flows(surface, float(load), factor, number)
+
+    true, bar = truth(lambda f, n: sample(f, n)[quantity], "refined", count, effort)
+    if statement == "line":
+        stated = _lines(surface, float(load))[quantity]
+        error, uncertainty = compare(stated, true, bar)
+    else:
+        stated, grid = truth(lambda f, n: sample(f, n)[statement], "refined", count, effort)
+        # of the same surfaces, whose flows differ more than these ratios
+        ratio, scatter = ratio_of_means(stated[:, None], true[:, None], paired=True)
+        error = float(ratio[0]) - 1
+        uncertainty = float(ratio[0] * combined(scatter[0], bar, grid))
+    native = sample(1, count)
+    details: dict[str, float | str] = {
+        "stated": float(stated.mean()),
+        "true": float(true.mean()),
+        "contact area": float(native["area"].mean()),
+        "mean gap/h_rms": float(native["gap"].mean()),
+        "closed": float((native["factor"] == 0).mean()),
+        "bar of the grid": bar,
+    }
+    return Finding(error, uncertainty, details)
+
+
+@shared(maxsize=64)
+def _flows(surface: Surface, load: float, factor: int, count: int) -> Samples:
+    """Return what flows through the gaps of pressed surfaces, and what theories say of them."""
+    operator = surface.operator(factor)
+    rows: list[dict[str, float]] = []
+    for number in range(count):
+        heights = surface.heights(number, factor)
+        contact, quantities = press(operator, heights, load)
+        gap = np.where(contact.mask, 0.0, np.maximum(contact.gap, 0.0)) / heights.std()
+        through = plane_flow(gap)
+        rows.append(
+            {
+                "factor": through.pressure_factor,
+                "flow": through.pressure_factor * float(gap.mean()) ** 3,
+                "gap": float(gap.mean()),
+                "area": quantities["contact_area"],
+                "effective_medium": effective_medium_factor(gap),
+                "patir_cheng": patir_cheng_factor(1 / float(gap.mean())),
+            }
+        )
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _lines(surface: Surface, load: float) -> Samples:
+    """Return the flow through the gaps of pressed lines, beside each other at random.
+
+    One after the other they let nothing through from the first touch on.
+    """
+    count = _GROUP * _GROUPS
+    lines = ensemble.RandomLines(surface.line("rings"), _FINER * surface.points, count, seed=SEED)
+    drawn = lines.draw()
+    contact = press_line(drawn, 1.0, Load("force", [load]))
+    heights = drawn.heights
+    gaps = heights.max(axis=1, keepdims=True) - heights - contact.penetration
+    rms = surface.heights(0).std()
+    pooled = np.maximum(gaps, 0.0).reshape(_GROUPS, -1) / rms
+    factors = np.array([effective_medium_factor(group) for group in pooled])
+    return {"factor": factors, "flow": factors * pooled.mean(axis=1) ** 3}
+
+
+EXPERIMENTS = (
+    experiment(
+        "film-plane-open",
+        "Flow of oil along rough planes that hardly touch: formulas against the flow on cells",
+        "rms height over mean gap",
+        "roughness",
+        _open,
+    ),
+    experiment(
+        "film-plane-pressed",
+        "Flow of oil around the spots of contact of rough planes: theories, and the line",
+        "load F/(E* A0 h')",
+        "load",
+        _pressed,
+    ),
+)
