@@ -157,13 +157,13 @@ def largest(value: Callable[[float], float], places: list[float]) -> float:
     values = [value(place) for place in places]
     best = int(np.argmax(values))
     low, high = places[max(best - 1, 0)], places[min(best + 1, len(places) - 1)]
-    found = minimize_scalar(
+    peak = minimize_scalar(
         lambda place: -value(float(place)),
         bounds=(low, high),
         method="bounded",
         options={"xatol": _CLOSE * (high - low)},
     )
-    return float(max(values[best], -found.fun))
+    return float(max(values[best], -peak.fun))
 
 
 @shared(maxsize=64)
