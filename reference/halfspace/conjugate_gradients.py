@@ -46,8 +46,9 @@ _MARGIN = 0.7
 # it is considered.
 _ROUNDING, _ROUNDING_NEAR = 16.0, 1e-6
 
-# Empty cells that separate opposite rims of a free patch in the preconditioner. |q| decays as r^-3,
-# so a few are as good as doubling the grid; without them, iterations increase by half.
+# Fewest empty cells that separate opposite rims of a free patch in the preconditioner, else a
+# quarter of its side: the residual is continued across them from rim to rim. From 256 to 1024 cells
+# a side (contact 4 and 20 %) it takes a fifth less convolutions than 8 cells do.
 _RIM = 8
 
 
@@ -137,7 +138,8 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
             outcome = _improve(problem, state, stage, effort)
             if _refresh(problem, state, tolerance):
                 return state
-            if outcome == descent.STALLED or not state.worst < before / 4:
+            stuck = outcome == descent.STALLED and stage.dtype != np.float32
+            if stuck or not state.worst < before / 4:
                 break
     raise ConvergenceError(
         f"contact iteration stopped at a violation of {state.violation:.1e} of the penetration "
@@ -246,7 +248,9 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
     def make() -> Convolution:
         padded = operator.shape
         if not operator.periodic:
-            rows, columns = (fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
+            rows, columns = (
+                fft.next_fast_len(n + max(_RIM, n // 4), real=True) for n in operator.shape
+            )
             padded = rows, columns
         stiffness = operator.wave_stiffness(kernels.quarter(padded, operator.spacing))
         stiffness *= _wave_unit(operator)

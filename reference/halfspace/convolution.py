@@ -6,10 +6,11 @@ T(q_x, q_y) real and even in both wavenumbers: influence coefficients, or |q|. A
 separately, so that rows of zeros and cropped rows are never transformed. Single precision takes
 half the time of double.
 
-Of T only q_x, q_y >= 0 are kept. A large field is transformed in blocks: rows into the columns of
-one array of modes, there column by column forth and back, and rows of it into the result. Padding
-exists in one block at a time, and the modes are all that is held beside field and result: 4 bytes
-per cell of a periodic field in single precision, 8 in double; twice that of a free one.
+Of T only q_x, q_y >= 0 are kept. A large field is transformed in blocks: rows into one array of
+modes, there some columns at a time forth and back, as many as the cache holds, and rows of it into
+the result. Padding exists in one block at a time, and the modes are all that is held beside field
+and result: 4 bytes per cell of a periodic field in single precision, 8 in double; twice that of a
+free one.
 
 The transforms are SciPy's; docs/half-space.md compares the alternatives.
 """
@@ -27,8 +28,8 @@ Array = NDArray[np.floating]
 
 # Up to this many padded cells the field is one block: its modes stay in the processor's cache.
 _ONE_BLOCK = 600**2
-# Sides of the tiles in which blocks are transposed.
-_TILE = 16
+# Numbers in a block of columns, and the fewest columns: several fill a line of the cache.
+_COLUMNS, _FEWEST = 2**17, 16
 
 
 class Convolution:
@@ -46,6 +47,11 @@ class Convolution:
         padded[0]//2 are not read.
     dtype : float32 or float64
         Precision of fields, transforms and result.
+
+    Attributes
+    ----------
+    transfer : ndarray, shape (padded[0]//2 + 1, padded[1]//2 + 1)
+        The transfer function that is kept, in this precision.
 
     Examples
     --------
@@ -66,10 +72,7 @@ class Convolution:
     ) -> None:
         self.shape = shape
         self.padded = padded
-        quarter = np.asarray(transfer)[: padded[0] // 2 + 1]
-        self._in_blocks = padded[0] * padded[1] > _ONE_BLOCK
-        # blocks hold columns as rows
-        self._factors = np.array(quarter.T if self._in_blocks else quarter, dtype, order="C")
+        self.transfer = np.array(np.asarray(transfer)[: padded[0] // 2 + 1], dtype, order="C")
 
     def __call__(self, field: Array, out: Array | None = None) -> Array:
         """Return the convolution of a field of the right shape and precision.
@@ -77,50 +80,50 @@ class Convolution:
         `out` receives the result, by default a new array; it may be the field itself.
         """
         if out is None:
-            out = np.empty(self.shape, self._factors.dtype)
-        if self._in_blocks:
+            out = np.empty(self.shape, self.transfer.dtype)
+        if self.padded[0] * self.padded[1] > _ONE_BLOCK:
             self._convolve_blocks(field, out)
         else:
-            self._convolve(field, out)
+            modes = fft.rfft(field, self.padded[1], axis=1, workers=1)
+            out[:] = self._of_rows(self._columnwise(modes, self.transfer))
         return out
 
     def set_mean_factor(self, value: float) -> None:
         """Change the transfer function at zero wavenumber."""
-        self._factors[0, 0] = value
-
-    def _convolve(self, field: Array, out: Array) -> None:
-        (rows, columns), (length, width) = self.shape, self.padded
-        modes = fft.rfft(field, width, axis=1, workers=1)
-        # buffer of columns, as new memory would cost as much as the arithmetic
-        modes = fft.fft(modes, length, axis=0, overwrite_x=True, workers=1)
-        _multiply(modes.view(self._factors.dtype), self._factors)
-        modes = fft.ifft(modes, axis=0, overwrite_x=True, workers=1)
-        out[:] = fft.irfft(modes[:rows], width, axis=1, workers=1)[:, :columns]
+        self.transfer[0, 0] = value
 
     def _convolve_blocks(self, field: Array, out: Array) -> None:
-        (rows, columns), (length, width) = self.shape, self.padded
+        rows, (length, width) = self.shape[0], self.padded
         half = width // 2 + 1
-        modes = np.empty((half, rows), np.result_type(self._factors, np.complex64))
+        modes = np.empty((rows, half), np.result_type(self.transfer, np.complex64))
 
         def forward(part: slice) -> None:
-            _put(fft.rfft(field[part], width, axis=1, workers=1), modes[:, part])
+            modes[part] = fft.rfft(field[part], width, axis=1, workers=1)
 
         def columnwise(part: slice) -> None:
-            block = fft.fft(modes[part], length, axis=1, workers=1)
-            _multiply_columns(block.view(self._factors.dtype), self._factors[part])
-            modes[part] = fft.ifft(block, axis=1, overwrite_x=True, workers=1)[:, :rows]
+            block = self._columnwise(modes[:, part], self.transfer[:, part])
+            if not np.may_share_memory(block, modes):
+                modes[:, part] = block
 
         def backward(part: slice) -> None:
-            block = np.empty((part.stop - part.start, half), modes.dtype)
-            _get(modes[:, part], block)
-            out[part] = fft.irfft(block, width, axis=1, workers=1)[:, :columns]
+            out[part] = self._of_rows(modes[part])
 
         pieces.over(rows, pieces.rows_of(width), forward)
-        pieces.over(half, pieces.rows_of(length), columnwise)
+        pieces.over(half, max(_FEWEST, _COLUMNS // length), columnwise)
         pieces.over(rows, pieces.rows_of(width), backward)
 
+    def _columnwise(self, modes: Array, factors: Array) -> Array:
+        """Return columns of modes times their factors; overwrites them unless they are padded."""
+        # in place where possible, as new memory would cost as much as the arithmetic
+        block = fft.fft(modes, self.padded[0], axis=0, overwrite_x=True, workers=1)
+        _multiply(block.view(factors.dtype), factors)
+        return fft.ifft(block, axis=0, overwrite_x=True, workers=1)[: len(modes)]
 
-@njit(cache=True, error_model="numpy")
+    def _of_rows(self, modes: Array) -> Array:
+        return fft.irfft(modes, self.padded[1], axis=1, workers=1)[:, : self.shape[1]]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _multiply(parts, factors):
     """Multiply complex rows, given as interleaved real and imaginary parts, by real factors."""
     for i in range(parts.shape[0]):
@@ -128,38 +131,3 @@ def _multiply(parts, factors):
         for j in range(factors.shape[1]):
             parts[i, 2 * j] *= factors[row, j]
             parts[i, 2 * j + 1] *= factors[row, j]
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _multiply_columns(parts, factors):
-    """Multiply the complex columns of a block, which are its rows, by factors even in q_x."""
-    length, half = parts.shape[1] // 2, factors.shape[1]
-    for i in range(parts.shape[0]):
-        for j in range(half):
-            parts[i, 2 * j] *= factors[i, j]
-            parts[i, 2 * j + 1] *= factors[i, j]
-        for j in range(half, length):
-            parts[i, 2 * j] *= factors[i, length - j]
-            parts[i, 2 * j + 1] *= factors[i, length - j]
-
-
-@njit(cache=True, nogil=True)
-def _put(block, modes):
-    """Write the transpose of a block, tile by tile, so that both stay in the cache."""
-    rows, columns = block.shape
-    for first in range(0, columns, _TILE):
-        for start in range(0, rows, _TILE):
-            for j in range(first, min(first + _TILE, columns)):
-                for i in range(start, min(start + _TILE, rows)):
-                    modes[j, i] = block[i, j]
-
-
-@njit(cache=True, nogil=True)
-def _get(modes, block):
-    """Fill a block with the transpose of modes."""
-    rows, columns = block.shape
-    for start in range(0, rows, _TILE):
-        for first in range(0, columns, _TILE):
-            for i in range(start, min(start + _TILE, rows)):
-                for j in range(first, min(first + _TILE, columns)):
-                    block[i, j] = modes[j, i]

@@ -65,7 +65,7 @@ class HalfSpace:
     @property
     def mean_compliance(self) -> float:
         """Mean displacement per mean pressure of a periodic body; zero on the half-space."""
-        return float(self.transfer[0, 0])
+        return float(self.convolution(np.float64).transfer[0, 0]) * self.unit
 
     @property
     def sinks(self) -> bool:
@@ -89,16 +89,15 @@ class HalfSpace:
     @property
     def unit(self) -> float:
         """Power of two near the largest transfer factor, the unit of `convolution`."""
-        return self.cached("unit", lambda: power_of_two(self.transfer.max()))
+        return self._exact()[1]
 
     @property
     def transfer(self) -> NDArray[np.float64]:
         """Transfer function from pressure to displacement on the padded grid.
 
-        On the modes of `rfft2` with q_x >= 0; it is even in both wavenumbers.
+        On the modes of `rfft2` with q_x >= 0; it is even in both wavenumbers. A new array.
         """
-        rows = self._padded[0] // 2 + 1
-        return self.cached("transfer", lambda: np.ascontiguousarray(self._transfer()[:rows]))
+        return np.asarray(self.convolution(np.float64).transfer * self.unit, np.float64)
 
     def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
         """Return the operator of the same body on other cells."""
@@ -114,12 +113,28 @@ class HalfSpace:
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
         """Return the convolution from pressure to displacement/`unit` in a given precision."""
-        dtype = np.dtype(dtype)
+        dtype, exact = np.dtype(dtype), self._exact()[0]
+        if dtype == np.float64:
+            return exact
 
         def make() -> Convolution:
-            return Convolution(self.shape, self._padded, self.transfer / self.unit, dtype)
+            return Convolution(self.shape, self._padded, exact.transfer, dtype)
 
         return self.cached(("convolution", dtype.name), make)
+
+    def _exact(self) -> tuple[Convolution, float]:
+        """Return the convolution in double precision, which alone keeps the kernel, and `unit`."""
+
+        def make() -> tuple[Convolution, float]:
+            transfer = self._transfer()[: self._padded[0] // 2 + 1]
+            unit = power_of_two(transfer.max())
+            return Convolution(self.shape, self._padded, transfer / unit, np.float64), unit
+
+        return self.cached("exact", make)
+
+    def forget(self) -> None:
+        """Drop all that is kept; it is made again when needed."""
+        self._cache.clear()
 
     def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Return the displacement of all cell centres under cell pressures of shape `shape`."""
@@ -278,7 +293,7 @@ class PeriodicOperator(HalfSpace):
         super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
         self.rim_excess = RIM_EXCESS.get(kernel, 0.0)
-        _ = self.transfer  # raises for an unknown kernel
+        _ = self.unit  # raises for an unknown kernel
 
     def _transfer(self) -> NDArray[np.float64]:
         grid = self.shape, self.spacing

@@ -21,6 +21,8 @@ _SHORTEST_COARSENED = 128
 # surfaces of 256 to 1024 points a side: it saves a fifth to a third of the iterations on the finest
 # grid.
 _COARSE_TOLERANCE, _COARSE_ITERATIONS = 1e-2, 60
+# Kernels of coarser grids are kept for the next surface up to so many cells.
+_LARGEST_KEPT = 2**20
 # The overlap for a force is slightly deeper than the contact.
 _SHALLOWER = 0.85
 # With tension in more cells than this fraction, the linear solution is not a good start.
@@ -44,8 +46,14 @@ def starting_pressure(operator: HalfSpace, gap: Field, kind: str, value: float) 
 
 
 def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None:
-    """Return the linear solution of full contact, K p = <g> - g, if nearly without tension."""
+    """Return the linear solution of full contact, K p = <g> - g, if nearly without tension.
+
+    Every second point has fewer waves, and less tension: where it has too much, so have all points.
+    """
     if not np.isfinite(gap).all():
+        return None
+    coarse = _coarser(operator)
+    if coarse is not None and _full_contact(coarse, gap[::2, ::2], force) is None:
         return None
     pressure = _inverse(operator)(gap)
     pressure *= -1 / operator.unit
@@ -57,16 +65,19 @@ def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None
 
 def _inverse(operator: HalfSpace) -> Convolution:
     """Return unit times the inverse of a periodic half-space, on fields of zero mean."""
-    transfer = operator.transfer / operator.unit
-    # neither kernel has zeros other than the mean
-    transfer[0, 0] = np.inf
-    np.divide(1, transfer, out=transfer)
-    return Convolution(operator.shape, operator.shape, transfer, np.float64)
+    with np.errstate(divide="ignore"):
+        inverse = 1 / operator.convolution(np.float64).transfer
+    inverse[0, 0] = 0.0  # neither kernel has zeros other than the mean
+    return Convolution(operator.shape, operator.shape, inverse, np.float64)
+
+
+def _coarser(operator: HalfSpace) -> HalfSpace | None:
+    return operator.coarser() if min(operator.shape) >= _SHORTEST_COARSENED else None
 
 
 def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field | None:
     """Return the pressure on every second point; None if it cannot help."""
-    coarse = operator.coarser() if min(operator.shape) >= _SHORTEST_COARSENED else None
+    coarse = _coarser(operator)
     if coarse is None:
         return None
     points = np.ascontiguousarray(gap[::2, ::2])
@@ -82,6 +93,9 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
         return minimise(problem, start, Effort(_COARSE_TOLERANCE, _COARSE_ITERATIONS)).pressure
     except ConvergenceError:
         return None
+    finally:
+        if points.size > _LARGEST_KEPT:
+            coarse.forget()
 
 
 def _interpolated(pressure: Field, operator: HalfSpace) -> Field:
