@@ -138,8 +138,7 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
             outcome = _improve(problem, state, stage, effort)
             if _refresh(problem, state, tolerance):
                 return state
-            stuck = outcome == descent.STALLED and stage.dtype != np.float32
-            if stuck or not state.worst < before / 4:
+            if outcome == descent.STALLED or not state.worst < before / 4:
                 break
     raise ConvergenceError(
         f"contact iteration stopped at a violation of {state.violation:.1e} of the penetration "

@@ -19,8 +19,9 @@ Field = NDArray[np.float64]
 _SHORTEST_COARSENED = 128
 # Violation of the coarser solution; a smaller one is lost in the interpolation. Measured on rough
 # surfaces of 256 to 1024 points a side: it saves a fifth to a third of the iterations on the finest
-# grid.
-_COARSE_TOLERANCE, _COARSE_ITERATIONS = 1e-2, 60
+# grid. Beyond this side it falls with the grid: the shortest waves are an ever smaller part of the
+# penetration, and at 1e-2 a coarse grid would pass on what it was given, the errors of all before.
+_COARSE_TOLERANCE, _COARSE_SIDE, _COARSE_ITERATIONS = 1e-2, 256, 60
 # Kernels of coarser grids are kept for the next surface up to so many cells.
 _LARGEST_KEPT = 2**20
 # The overlap for a force is slightly deeper than the contact.
@@ -89,8 +90,9 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
             return None
     start = starting_pressure(coarse, points, kind, value)
     problem = Problem.of(coarse, points, kind, value)
+    tolerance = _COARSE_TOLERANCE * min(1.0, _COARSE_SIDE / max(points.shape))
     try:
-        return minimise(problem, start, Effort(_COARSE_TOLERANCE, _COARSE_ITERATIONS)).pressure
+        return minimise(problem, start, Effort(tolerance, _COARSE_ITERATIONS)).pressure
     except ConvergenceError:
         return None
     finally:
