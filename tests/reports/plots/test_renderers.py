@@ -25,7 +25,7 @@ def test_print_and_page_show_the_same_points(study, number, build):
     for figure in build(study.scenes[number])[:2]:
         lines = {line.get_label(): line for line in printed(figure).get_lines()}
         traces = [t for t in spec(figure)["data"] if t.get("name") and t.get("showlegend", True)]
-        assert len(traces) > 1
+        assert traces  # of a ratio to the reference there may be one
         for trace in traces:
             if all(y is None for y in trace["y"]):
                 continue
