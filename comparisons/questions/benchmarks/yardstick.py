@@ -46,7 +46,7 @@ class Measurement:
         """Whether the target is met; None without one, or without a yardstick."""
         if self.target is None or self.ratio is None:
             return None
-        return self.ratio <= self.target
+        return bool(self.ratio <= self.target)  # errors are NumPy numbers, and JSON has no np.bool
 
     def row(self) -> dict[str, object]:
         """Return the row of the JSON file."""

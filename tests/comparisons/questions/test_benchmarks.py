@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -44,6 +45,12 @@ def test_ratio_is_the_median_of_neighbouring_readings():
     assert (row.seconds, row.yardstick_seconds, row.ratio, row.met) == (1.0, 2.0, 0.5, True)
     assert measurement("x", [2.0], "y", [2.0], 0.5).met is False
     assert measurement("x", [2.0], "y", [2.0]).met is None
+
+
+def test_a_ratio_of_measured_errors_is_written_as_json():
+    """`met` of NumPy's numbers was no JSON: the command lost its file after all measurements."""
+    row = replace(measurement("x", [1.0], "y", [2.0], 1.0), ratio=np.float64(0.5))
+    assert json.loads(json.dumps(row.row()))["met"] is True
 
 
 def test_growth_is_the_exponent_of_the_fit():
