@@ -4,13 +4,12 @@ Surfaces as in `rough_ensemble`, periodic: E* = A0 = h' = 1. The tension falls a
 law of the Contact Mechanics Challenge (Mueser et al. 2017). The work of adhesion is given by the
 number S, attraction over repulsion where the range is short,
 
-    S = pi kappa (w/(E* h' rho)) (3 rho/(16 h' d))^(2/3),   d = 4 h'/h'',
+    S = pi kappa (w/(E* h' rho)) (3 rho/(4 h' d))^(2/3),   d = 4 h'/h'',
 
 with kappa = 2 and h'' the rms of half the Laplacian: from S = 1 on surfaces should stick. This is
-L. Pastewka & M. O. Robbins (PNAS 111 (2014) 3298), eq. (10), from memory. The example
-``adhesive_simulation_rough`` of ContactEngineering's package Adhesion prints kappa, d and, for the
-same equation, (rho h''/h'^2)^(2/3) in place of (rho/(h' d))^(2/3): its number is 4^(2/3) = 2.5
-times S. Which of them the paper has is open.
+L. Pastewka & M. O. Robbins (PNAS 111 (2014) 3298), as the example ``adhesive_simulation_rough`` of
+ContactEngineering's package Adhesion prints kappa, d and (rho h''/h'^2)^(2/3) for it; the constant
+pi (3/16)^(2/3) = 1.03 before that is their "about 1", from memory.
 """
 
 from __future__ import annotations
@@ -65,7 +64,7 @@ def attraction_law(surface: Surface, strength: float, reach: float) -> CohesiveL
     q = 2 * np.pi * np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1 / n),) * 2, indexing="ij"))
     rho = reach * float(np.sqrt(power.sum()))
     diameter = 8 / float(np.sqrt(np.sum(power * q**4)))
-    share = (3 * rho / (16 * diameter)) ** (2 / 3)
+    share = (3 * rho / (4 * diameter)) ** (2 / 3)
     return exponential(strength * rho / (np.pi * _KAPPA * share), rho)
 
 
