@@ -12,7 +12,7 @@ from typing import IO
 def alone(path: Path) -> Iterator[IO[bytes]]:
     """Hold a lock; wait while another process holds it. One that ends lets go."""
     with path.open("wb") as stream:
-        with contextlib.suppress(ImportError):
+        with contextlib.suppress(ImportError, OSError):  # some shared file systems have none
             import fcntl
 
             fcntl.flock(stream, fcntl.LOCK_EX)
@@ -30,4 +30,6 @@ def busy(path: Path) -> bool:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
+        except OSError:
+            return False
     return False

@@ -8,6 +8,7 @@ in common. Elsewhere (a cluster, one process) the folder is missing, and each co
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -69,16 +70,17 @@ class Shared(Generic[P, R]):
         work.
         """
         arguments = list(several)
+        results: dict[tuple[Any, ...], R] = {}
         waiting = []
-        for call in arguments:
+        for call in dict.fromkeys(arguments):
             path = self._path(call, {})
             if path is not None and not path.exists() and busy(_lock(path)):
                 waiting.append(call)
             else:
-                self._kept(*call)
+                results[call] = self._kept(*call)
         for call in waiting:
-            self._kept(*call)
-        return [self._kept(*call) for call in arguments]
+            results[call] = self._kept(*call)
+        return [results[call] for call in arguments]
 
     def _looked_up(self, *args: P.args, **kwargs: P.kwargs) -> R:
         path = self._path(args, kwargs)
@@ -118,13 +120,17 @@ def _read(path: Path) -> Any:
 
 
 def _write(path: Path, result: Any) -> None:
-    """Write a result, whole or not at all: a process may be ended at any time."""
+    """Write a result, whole or not at all: a process may be ended at any time, a disk be full."""
     arrays: dict[str, np.ndarray] = {}
     tree = json.dumps(_encoded(result, arrays))
     part = path.with_suffix(f".{os.getpid()}")
-    with part.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, tree=np.array(tree), **arrays)
-    part.replace(path)
+    try:
+        with part.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, tree=np.array(tree), **arrays)
+        part.replace(path)
+    except OSError:  # the others compute their own
+        with contextlib.suppress(OSError):
+            part.unlink()
 
 
 def _encoded(value: Any, arrays: dict[str, np.ndarray]) -> Any:

@@ -165,18 +165,43 @@ def second_order_factors(roughness: float, along: float = 0.5) -> tuple[float, f
     along : float
         Mean cos^2 of the angle between waves and flow: one half where isotropic, one for crests
         across the flow.
+
+    Raises
+    ------
+    ValueError
+        If `roughness` is negative, or `along` not in [0, 1].
     """
+    faults = [] if 0 <= roughness < np.inf else ["roughness must be finite and not negative"]
+    faults += [] if 0 <= along <= 1 else [f"along must lie in [0, 1], not {along!r}"]
+    refuse(faults)
     square = roughness**2
     return 1 + 3 * square * (1 - 3 * along), 1 - 3 * square * along
 
 
 def patir_cheng_factor(roughness: float) -> float:
-    """Return the pressure factor of an isotropic Gaussian surface, a fit for s up to 2."""
+    """Return the pressure factor of an isotropic Gaussian surface, a fit for s up to 2.
+
+    Raises
+    ------
+    ValueError
+        If s, rms height over mean gap, is not positive.
+    """
+    refuse(positive_faults(roughness=roughness))
     return 1 - 0.90 * float(np.exp(-0.56 / roughness))
 
 
 def effective_medium_factor(gaps: ArrayLike) -> float:
     """Return the pressure factor of gaps that lie beside each other at random.
+
+    Parameters
+    ----------
+    gaps : array_like
+        Of areas of one size, in any unit; zero in contact.
+
+    Raises
+    ------
+    ValueError
+        If there are none, or one is negative or not finite.
 
     Examples
     --------
@@ -188,9 +213,13 @@ def effective_medium_factor(gaps: ArrayLike) -> float:
     0.6495
     """
     h = np.asarray(gaps, dtype=np.float64)
-    if 2 * np.count_nonzero(h) <= h.size:
+    valid = h.size > 0 and bool((np.isfinite(h) & (h >= 0)).all())
+    refuse([] if valid else ["gaps must be finite and not negative, one at least"])
+    if not h.any():
         return 0.0
     cubes = (h / h.mean()) ** 3
+    if 2 * np.count_nonzero(cubes) <= h.size:
+        return 0.0
 
     def excess(conductance: float) -> float:
         return float(((cubes - conductance) / (cubes + conductance)).mean())

@@ -125,7 +125,8 @@ def _checked(gap: ArrayLike, spacing: tuple[float, float]) -> Field:
 
 def _between(h: Field, axis: int, power: int) -> Field:
     """Return one over the mean of h^-power of every cell and the next; zero beside contact."""
-    with np.errstate(divide="ignore"):
+    # beyond the largest number, flow through a gap is none
+    with np.errstate(divide="ignore", over="ignore"):
         inverse = h ** -float(power)
         return 2 / (inverse + np.roll(inverse, -1, axis))
 

@@ -149,6 +149,27 @@ def test_an_effective_medium_lies_between_series_and_parallel_and_closes_at_half
     assert formulas.effective_medium_factor([0, 1, 1, 1, 1]) * 0.8**3 == pytest.approx(0.6)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_gap_that_vanishes_is_closed():
+    """Its cube is below the smallest number: h^-3 overflows."""
+    gap = np.ones((4, 4))
+    gap[1, 2] = 1e-120
+    spot = np.where(gap < 1, 0.0, gap)
+    assert plane_flow(gap).pressure_factor == plane_flow(spot).pressure_factor
+    assert formulas.effective_medium_factor([1e-120, 1e-120, 1.0]) == 0.0
+
+
+def test_what_is_no_roughness_and_no_gap_is_refused():
+    for wrong in (0.0, -1.0, np.nan):
+        with pytest.raises(ValueError, match="roughness must be positive"):
+            formulas.patir_cheng_factor(wrong)
+    with pytest.raises(ValueError, match=r"roughness .*along must lie"):
+        formulas.second_order_factors(-1.0, 2.0)
+    for gaps in ([], [1.0, np.nan], [-1.0, 1.0, 1.0]):
+        with pytest.raises(ValueError, match="gaps must be"):
+            formulas.effective_medium_factor(gaps)
+
+
 def test_arguments_are_refused_all_at_once():
     with pytest.raises(ValueError, match=r"spacing .*not negative"):
         plane_flow(-np.ones((4, 4)), spacing=(0.0, 1.0))

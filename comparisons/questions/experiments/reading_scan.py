@@ -11,6 +11,7 @@ import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -68,7 +69,8 @@ def parameters_of(reading: Reading) -> dict[str, Any]:
     return dict(zip(names, reading, strict=True))
 
 
-@shared(maxsize=4)
+# What it needs is shared, it is not: processes that need the same scan would wait for one of them.
+@lru_cache(maxsize=4)
 def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]:
     """Return counted area of the line over that of the surface, less one, at `LOADS`, by reading.
 

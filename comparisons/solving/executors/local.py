@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import threading
 import time
 from collections import Counter, deque
@@ -108,7 +109,7 @@ class ProcessExecutor(Executor):
         return get_reusable_executor(
             max_workers=self.workers,
             initializer=_end_with,
-            initargs=(os.getpid(),),
+            initargs=(os.getpid(), folder()),
             env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced(), SHARED: folder()},
         )
 
@@ -165,12 +166,14 @@ def _lost(message: str) -> str:
     return text + (", most likely for lack of memory" if "SIGKILL" in signals else "")
 
 
-def _end_with(parent: int) -> None:
-    """Let a process end when the one that hands out the work was killed."""
-    threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+def _end_with(parent: int, common: str) -> None:
+    """Let a process end when the one that hands out the work was killed, and clear up for it."""
+    threading.Thread(target=_follow, args=(parent, common), daemon=True).start()
 
 
-def _follow(parent: int) -> None:
+def _follow(parent: int, common: str) -> None:
     while os.getppid() == parent:
         time.sleep(_LOOK)
+    # its folder of shared results; several processes may be at it
+    shutil.rmtree(common, ignore_errors=True)
     os._exit(1)

@@ -172,6 +172,18 @@ def test_processes_end_when_the_work_is_left_in_the_middle():
     assert not psutil.pid_exists(pid)
 
 
+def test_processes_clear_up_for_one_that_was_killed(tmp_path, monkeypatch):
+    """Its folder of shared results goes; it can do so no more itself."""
+    common = tmp_path / "shared"
+    common.mkdir()
+    (common / "result").touch()
+    ended = []
+    monkeypatch.setattr(os, "_exit", ended.append)
+    local._follow(os.getppid() + 1, str(common))
+    assert ended == [1]
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_interrupt_right_after_work_was_given_leaves_no_error_behind(monkeypatch):
     """Processes wait for work here, and the thread that hands it to them has not looked yet."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import time
 
@@ -10,6 +11,7 @@ import pytest
 
 from comparisons.solving.executors import ProcessExecutor
 from comparisons.solving.jobs import Job
+from comparisons.solving.locks import busy
 from comparisons.solving.shared import VARIABLE, folder, shared
 
 
@@ -55,6 +57,43 @@ def test_a_list_comes_in_its_order(counted):
     square, calls = counted
     assert square.over((n,) for n in (3, 1, 3, 2)) == [9, 1, 9, 4]
     assert sorted(calls) == [1, 2, 3]
+
+
+def test_a_list_longer_than_the_memory_is_computed_once(monkeypatch):
+    """Four results, of which two stay in memory, where there is no folder to read them from."""
+    monkeypatch.delenv(VARIABLE, raising=False)
+    calls = []
+    known = shared(maxsize=2)(lambda number: calls.append(number) or number)
+    assert known.over((n,) for n in (0, 1, 2, 3, 0)) == [0, 1, 2, 3, 0]
+    assert calls == [0, 1, 2, 3]
+
+
+def test_a_full_disk_loses_no_result(counted, monkeypatch, tmp_path):
+    square, calls = counted
+
+    def full(stream, **_):
+        stream.write(b"a part")
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(np, "savez", full)
+        assert square(3) == 9
+    assert [path.suffix for path in tmp_path.iterdir()] == [".lock"]
+    square.cache_clear()
+    assert square(3) == 9
+    assert calls == [3, 3]
+
+
+def test_where_the_system_has_no_locks_each_computes_its_own(counted, monkeypatch, tmp_path):
+    """As on some network file systems."""
+    fcntl = pytest.importorskip("fcntl")
+
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, "no locks available")
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    assert not busy(tmp_path / "any.lock")
+    assert counted[0].over([(3,)]) == [9]
 
 
 def work_on(number, path):
