@@ -120,6 +120,21 @@ def test_no_oil_passes_where_contact_closes_every_way():
     assert not plane_flow(stripe).open
 
 
+def test_a_narrow_door_lets_through_the_cube_of_its_gap():
+    """Pools before and behind hold no pressure; half a cell of the door's width to either side.
+
+    A door of 1e-3 falls short of the limit by 3e-5. The mean flow of a door of 1e-6 would be
+    2000 times too large: 1e-18 of what flows through a cell of a pool, whose rounding is 1e-16.
+    """
+    door = np.ones((12, 12))
+    door[5] = 0.0
+    factors = []
+    for gap in (1e-3, 1e-6):
+        door[5, 3] = gap
+        factors.append(plane_flow(door).pressure_factor / gap**3)
+    assert factors[1] == pytest.approx(factors[0], rel=1e-4)
+
+
 def test_pockets_of_oil_change_nothing():
     """A pocket inside a spot of contact, and the flow around it: equal but for the mean gap."""
     spot = np.ones((16, 16))
