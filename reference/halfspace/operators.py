@@ -21,6 +21,8 @@ Cached = TypeVar("Cached")
 
 # The rim of pressures through the cells' values lies further out than that of uniform ones.
 RIM_EXCESS: dict[str, float] = {"continuum": 0.016, "cells": 0.0}
+# Kernels of coarser grids and of windows are kept for the next solve up to so many cells.
+LARGEST_KEPT = 2**20
 # Arrays that Love's formula needs beside its result.
 _TEMPORARIES = 16
 
@@ -247,8 +249,16 @@ class FreeOperator(HalfSpace):
         return type(self)(shape, spacing, self.effective_modulus)
 
     def restrict(self, shape: tuple[int, int]) -> Self:
-        """Return the operator of the same body on a smaller rectangle of cells (cached)."""
-        return self.cached(("restricted", shape), lambda: self._part(shape))
+        """Return the operator of the same body on a smaller rectangle of cells.
+
+        The last ones are cached, of `LARGEST_KEPT` cells together: a sweep has as many as loads.
+        """
+        parts: dict[tuple[int, int], Self] = self.cached("restricted", dict)
+        part = parts.pop(shape, None)
+        while parts and sum(n * m for n, m in (*parts, shape)) > LARGEST_KEPT:
+            del parts[next(iter(parts))]
+        parts[shape] = self._part(shape) if part is None else part
+        return parts[shape]
 
     def _part(self, shape: tuple[int, int]) -> Self:
         part = self._alike(shape, self.spacing)

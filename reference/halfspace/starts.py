@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from reference.errors import ConvergenceError
 from reference.halfspace.conjugate_gradients import Problem, minimise
 from reference.halfspace.convolution import Convolution
-from reference.halfspace.operators import HalfSpace
+from reference.halfspace.operators import LARGEST_KEPT, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
 from reference.halfspace.solution import Effort
 
@@ -22,8 +22,6 @@ _SHORTEST_COARSENED = 128
 # grid. Beyond this side it falls with the grid: the shortest waves are an ever smaller part of the
 # penetration, and at 1e-2 a coarse grid would pass on what it was given, the errors of all before.
 _COARSE_TOLERANCE, _COARSE_SIDE, _COARSE_ITERATIONS = 1e-2, 256, 60
-# Kernels of coarser grids are kept for the next surface up to so many cells.
-_LARGEST_KEPT = 2**20
 # The overlap for a force is slightly deeper than the contact.
 _SHALLOWER = 0.85
 # With tension in more cells than this fraction, the linear solution is not a good start.
@@ -96,7 +94,7 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
     except ConvergenceError:
         return None
     finally:
-        if points.size > _LARGEST_KEPT:
+        if points.size > LARGEST_KEPT:
             coarse.forget()
 
 

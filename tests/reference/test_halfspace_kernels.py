@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from reference.halfspace import FreeOperator, PeriodicOperator, kernels
+from reference.halfspace import FreeOperator, PeriodicOperator, kernels, operators
 from reports.tables.documents import markdown
 
 
@@ -164,3 +164,14 @@ def test_the_kernels_on_the_page_are_those_of_the_code():
     spec.loader.exec_module(tables)
     page = (root / "docs" / "half-space.md").read_text(encoding="utf-8")
     assert markdown(tables.transfer_ratio()) in page
+
+
+def test_of_the_windows_of_a_sweep_the_last_are_kept(monkeypatch):
+    """Thirty kernels of growing windows took twice what the plan allows for a solve."""
+    monkeypatch.setattr(operators, "LARGEST_KEPT", 32 * 16)
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    first, second, third = (operator.restrict((n, 16)) for n in (8, 16, 24))
+    assert operator.restrict((24, 16)) is third  # 24 x 16 cells, and room for 8 x 16 more
+    assert operator.restrict((8, 16)) is not first
+    assert operator.restrict((24, 16)) is third
+    assert operator.restrict((16, 16)) is not second
