@@ -37,9 +37,11 @@ _BEGIN, _END = -2.5, 1.5
 # far out drown in round-off, which grows as x^2.
 _GROWTH, _REACH, _SQUEEZED_REACH = 1.1, 1e3, 50.0
 _FEWEST = 4
-# Most films tried for the first one; errors below _NEAR are near the solution.
-_TRIED, _NEAR = 1000, 1e-6
+_TRIED = 1000  # films, at most, for the first one
 _ROUNDS, _KEPT, _TOLERANCE, _LOST = 60, 0.35, 1e-11, 1e8
+# The flow through stiff springs is a small difference: where its error, of second order before,
+# no longer falls for some rounds, it is round-off, and what is reached is the film.
+_ROUND_OFF, _STILL = 1e-8, 3
 _RATIO, _CLOSEST, _STIFF, _FALL = 0.45, 0.95, 0.1, 1.0
 
 
@@ -248,7 +250,7 @@ class _Line:
 
     def solved(self, flow: _Entrained | _Squeezed, start: _State, share: float) -> _State:
         """Return the film that carries a share of the load, by Newton's method."""
-        state, history = start, []
+        state, history, best = start, [], start
         for _ in range(_ROUNDS):
             w, slope = self.springs(np.maximum(state.s, 0.0))
             mass = flow.balance(self, state, w)
@@ -256,9 +258,12 @@ class _Line:
             error = max(
                 float(np.abs(mass / flow.through(self, state, w)).max()), abs(force) / share
             )
+            if not history or error < min(history):
+                best = _State(state.s, state.separation, error)
             history.append(error)
-            if error <= _TOLERANCE:
-                return _State(state.s, state.separation, error)
+            still = len(history) - 1 - history.index(min(history))
+            if best.error <= _TOLERANCE or (best.error < _ROUND_OFF and still >= _STILL):
+                return best
             if not error <= _LOST:
                 break
             bands, by_separation = flow.slopes(self, state, w, slope)
@@ -270,9 +275,7 @@ class _Line:
             # A ds + c dl = -m and push ds = -f: dl = (f - push A^-1 m)/(push A^-1 c)
             rise = (force - float(push @ part)) / float(push @ answer)
             state = self._moved(flow, state, w, (-part - rise * answer, rise))
-        near = bool(history) and min(history) < _NEAR
-        reason = "stagnates at round-off" if near else "is too thin for its cells"
-        raise ConvergenceError(f"the film on the line {reason}", history)
+        raise ConvergenceError("the film on the line is too thin for its cells", history)
 
     def _moved(
         self,

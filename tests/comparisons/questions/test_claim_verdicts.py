@@ -192,11 +192,11 @@ def test_the_words_come_from_the_numbers(monkeypatch):
     stretch = record.ranges[0]
     assert stretch.high <= 4.95 <= stretch.above
     assert f"x from 1 to {stretch.high:.4g} (not at" in record.sentence
-    assert "−2.0 ± 0.010\u202f% at 10" in record.sentence
+    assert "−2.00 ± 0.01\u202f% at 10" in record.sentence
     single = experiment_claim(
         monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
     )
-    assert judge_claim(single, "quick").sentence == ("Error 3.0 ± 0.10\u202f%: outside 1\u202f%.")
+    assert judge_claim(single, "quick").sentence == ("Error 3.00 ± 0.10\u202f%: outside 1\u202f%.")
 
 
 def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):

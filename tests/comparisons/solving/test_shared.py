@@ -96,26 +96,27 @@ def test_where_the_system_has_no_locks_each_computes_its_own(counted, monkeypatc
     assert counted[0].over([(3,)]) == [9]
 
 
-def work_on(number, path):
-    """Compute slowly, and leave a trace of who did it."""
-    time.sleep(0.2)
-    with (path / f"{number}").open("a") as trace:
-        trace.write(f"{os.getpid()}\n")
-    return number**2
-
-
 def test_two_processes_share_the_work_on_a_list(tmp_path):
     """Both ask for the same ten results: each is computed by one of them, and both have part."""
 
-    def both(numbers):
+    def both(numbers):  # a process that is started has the packages, not this module
         from comparisons.solving.shared import shared
+
+        def work_on(number, path):
+            """Compute slowly, and leave a trace of who did it."""
+            time.sleep(0.2)
+            with (path / f"{number}").open("a") as trace:
+                trace.write(f"{os.getpid()}\n")
+            return number**2
 
         known = shared(maxsize=16)(work_on)
         return known.over((n, tmp_path) for n in numbers)
 
     executor = ProcessExecutor(2)
     executor.add([Job(str(k), both, (range(10),)) for k in range(2)])
-    answers = [done.value for done in executor.finished()]
+    results = list(executor.finished())
+    assert [done.lost for done in results] == ["", ""]
+    answers = [done.value for done in results]
     assert answers == [[n**2 for n in range(10)]] * 2
     workers = [(tmp_path / str(n)).read_text().split() for n in range(10)]
     assert all(len(who) == 1 for who in workers)

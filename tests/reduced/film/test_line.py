@@ -16,6 +16,13 @@ def test_a_rigid_ball_is_squeezed_right_with_the_width_for_it():
     assert approach(Ball(0.01, 1e10, 1.0, 0.1, "hertz"), 1e-4, 32).film_minimum < 0.7 * exact
 
 
+@pytest.mark.parametrize("rule", ["rigid", "hertz"])
+def test_stiff_springs_are_solved_to_their_round_off(rule):
+    """The flow is a small difference there; what is reached is far below the cells' error."""
+    for modulus in np.geomspace(1e10, 1e12, 5):
+        assert approach(Ball(0.01, modulus, 1.0, 0.1, rule), 1e-4, 16).error < 1e-8
+
+
 @pytest.mark.parametrize("load", [0.01, 0.02, 0.04])
 def test_a_small_ball_is_squeezed_like_a_large_one(load):
     """R is 3.6 to 7.3 reaches of the film: the paraboloid goes on beyond it, as its formula's."""

@@ -99,7 +99,7 @@ def test_the_fit_is_refused_outside_its_range():
     fast = load_scene(SOFT)
     fit = solver_for("hamrock_dowson", fast)
     assert isinstance(fit, Refusal)
-    assert "5e-09" in fit.reason
+    assert "5×10⁻⁹" in fit.reason
     slow = load_scene(SOFT | {"lubrication": {"viscosity": 1.0, "speed": 5e-4}})
     assert not isinstance(solver_for("hamrock_dowson", slow), Refusal)
     assert isinstance(solver_for("closed_form", load_scene(SQUEEZED)), Refusal)
