@@ -146,6 +146,10 @@ class Solver(Generic[G]):
         """Estimate the peak memory of a task in bytes, before any is taken."""
         return 0.0
 
+    def most_memory(self, task: Task[G]) -> float:
+        """Estimate the same where the solver falls back on a dearer way; by default it has none."""
+        return self.memory(task)
+
     def model(self, geometry: G) -> str:
         """Say in one sentence what is modelled; by default the first line of the docstring."""
         return (type(self).__doc__ or self.title).strip().splitlines()[0]

@@ -175,9 +175,12 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = solver.note if not dropped else "left out " + "; ".join(dropped)
     modelled = solver.model(draft.geometry)
-    need = max(solver.memory(_first_task(draft, solver, n)) for n in feasible)
+    tasks = [_first_task(draft, solver, n) for n in feasible]
+    need, most = (max(map(estimate, tasks)) for estimate in (solver.memory, solver.most_memory))
     if need > WORTH_SAYING:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
+        if most > MEMORY_SHARE * free_memory():
+            modelled += f", but {most / 1e9:.1f} GB, too much, should single precision stall"
     return MethodPlan(name, True, reason, feasible, modelled, pilots(solver, feasible))
 
 

@@ -26,10 +26,11 @@ from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 
 # Bytes per cell that a solve holds at most, the gap and the answer included: 58 and 93, measured
-# (`roughline bench bem`; the free half-space pads each direction to twice its cells). Double
-# precision all the way, the fallback of contacts that stall, needs 40 and 50 more.
+# (`roughline bench bem`; the free half-space pads each direction to twice its cells).
 BYTES_PERIODIC = 64
 BYTES_FREE = 128
+# Where single precision stalls the fallback in double holds 38 and 51 more (2048 points a side).
+_DOUBLE_PERIODIC, _DOUBLE_FREE = 42, 56
 # Beside the solve: the heights of every surface of a block.
 _HEIGHTS = 8
 
@@ -78,10 +79,15 @@ class BemFft(GridSolver[HalfSpace]):
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""
-        rough = isinstance(task.geometry, RoughGeometry)
-        solve = BYTES_PERIODIC if rough and task.geometry.periodic else BYTES_FREE
-        heights = _HEIGHTS * len(task.realisations) if rough else 0
+        solve = BYTES_PERIODIC if _periodic(task) else BYTES_FREE
+        heights = _HEIGHTS * len(task.realisations)
+        heights = heights if isinstance(task.geometry, RoughGeometry) else 0
         return float(solve + heights) * cells(task.geometry, task.resolution)
+
+    def most_memory(self, task: Task) -> float:
+        """Bytes where single precision stalls, and double takes its place."""
+        more = _DOUBLE_PERIODIC if _periodic(task) else _DOUBLE_FREE
+        return self.memory(task) + float(more) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
         """Name the domain."""
@@ -98,7 +104,7 @@ class BemFft(GridSolver[HalfSpace]):
     ) -> HalfSpace:
         """Return the free or the periodic operator."""
         modulus = task.scene.effective_modulus
-        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
+        periodic = _periodic(task)
         if not task.scene.half_space.uniform:
             body = elastic_body(task.scene)
             if periodic:
@@ -116,3 +122,7 @@ class BemFft(GridSolver[HalfSpace]):
             yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
 
         return as_far_as_possible(task, operator, gap, run)
+
+
+def _periodic(task: Task) -> bool:
+    return isinstance(task.geometry, RoughGeometry) and task.geometry.periodic

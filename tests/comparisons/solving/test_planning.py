@@ -153,6 +153,20 @@ def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
     assert "needs about" in plan.reason
 
 
+def test_a_fallback_that_would_not_fit_is_told(rough, monkeypatch):
+    """Double precision takes between a third and two thirds more than what is planned with."""
+    fine = rough(points=1024, compare={"resolutions": [1024]})
+    task = task_of(plan_scene(fine)[0], "bem_fft", 1024, (0,))
+    for room, told in ((1.3, True), (1.7, False)):
+        available = room * solver_of(task).memory(task) / 0.8
+        monkeypatch.setattr(
+            psutil, "virtual_memory", lambda free=available: SimpleNamespace(available=free)
+        )
+        plan = planned(fine, "bem_fft")
+        assert plan.resolutions == (1024,)
+        assert ("should single precision stall" in plan.modelled) == told
+
+
 def test_more_rows_than_anyone_can_read_are_refused(rough):
     steps = {"from": 0.01, "to": 0.1, "steps": 30, "relative_to": "E* A0 h'"}
     with pytest.raises(SceneError, match="at most 20 million realisations times load steps"):
