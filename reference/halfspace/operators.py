@@ -146,6 +146,22 @@ class HalfSpace:
         return displacement
 
 
+def window(
+    parts: dict[tuple[int, int], Cached],
+    shape: tuple[int, int],
+    make: Callable[[tuple[int, int]], Cached],
+) -> Cached:
+    """Return the operator on a window of cells, of the kept ones or a new one.
+
+    The last ones are kept, of `LARGEST_KEPT` cells together: a sweep has as many as loads.
+    """
+    part = parts.pop(shape, None)
+    while parts and sum(n * m for n, m in (*parts, shape)) > LARGEST_KEPT:
+        del parts[next(iter(parts))]
+    parts[shape] = make(shape) if part is None else part
+    return parts[shape]
+
+
 def power_of_two(value: float) -> float:
     """Return the largest power of two up to a positive value."""
     return float(2.0 ** (np.frexp(value)[1] - 1)) if value > 0 else 1.0
@@ -249,16 +265,9 @@ class FreeOperator(HalfSpace):
         return type(self)(shape, spacing, self.effective_modulus)
 
     def restrict(self, shape: tuple[int, int]) -> Self:
-        """Return the operator of the same body on a smaller rectangle of cells.
-
-        The last ones are cached, of `LARGEST_KEPT` cells together: a sweep has as many as loads.
-        """
+        """Return the operator of the same body on a smaller rectangle of cells (cached)."""
         parts: dict[tuple[int, int], Self] = self.cached("restricted", dict)
-        part = parts.pop(shape, None)
-        while parts and sum(n * m for n, m in (*parts, shape)) > LARGEST_KEPT:
-            del parts[next(iter(parts))]
-        parts[shape] = self._part(shape) if part is None else part
-        return parts[shape]
+        return window(parts, shape, self._part)
 
     def _part(self, shape: tuple[int, int]) -> Self:
         part = self._alike(shape, self.spacing)

@@ -14,7 +14,13 @@ from scipy import fft
 
 from reference.halfspace import cerruti, kernels
 from reference.halfspace.cerruti import Compliance, Transfer
-from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOperator, power_of_two
+from reference.halfspace.operators import (
+    FreeOperator,
+    HalfSpace,
+    PeriodicOperator,
+    power_of_two,
+    window,
+)
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
@@ -79,9 +85,11 @@ class NormalAndTangential:
         """Return the same free half-space on a smaller rectangle of cells (cached)."""
         if shape == self.shape:
             return self
-        if shape not in self._parts:
-            self._parts[shape] = NormalAndTangential(shape, self.spacing, self.compliance)
-        return self._parts[shape]
+        return window(
+            self._parts,
+            shape,
+            lambda part: NormalAndTangential(part, self.spacing, self.compliance),
+        )
 
     @cached_property
     def _transfer(self) -> Transfer:
