@@ -83,6 +83,11 @@ class Visit:
             place.evaluate("place => place.scrollIntoView({ behavior: 'instant' })")
             self.settled()
 
+    def unfold(self) -> None:
+        """Open every section: what is folded is not drawn."""
+        self.page.evaluate("for (const part of document.querySelectorAll('details')) part.open = 1")
+        self.settled()
+
     def tab_stops(self) -> int:
         """Count what the Tab key stops at."""
         return self.page.evaluate(

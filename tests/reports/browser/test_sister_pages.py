@@ -68,6 +68,7 @@ def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(
     """No request, no complaint, no serious fault; nothing to scroll sideways for."""
     with visit() as seen:
         page = seen.page
+        seen.unfold()
         assert serious_faults(page) == []
         seen.draw_all()
         table = seen.save(".table-tools button", tmp_path)
