@@ -25,11 +25,11 @@ def busy(path: Path) -> bool:
         import fcntl
     except ImportError:
         return False
-    with path.open("wb") as stream:
-        try:
+    try:
+        with path.open("wb") as stream:
             fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        except OSError:
-            return False
+    except BlockingIOError:
+        return True
+    except OSError:
+        pass  # no lock can be held there
     return False

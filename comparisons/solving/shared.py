@@ -86,7 +86,9 @@ class Shared(Generic[P, R]):
         path = self._path(args, kwargs)
         if path is None:
             return self._function(*args, **kwargs)
-        with alone(_lock(path)):
+        with contextlib.ExitStack() as held:
+            with contextlib.suppress(OSError):  # a full disk may have no room for a lock either
+                held.enter_context(alone(_lock(path)))
             result = _read(path)
             if result is _MISSING:
                 result = self._function(*args, **kwargs)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -82,6 +83,17 @@ def test_a_full_disk_loses_no_result(counted, monkeypatch, tmp_path):
     square.cache_clear()
     assert square(3) == 9
     assert calls == [3, 3]
+
+
+def test_a_disk_too_full_for_a_lock_loses_no_result(counted, monkeypatch):
+    square, calls = counted
+
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(Path, "open", full)
+    assert square.over([(3,), (2,)]) == [9, 4]
+    assert calls == [3, 2]
 
 
 def test_where_the_system_has_no_locks_each_computes_its_own(counted, monkeypatch, tmp_path):
