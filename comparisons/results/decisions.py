@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import BUILT_IN, MODEL, ours, title_of
+from comparisons.facts.methods import METHODS, MODEL, is_known, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, severity, word_for
 from comparisons.results import selection
@@ -270,7 +270,10 @@ def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
 
 def judged_methods(record: SceneRecord) -> list[str]:
     """Return whose verdicts a page leads with: the reduced model, and methods of the user's own."""
-    user_methods = [name for name in selection.methods(record) if name not in {*BUILT_IN, *ours()}]
+    # A report is made without the solvers, and some of our methods bring their rows with them.
+    user_methods = [
+        name for name in selection.methods(record) if not is_known(name) or METHODS[name].user_made
+    ]
     return [*([] if user_methods and _not_asked(record, MODEL) else [MODEL]), *user_methods]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from comparisons.facts.methods import GRID
+from comparisons.facts.methods import ELEMENTS, GRID
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
@@ -39,7 +39,8 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
         yield MEANS_AT_EQUAL_GAP
     if scene.counter_body is not None:
         yield "both bodies are elastic: their compliances 1/E* add"
-    if scene.half_space.poisson_ratio is None and scene.viscoelastic is None:
+    assumed = scene.half_space.poisson_ratio is None and scene.viscoelastic is None
+    if assumed and any(m.method == ELEMENTS and m.supported for m in methods):
         yield "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
     if draft.loads.normal is not None and len(scene.loading.range.values) > 1:
         yield "only the last of the normal loads is held"

@@ -4,7 +4,7 @@ from comparisons.facts.quantities.row import Quantity
 
 ROWS = (
     Quantity("time", "time", "t", "s"),
-    Quantity("speed", "sliding speed", "v", "m/s"),
+    Quantity("speed", "speed", "v", "m/s"),
     Quantity("velocity", "velocity of impact", "v₀", "m/s"),
     Quantity("sliding_distance", "sliding distance", "s", "m"),
     Quantity("cycles", "cycles", "n"),

@@ -126,7 +126,10 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
         methods += INDEPENDENT
     if scene.physics and not exact:
         # Another grid method may be the only half-space with this physics.
-        methods += [name for name in references() if METHODS[name].grid]
+        grids = [name for name in references() if METHODS[name].grid]
+        methods += grids
+        if all(isinstance(solver_for(name, scene), Refusal) for name in grids):
+            methods += INDEPENDENT  # no half-space has it: at every value, not at the first alone
     if exact:
         changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))

@@ -362,6 +362,15 @@ def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_tru
     assert "FEM and closed form differ in force" in text
 
 
+def test_where_no_half_space_has_the_physics_elements_are_the_truth_at_every_value():
+    """First yield: grids do not yield below one indenter, and Hertz ends where yielding starts."""
+    claim = load_claims(("plastic-first-yield",))[0]
+    for first in (True, False):
+        plan = _plan(claim, 0.45, "quick", independent=first)
+        truths = [m.method for m in plan.methods if m.supported and m.method != claim.method]
+        assert truths == ["fem"]
+
+
 def test_of_several_quantities_the_worst_decides_whatever_the_sign_of_its_error():
     """-5 % is further out than +0.2 %, and one that is missing is not passed over."""
     within, outside, missing = (0.002, 1e-3, {}), (-0.05, 1e-3, {}), (np.nan, np.nan, {})

@@ -222,7 +222,11 @@ def test_notes_on_the_half_space_and_on_realisations(rough):
     assert any("--full" in note for note in quick.notes)
     assert not any("--full" in note for note in full.notes)
     only_modulus = load_scene("rough-free")
-    assert any("fem takes nu = 0.3" in note for note in plan_scene(only_modulus)[0].notes)
+    named = load_scene("rough-free", {"compare.methods": ["reduced", "fem"]})
+    for told in (only_modulus, named):
+        (plan, *_) = plan_scene(told)
+        runs = any(part.method == "fem" and part.supported for part in plan.methods)
+        assert any("fem takes nu = 0.3" in note for note in plan.notes) == runs
 
 
 # --- tasks ----------------------------------------------------------------------------------

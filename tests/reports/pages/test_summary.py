@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -140,3 +142,20 @@ def test_numbers_in_tables_are_saved_with_eight_digits(study):
     row = cells(tables.settings(study.scenes[0]))[1]
     assert row["time"].key == pytest.approx(2e-6)
     assert np.isfinite(row["error of force"].bar)
+
+
+def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solvers():
+    """`roughline report` took fits, whose files bring their own rows, for a user's methods."""
+    told = subprocess.run(
+        [
+            sys.executable,
+            "-c",
+            "from comparisons.results import decisions, selection\n"
+            "selection.methods = lambda record: ['reduced', 'kogut_etsion']\n"
+            "print(decisions.judged_methods(None))",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert told.stdout.strip() == "['reduced']"

@@ -97,7 +97,7 @@ def test_speeds_over_decades_take_a_logarithmic_axis():
     figure, _ = curves.curves(record("speed", "speed", speeds))
     assert spec(figure)["layout"]["xaxis"]["type"] == "log"
     assert spec(figure)["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
-    assert figure.title == "Coefficient of friction against sliding speed"
+    assert figure.title == "Coefficient of friction against speed"
 
 
 def test_a_lost_step_of_a_path_is_told_at_its_step(loop):
