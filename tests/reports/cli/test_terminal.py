@@ -77,7 +77,8 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
 
 
 def test_a_plan_is_a_table_with_a_reason_for_each_method_left_out(capsys, plans):
-    terminal.print_plans(plans)
+    (plan,) = plans
+    terminal.print_plans([replace(plan, notes=("both bodies are elastic",))])
     told = capsys.readouterr().out
     assert "(ball)" in told
     (row,) = [line for line in told.splitlines() if line.startswith("reduced")]
@@ -85,15 +86,16 @@ def test_a_plan_is_a_table_with_a_reason_for_each_method_left_out(capsys, plans)
     (row,) = [line for line in told.splitlines() if line.startswith("fem")]
     assert "not run: not asked for" in row
     assert "left out: pressure fields" in told
-    assert "note: only E* is given" in told
+    assert "note: both bodies are elastic" in told
 
 
 def test_what_is_true_of_several_plans_is_said_once(capsys, plans):
     """A map and its patch share most of their notes."""
     (plan,) = plans
-    terminal.print_plans([plan, replace(plan, notes=(*plan.notes, "cropped"))])
+    shared = replace(plan, notes=("both bodies are elastic",))
+    terminal.print_plans([shared, replace(shared, notes=(*shared.notes, "cropped"))])
     told = capsys.readouterr().out
-    assert told.count("note: only E* is given") == told.count("left out: pressure fields") == 1
+    assert told.count("note: both bodies") == told.count("left out: pressure fields") == 1
     assert told.count("note: cropped") == told.count("and as above") == 1
 
 
