@@ -250,7 +250,8 @@ class _Line:
 
     def solved(self, flow: _Entrained | _Squeezed, start: _State, share: float) -> _State:
         """Return the film that carries a share of the load, by Newton's method."""
-        state, history, best = start, [], start
+        state, best = start, start
+        history: list[float] = []
         for _ in range(_ROUNDS):
             w, slope = self.springs(np.maximum(state.s, 0.0))
             mass = flow.balance(self, state, w)
