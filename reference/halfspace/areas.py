@@ -126,10 +126,12 @@ def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_],
     return component[labels], int(component.max())
 
 
-def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-10) -> float:
+def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> float:
     """Return the stiffness dF/dd of a fixed contact set: the force per unit displacement.
 
-    K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. On the free
+    K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. Of an x that
+    is not quite there sum(2 x - x K x) is taken: this functional is stationary at the solution, the
+    stiffness its largest value, so that an error of x counts as its square. On the free
     half-space this is the stiffness of the flat punch of the same outline; on a uniform grid its
     error is about -34 %/n for n cells across, of order O(1/n), so it should be extrapolated.
 
@@ -140,7 +142,8 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
     mask : array_like of bool, shape (nx, ny)
         Cells in contact.
     tolerance : float
-        Largest relative error of the unit displacement in contact.
+        Largest relative error of the unit displacement in contact. On rough surfaces of 64 to 256
+        points a side the stiffness errs by less than its square, from 1e-3 to 1e-6.
 
     Raises
     ------
@@ -165,8 +168,8 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
         return 0.0
     if operator.periodic and mask.all():
         raise ValueError("full contact of the periodic half-space: the stiffness is infinite")
-    response = fixed_contact_response(operator, mask, tolerance)
-    return float(response.sum() * operator.cell_area)
+    state = fixed_contact_response(operator, mask, tolerance)
+    return float((state.pressure * (2 - state.displacement)).sum() * operator.cell_area)
 
 
 def elastic_energy(operator: HalfSpace, pressure: ArrayLike) -> float:

@@ -149,10 +149,10 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
 
 def fixed_contact_response(
     operator: HalfSpace, mask: NDArray[np.bool_], tolerance: float, max_iterations: int = 2000
-) -> Field:
+) -> State:
     """Return the pressure (of either sign) on `mask` that displaces its cells by one."""
     problem = Problem(operator, np.where(mask, 0.0, np.inf), depth=1.0, unilateral=False)
-    return minimise(problem, np.zeros(operator.shape), Effort(tolerance, max_iterations)).pressure
+    return minimise(problem, np.zeros(operator.shape), Effort(tolerance, max_iterations))
 
 
 def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
@@ -161,9 +161,12 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         # a step conserves the total up to rounding
         state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
-    displacement = operator.convolution(np.float64)(state.pressure)
-    state.displacement = np.asarray(displacement, dtype=np.float64)
-    state.double += 1
+    if state.pressure.any():
+        displacement = operator.convolution(np.float64)(state.pressure)
+        state.displacement = np.asarray(displacement, dtype=np.float64)
+        state.double += 1
+    else:
+        state.displacement = np.zeros(operator.shape)
     maps = state.displacement, state.pressure, problem.gap
     loaded = _over(_displace, *maps, operator.unit)
     if problem.depth is None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 from scipy.special import ellipk
 
 from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
@@ -103,6 +104,18 @@ def test_elliptic_punch_stiffness_on_rectangular_cells():
     factor = np.pi * np.sqrt(a / b) / (2 * ellipk(1 - (b / a) ** 2))
     expected = factor * 2 * np.sqrt(areas.raw_area(mask, operator.spacing) / np.pi)
     assert areas.contact_stiffness(operator, mask) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+def test_stiffness_errs_by_the_square_of_what_the_displacement_does(operator_class):
+    """Below the exact one, as the functional has its maximum there; 1e-13 is for rounding."""
+    height = ndimage.gaussian_filter(np.random.default_rng(5).standard_normal((48, 48)), 1.5)
+    mask = height > np.quantile(height, 0.9)
+    operator = operator_class(mask.shape, (1.0, 1.0), 2.0)
+    exact = areas.contact_stiffness(operator, mask, 1e-9)
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        stiffness = areas.contact_stiffness(operator, mask, tolerance)
+        assert exact * (1 - tolerance**2) <= stiffness < exact * (1 + 1e-13)
 
 
 def test_stiffness_of_nearly_full_periodic_contact_diverges():
