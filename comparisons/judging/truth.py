@@ -192,6 +192,8 @@ class Truth:
         for name in names:
             steps = enumerate(self.levels.missing(name, self.resolution), start=1)
             lacking = next((f"at load step {k} {reason}" for k, reason in steps if reason), "")
+            if not lacking and (self.curves[name] == 0).any():
+                lacking = "it is zero on the finest grid"
             reasons.setdefault(lacking or "two grids have no common answer", []).append(name)
         for reason, several in reasons.items():
             labels = ", ".join(quantity(name).label for name in several)

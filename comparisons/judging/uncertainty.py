@@ -222,7 +222,8 @@ def share_uncertainty(
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
-    Parameters as of `grid_uncertainty`, and the quantity with what it is of.
+    Parameters as of `grid_uncertainty`, and the quantity with what it is of. NaN where the finest
+    value is zero, too: nothing is relative to that.
 
     Examples
     --------
@@ -240,7 +241,7 @@ def share_uncertainty(
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))
         known = _pooled if single(quantity[1]) else _last
         bar = known(resolutions, curves, changes, quantity, rule)
-    return np.where(np.isfinite(curves[-1]), bar, np.nan)
+    return np.where(np.isfinite(curves[-1]) & (curves[-1] != 0), bar, np.nan)
 
 
 def _last(
@@ -281,7 +282,7 @@ def _pooled(
     own = _rms(changes[-2:] * left[:, None], axis=0)
     if quantity[1] == "cells" and quantity[0] in AREAS:
         sizes = np.abs(curves[-1]) ** AREAS[quantity[0]]
-        bar = _rms(own * sizes) / sizes
+        bar = _rms(own * sizes) / np.where(sizes > 0, sizes, np.nan)
     else:
         typical = _rms(own)
         bar = np.sqrt((np.where(np.isfinite(own), own, typical) ** 2 + typical**2) / 2)

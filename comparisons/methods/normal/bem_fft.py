@@ -34,9 +34,9 @@ _DOUBLE_PERIODIC, _DOUBLE_FREE = 42, 56
 # Beside the solve: the heights of every surface of a block.
 _HEIGHTS = 8
 
-# Cells up to which a single small surface is refined further: a tenth of a second for each load.
-MOST_REFINED = 256**2
-FURTHER = (8, 16)
+# Factors by which the points of a single surface are refined further, and up to how many cells: the
+# third grid of 512 x 512 points takes half a minute, more of small ones a tenth of a second a load.
+FURTHER = ((4, 2048**2), (8, 256**2), (16, 256**2))
 
 
 class BemFft(GridSolver[HalfSpace]):
@@ -69,8 +69,11 @@ class BemFft(GridSolver[HalfSpace]):
             planned = rough_resolutions(geometry)
             if self.scene.random and self.scene.realisations > 1:
                 return planned
-            further = (factor * geometry.points[0] for factor in FURTHER)
-            return (*planned, *(n for n in further if cells(geometry, n) <= MOST_REFINED))
+            further = ((factor * geometry.points[0], most) for factor, most in FURTHER)
+            return (
+                *planned,
+                *(n for n, most in further if n > planned[-1] and cells(geometry, n) <= most),
+            )
         return indenter_resolutions(self.scene, geometry)
 
     # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside

@@ -148,6 +148,14 @@ def test_the_truth_says_what_is_missing_for_a_bar(first):
     )
 
 
+def test_a_bar_relative_to_nothing_is_said_to_be_missing(first):
+    plan, solved = first(realisations=1)
+    finest = max(n for method, n in solved if method == "bem_fft")
+    solved["bem_fft", finest].quantities["contact_area"][:, 1] = 0.0
+    said = choose_truth(solved, plan.loads.axis, NAMES).sentence(NAMES)
+    assert "contact area not at every load: it is zero on the finest grid." in said
+
+
 def test_finite_elements_take_the_wider_share_of_free_surfaces(rough):
     """The narrow shares of periodic surfaces were measured on cells."""
     (plan, *_) = plan_scene(rough(points=16, periodic=True))

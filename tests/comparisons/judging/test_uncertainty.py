@@ -190,3 +190,12 @@ def test_a_step_that_the_finest_grid_lost_has_no_bar(rough):
         bars = grid_uncertainty(grids, curves)
     assert np.isfinite(bars[0])
     assert np.isnan(bars[1])
+
+
+@pytest.mark.parametrize("kind", ["cells", "elements", "free"])
+def test_an_area_that_is_zero_on_the_finest_grid_has_no_bar_relative_to_it(kind):
+    """Nor does it widen those of lighter loads, which bars on cells are not below."""
+    curves = np.array([[1.2, 1.2, 1.2], [1.1, 1.1, 1.1], [1.05, 0.0, 1.05]])
+    bars = share_uncertainty(np.array([16, 32, 64]), curves, ("contact_area", kind))
+    assert np.isnan(bars[1])
+    assert (bars[[0, 2]] < 1).all()
