@@ -133,10 +133,10 @@ class Levels:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
-        return discretisation(np.array(list(curves)), series, name, self._kind, sizes=sizes)
+        return discretisation(np.array(list(curves)), series, name, self.kind, sizes=sizes)
 
     @property
-    def _kind(self) -> Kind | None:
+    def kind(self) -> Kind | None:
         """As what the share of an error was measured, None if it was not."""
         row, contact = METHODS[self.method], self._contact
         if contact == "single":

@@ -178,7 +178,7 @@ def _series(
             method=truth.method,
             control=control,
             quantity=name,
-            kind="cells" if METHODS[truth.method].grid else "elements",
+            kind=truth.levels.kind,
             resolutions=levels,
             errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),

@@ -101,7 +101,8 @@ class Shared(Generic[P, R]):
         if not common or not Path(common).is_dir():
             return None
         name = f"{self._function.__module__}.{self._function.__qualname__}"
-        identity = repr((name, args, sorted(kwargs.items())))
+        with np.printoptions(legacy="1.25"):  # NumPy's numbers read as Python's, which they equal
+            identity = repr((name, args, sorted(kwargs.items())))
         return Path(common) / hashlib.sha256(identity.encode()).hexdigest()[:32]
 
 

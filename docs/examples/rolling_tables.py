@@ -11,6 +11,7 @@ page are written anew, all or those that are named::
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,7 @@ from reference import loads as reference_loads
 from reference.closed_form.carter import Carter
 from reference.closed_form.rolling_rubber import RubberCylinder
 from reference.fem import Material
+from reference.fem.column_elements import Element
 from reference.fem.columns import ELEMENTS
 from reference.fem.shear_body import ShearBody
 from reference.halfspace.cerruti import Compliance
@@ -127,17 +129,15 @@ def elements() -> list[list[str]]:
     """C11 and C22 of finite elements against cells of the half-space of the same size."""
     rows = [["ν", "element", *(f"{c}, N = {n}" for n in (6, 8, 11) for c in ("C11", "C22"))]]
     for nu in (0.0, 0.25, 0.5):
-        compliance, material = Compliance.of(1.0, nu), Material(2 * (1 + nu), nu)
         for element in ELEMENTS:
             row = [f"{nu:g}", element]
             for count in (6, 8, 11):
-                cells = on_grid(
-                    lambda s, h, c=compliance: NormalAndTangential(s, (h, h), c), 1.0, count
-                )
-                mesh = on_grid(
-                    lambda s, h, m=material, e=element: ShearBody(s, (h, h), m, element=e),
-                    1.0,
-                    count,
+                cells, mesh = (
+                    on_grid(body, 1.0, count)
+                    for body in (
+                        partial(half_space, nu=nu),
+                        partial(finite_elements, nu=nu, element=element),
+                    )
                 )
                 row += [f"{100 * error:+.2f} %" for error in (mesh / cells - 1)[:2]]
             rows.append(row)
@@ -179,7 +179,7 @@ def carter_error(count: int, traction: float, share: float | None, nu: float = 0
     x = (np.arange(-count, count + 1) + 0.5) / count
     bound = MU * hertz(x, 1.0, np.pi * compliance.effective_modulus / 400)[:, None]
     creep = np.zeros((2, x.size, 1))
-    creep[0] = contact.creep(traction) * moving_compliance(nu, share)
+    creep[0] = contact.creep(traction) * moving_compliance(nu, share or 0.0)
     surface = PlaneSurface(x.size, 1 / count, compliance)
     if share is not None:
         surface = PlaneElements(x.size, 1 / count, compliance, nu, inertia=share)
@@ -294,14 +294,16 @@ def on_ellipse(
     return np.hypot(*np.array(sums).T) * side**2
 
 
-def half_space(shape: tuple[int, int], side: float) -> NormalAndTangential:
+def half_space(shape: tuple[int, int], side: float, nu: float = NU) -> NormalAndTangential:
     """Return the half-space of G = 1."""
-    return NormalAndTangential(shape, (side, side), Compliance.of(1.0, NU))
+    return NormalAndTangential(shape, (side, side), Compliance.of(1.0, nu))
 
 
-def finite_elements(shape: tuple[int, int], side: float) -> ShearBody:
+def finite_elements(
+    shape: tuple[int, int], side: float, nu: float = NU, element: Element = "splines"
+) -> ShearBody:
     """Return elements of G = 1."""
-    return ShearBody(shape, (side, side), Material(2 * (1 + NU), NU))
+    return ShearBody(shape, (side, side), Material(2 * (1 + nu), nu), element=element)
 
 
 # %%

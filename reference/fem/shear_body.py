@@ -25,6 +25,7 @@ from reference.fem.columns import Layers, tensor
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import kernels
 from reference.halfspace.cerruti import Compliance, Transfer
+from reference.halfspace.operators import window
 from reference.halfspace.traction import NormalAndTangential
 
 Array = NDArray[np.float64]
@@ -77,15 +78,16 @@ class ShearBody(NormalAndTangential):
         self.material, self.element, self.inertia = material, element, inertia
 
     def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
-        """Return itself: what elements add belongs to the whole grid."""
+        """Return the same body of elements below a smaller rectangle of cells (cached)."""
         if shape == self.shape:
             return self
-        if shape not in self._parts:
-            part = ShearBody(
-                shape, self.spacing, self.material, element=self.element, inertia=self.inertia
-            )
-            self._parts[shape] = part
-        return self._parts[shape]
+        return window(
+            self._parts,
+            shape,
+            lambda part: ShearBody(
+                part, self.spacing, self.material, element=self.element, inertia=self.inertia
+            ),
+        )
 
     @cached_property
     def period(self) -> tuple[int, int]:

@@ -26,10 +26,14 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from scipy.sparse.linalg import splu
 
 from reference.arguments import refuse, spacing_faults
+from reference.errors import ConvergenceError
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
+
+# Of what the widest cell lets through: factors are judged to parts in a hundred.
+_BALANCED = 1e-8
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,8 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     ------
     ValueError
         If the gap is no such array.
+    ConvergenceError
+        If cells keep more than a part in 1e8 of what the widest one lets through.
 
     Examples
     --------
@@ -99,6 +105,9 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     flow, across = conductance[0] * (1 - along), -conductance[1] * aside
     kept = (flow - np.roll(flow, 1, 0)) * spacing[1] + (across - np.roll(across, 1, 1)) * spacing[0]
     driven = spacing[1] * _between(h, 0, 3) + spacing[0] * _between(h, 1, 3)
+    imbalance = float(np.abs(kept).max() / driven.max())
+    if not imbalance <= _BALANCED:
+        raise ConvergenceError(f"cells keep {imbalance:.1e} of the flow; the gap varies too widely")
     return PlaneFlow(
         # what is dissipated, equal to <flow> but second order in errors of pressure: behind a
         # narrow neck what flows is below the round-off of what a wide gap lets through
@@ -107,7 +116,7 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
         shear_factor=float((_carried(h) * (1 - along)).mean()),
         open=True,
         flow=flow * mean**3,
-        imbalance=float(np.abs(kept).max() / driven.max()),
+        imbalance=imbalance,
     )
 
 

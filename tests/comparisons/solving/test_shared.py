@@ -54,6 +54,14 @@ def test_what_is_almost_equal_is_not_the_same(counted):
     assert len(calls) == 2
 
 
+def test_a_number_of_numpy_is_the_number(counted):
+    square, calls = counted
+    assert square(0.3) == 0.09
+    square.cache_clear()
+    assert square(np.float64(0.3)) == 0.09
+    assert calls == [0.3]
+
+
 def test_a_list_comes_in_its_order(counted):
     square, calls = counted
     assert square.over((n,) for n in (3, 1, 3, 2)) == [9, 1, 9, 4]
