@@ -139,12 +139,11 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
         folder = Path(name)
         scene = folder / "killed.toml"
         scene.write_text(SCENE.format(realisations=realisations), encoding="utf-8")
-        if not workers:  # the copies find everything compiled and loaded
-            Study(plan_scene(load_scene(scene), "full"), folder / "warm", effort="full").run()
-        for _ in range(2):  # the first one may compile
-            begun = time.perf_counter()
-            finish(start(scene, folder / "whole", workers, "--overwrite"))
-            seconds = time.perf_counter() - begun
+        # The others find everything compiled, and copies of this process loaded.
+        Study(plan_scene(load_scene(scene), "full"), folder / "warm", effort="full").run()
+        begun = time.perf_counter()
+        finish(start(scene, folder / "whole", workers))
+        seconds = time.perf_counter() - begun
         outcomes = []
         for k, moment in enumerate(sorted(moments)):
             outcomes.append(

@@ -202,8 +202,10 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
 
     Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it). Of
-    rough surfaces, whose truths take minutes each, two kinds: `roughline calibrate` has all.
+    rough surfaces, whose truths take minutes each, two kinds: `roughline calibrate` has all. Of
+    their intervals nothing is asked here: tests/comparisons/judging/test_proofs.py is about them.
     """
+    monkeypatch.setattr(rough_calibration, "sides_of", lambda plan: "not asked for")
     for half in ("FITTING", "REPORTED"):
         few = dict(list(getattr(rough_calibration, half).items())[:2])
         monkeypatch.setattr(rough_calibration, half, few)

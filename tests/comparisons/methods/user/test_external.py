@@ -134,7 +134,7 @@ def test_the_example_is_about_twenty_lines():
 @pytest.mark.slow
 def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
     """In a study: the reduced model's rows are what they are without them."""
-    limits = ["--method-seconds", "30", "--method-gigabytes", "0.6"]
+    limits = ["--method-seconds", "15", "--method-gigabytes", "0.6"]
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
     arguments = ["run", "paraboloid", "--no-pictures", "--out", str(tmp_path / "out")]
     arguments += ["--methods", ",".join(["closed_form", "reduced", *names])]
@@ -148,7 +148,7 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
     reasons = lost["reason"].first()
     assert reasons["nan"] == "force came out as nan"
     assert "lost my keys" in reasons["raises"]
-    assert reasons["hangs"].startswith("hung: no answer within 30 s")
+    assert reasons["hangs"].startswith("hung: no answer within 15 s")
     assert reasons["greedy"].startswith("out of memory")
     assert "exit code 7" in reasons["dies"]
     ours = rows[rows["method"].isin(["reduced", "fine"])]
@@ -160,7 +160,7 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
 @pytest.mark.slow
 def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
     """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
-    add_methods([bad], Limits(seconds=30, memory=6e8))
+    add_methods([bad], Limits(seconds=15, memory=6e8))
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
     result = {
         part.method: part
