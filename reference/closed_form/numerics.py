@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from reference.errors import ConvergenceError
 
 Array = NDArray[np.float64]
+_rule = cache(np.polynomial.legendre.leggauss)
 
 
 def gauss(
@@ -24,7 +26,7 @@ def gauss(
 
     Nodes are processed one by one, so that a map of pressures needs memory for a few maps only.
     """
-    abscissae, weights = np.polynomial.legendre.leggauss(nodes)
+    abscissae, weights = _rule(nodes)
     half = (upper - lower) / (2 * panels)
     total = np.zeros_like(half)
     for panel in range(panels):

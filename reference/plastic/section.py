@@ -9,7 +9,7 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from reference.plastic.elements import (
     FINE,
@@ -155,27 +155,49 @@ class Section(Elements):
 
     def solver(self, local: Array) -> Callable[[Array], Array]:
         """Return what solves the system of element matrices and of the exterior."""
-        place, rows, starts = self._pattern
-        data = np.bincount(place, weights=local.ravel(), minlength=rows.size)
-        data[-1] += self.exterior
-        matrix = sparse.csc_matrix((data, rows, starts), shape=(self.size, self.size))
-        factor = splu(
-            matrix,
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-        return factor.solve
+        rank, place, rows, starts = self._pattern
+        data = np.asarray(np.bincount(place, local.ravel(), rows.size), dtype=np.float64)
+        last = slice(starts[rank[-1]], starts[rank[-1] + 1])
+        data[last] += self.exterior * (rows[last] == rank[-1])
+        factor = _factors(data, rows, starts, "NATURAL")
+
+        def solve(right: Array) -> Array:
+            ranked = np.empty_like(right)
+            ranked[rank] = right
+            return np.asarray(factor.solve(ranked)[rank])
+
+        return solve
 
     @cached_property
-    def _pattern(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        """Where entries of element matrices go: their place, rows, and starts of columns."""
-        count = self.unknowns.shape[1]
-        rows = np.repeat(self.unknowns, count, axis=1).ravel()
-        columns = np.tile(self.unknowns, (1, count)).ravel()
+    def _pattern(self) -> tuple[NDArray[np.int64], ...]:
+        """Where entries of element matrices go, by what is eliminated when.
+
+        The ranks of the unknowns, which are found once for all matrices of the mesh; places of the
+        entries, rows of those, and starts of columns.
+        """
+        _, rows, starts = self._places(self.unknowns)
+        columns = np.repeat(np.arange(self.size), np.diff(starts))
+        # of any matrix with these places: one that needs no pivots
+        factor = _factors(1.0 + (rows == columns) * rows.size, rows, starts, "MMD_AT_PLUS_A")
+        rank = np.asarray(factor.perm_c, dtype=np.int64)
+        return rank, *self._places(rank[self.unknowns])
+
+    def _places(self, unknowns: NDArray[np.int64]) -> tuple[NDArray[np.int64], ...]:
+        count = unknowns.shape[1]
+        rows = np.repeat(unknowns, count, axis=1).ravel()
+        columns = np.tile(unknowns, (1, count)).ravel()
         keys, place = np.unique(columns * self.size + rows, return_inverse=True)
         starts = np.searchsorted(keys, np.arange(self.size + 1) * self.size)
         return place, keys % self.size, starts
+
+
+def _factors(
+    data: Array, rows: NDArray[np.int64], starts: NDArray[np.int64], order: str
+) -> SuperLU:
+    matrix = sparse.csc_matrix((data, rows, starts), shape=(starts.size - 1,) * 2)
+    return splu(
+        matrix, permc_spec=order, relax=1, diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
 
 
 def cylinder(far_r: float, far_z: float) -> list[tuple[Array, Array, int]]:

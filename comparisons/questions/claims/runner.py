@@ -86,8 +86,9 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         self.claims = claims
 
     def inquiries(self) -> dict[str, Inquiry[ClaimRecord]]:
-        """Return one inquiry per claim."""
-        return {claim.id: judged_claim(claim, self.effort) for claim in self.claims}
+        """Return one inquiry per claim; experiments first, as work while scenes are planned."""
+        claims = sorted(self.claims, key=lambda claim: claim.experiment is None)
+        return {claim.id: judged_claim(claim, self.effort) for claim in claims}
 
     def answer(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
         """Return the judged claims in order."""

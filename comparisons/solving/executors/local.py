@@ -16,9 +16,10 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from pathlib import Path
 from typing import Any
 
-from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky import get_reusable_executor, process_executor
 from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.isolation.parent import ONE_THREAD
@@ -33,6 +34,12 @@ ATTEMPTS = 3
 # Bytes of a process with all packages loaded (measured: 0.35 GB, a good half of it shared with
 # the others).
 PROCESS = 4e8
+# Bytes that a process may have come to keep (imported packages, compiled code, results for later
+# jobs) before loky replaces it by a new one, which would do all that again. loky's 3e8 are fewer
+# than some experiments import.
+_KEPT = int(1e9)
+# Seconds without work after which a process ends: planning may take some.
+_IDLE = 300
 # Seconds between looks whether the process that handed out the work still lives.
 _LOOK = 0.5
 # Jobs given to each process: the next one waits there while this process plans.
@@ -46,9 +53,10 @@ class ProcessExecutor(Executor):
     """Does several jobs at a time, each in a process with one thread.
 
     Half of them are given the first of the jobs that wait, the others the last: neighbours need the
-    same compiled code and the same shared results, for which one would have to wait for the other.
-    Jobs whose estimated memory does not fit beside what is running wait until it does, or until
-    they are alone.
+    same shared results, for which one would have to wait for the other. While a method is used for
+    the first time, which compiles it, jobs of other methods come before more of its own. Jobs whose
+    estimated memory does not fit beside what is running wait until it does, or until they are
+    alone.
 
     Parameters
     ----------
@@ -67,6 +75,7 @@ class ProcessExecutor(Executor):
         self._running: dict[Future[Any], Job] = {}
         self._budget = 0.0
         self._from_the_end = False
+        self._used: set[str] = set()  # methods that some process has compiled
 
     def add(self, jobs: Iterable[Job]) -> None:
         """Take more jobs and start what may start: processes work while others are planned."""
@@ -108,7 +117,8 @@ class ProcessExecutor(Executor):
 
         return get_reusable_executor(
             max_workers=self.workers,
-            initializer=_end_with,
+            timeout=_IDLE,
+            initializer=_begin,
             initargs=(os.getpid(), folder()),
             env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced(), SHARED: folder()},
         )
@@ -135,15 +145,27 @@ class ProcessExecutor(Executor):
             return None if self._running else self._suspects.popleft()
         if any(self._tried[job.key] for job in self._running.values()):
             return None
-        memory = sum(job.memory + PROCESS for job in self._running.values())
+        place = self._place(budget - sum(job.memory + PROCESS for job in self._running.values()))
+        if place is None:
+            return None
+        self._from_the_end = not self._from_the_end
+        job = self._waiting[place]
+        del self._waiting[place]
+        return job
+
+    def _place(self, memory: float) -> int | None:
+        """Return which of the waiting jobs is next: the first that fits, compiled if possible."""
         places = range(len(self._waiting))
-        for index in reversed(places) if self._from_the_end else places:
-            job = self._waiting[index]
-            if not self._running or memory + job.memory + PROCESS <= budget:
-                del self._waiting[index]
-                self._from_the_end = not self._from_the_end
-                return job
-        return None
+        compiling = {job.kind.method for job in self._running.values()} - self._used
+        fitting = None
+        for place in reversed(places) if self._from_the_end else places:
+            job = self._waiting[place]
+            if self._running and job.memory + PROCESS > memory:
+                continue
+            if job.kind.method not in compiling:
+                return place
+            fitting = place if fitting is None else fitting
+        return fitting
 
     def _result(self, future: Future[Any]) -> Done | None:
         """Return what became of a job, None where it is tried again."""
@@ -156,6 +178,7 @@ class ProcessExecutor(Executor):
                 self._suspects.append(job)
                 return None
             return Done(job, lost=_lost(str(error)))
+        self._used.add(job.kind.method)
         return Done(job, value, seconds)
 
 
@@ -166,8 +189,12 @@ def _lost(message: str) -> str:
     return text + (", most likely for lack of memory" if "SIGKILL" in signals else "")
 
 
-def _end_with(parent: int, common: str) -> None:
-    """Let a process end when the one that hands out the work was killed, and clear up for it."""
+def _begin(parent: int, common: str) -> None:
+    """Prepare a process; it ends, and clears up, when the one that hands out the work is killed."""
+    from comparisons.solving.turns import compile_in_turn  # loads Numba
+
+    process_executor._MAX_MEMORY_LEAK_SIZE = _KEPT
+    compile_in_turn(Path(common))
     threading.Thread(target=_follow, args=(parent, common), daemon=True).start()
 
 

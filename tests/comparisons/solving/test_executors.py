@@ -14,6 +14,7 @@ import psutil
 import pytest
 
 from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for, local
+from comparisons.solving.forecast import Kind
 from comparisons.solving.jobs import Job
 
 GB = 1e9
@@ -46,6 +47,20 @@ def interval():
         return start, time.time()
 
     return work
+
+
+def test_a_second_process_compiles_another_method_meanwhile():
+    """Of a method that is used for the first time, one job at a time; then in the usual order."""
+    executor = ProcessExecutor(2)
+    first, *others = (Job(f"{m}{k}", pow, kind=Kind(method=m)) for m in "ab" for k in range(2))
+    executor._running[Future()] = first
+    executor._waiting.extend(others)
+    assert executor._next(GB).key == "b0"
+    executor._used.add("a")
+    executor._from_the_end = False
+    assert executor._next(GB).key == "a1"
+    executor._used.clear()
+    assert executor._next(GB).key == "b1"  # nothing else is left
 
 
 def overlap(one, other):
