@@ -80,7 +80,7 @@ class Problem:
 
 @dataclass
 class State:
-    """Pressure, its displacement, the depth and the largest violation.
+    """Pressure, its displacement, the depth, the largest violation, whether it is small enough.
 
     The displacement is dropped while a stage iterates, which needs its memory. `single` and
     `double` count the convolutions so far, in either precision.
@@ -90,6 +90,7 @@ class State:
     displacement: Field
     depth: float
     worst: float = np.inf
+    converged: bool = False
     single: int = 0
     double: int = 0
     history: list[float] = field(default_factory=list)
@@ -127,24 +128,36 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
     ConvergenceError
         With the violations of all iterations, if no stage reaches the tolerance.
     """
+    state = approach(problem, start, effort)
+    if not state.converged:
+        raise ConvergenceError(
+            f"contact iteration stopped at a violation of {state.violation:.1e} of the penetration "
+            f"after {len(state.history)} iterations (tolerance {effort.tolerance:.1e})",
+            state.history,
+        )
+    return state
+
+
+def approach(problem: Problem, start: Field, effort: Effort) -> State:
+    """Return where all stages get from a starting pressure, which is overwritten.
+
+    Raises
+    ------
+    ConvergenceError
+        If the range of numbers is exceeded.
+    """
     tolerance, max_iterations = effort.tolerance, effort.max_iterations
     _over(_admit, start, problem.gap, problem.unilateral, problem.cap)
     state = State(start, _NOTHING, problem.depth or 0.0)
-    if _refresh(problem, state, tolerance):
-        return state
+    _refresh(problem, state, tolerance)
     for stage in _STAGES:
-        while len(state.history) < max_iterations:
+        while not state.converged and len(state.history) < max_iterations:
             before = state.worst
             outcome = _improve(problem, state, stage, effort)
-            if _refresh(problem, state, tolerance):
-                return state
+            _refresh(problem, state, tolerance)
             if outcome == descent.STALLED or not state.worst < before / 4:
                 break
-    raise ConvergenceError(
-        f"contact iteration stopped at a violation of {state.violation:.1e} of the penetration "
-        f"after {len(state.history)} iterations (tolerance {tolerance:.1e})",
-        state.history,
-    )
+    return state
 
 
 def fixed_contact_response(
@@ -155,8 +168,8 @@ def fixed_contact_response(
     return minimise(problem, np.zeros(operator.shape), Effort(tolerance, max_iterations))
 
 
-def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
-    """Evaluate displacement and depth in double precision; return True if converged."""
+def _refresh(problem: Problem, state: State, tolerance: float) -> None:
+    """Evaluate displacement, depth and violation in double precision."""
     if problem.total is not None:
         # a step conserves the total up to rounding
         state.pressure *= problem.total / state.pressure.sum()
@@ -175,7 +188,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     state.worst = max(_over(_violation, *maps, problem.unilateral, state.depth, problem.cap))
     if not np.isfinite([state.worst, state.depth]).all():
         raise ConvergenceError("the contact iteration exceeded the range of numbers", state.history)
-    return state.violation <= max(tolerance, _rounding(problem, state))
+    state.converged = state.violation <= max(tolerance, _rounding(problem, state))
 
 
 def _rounding(problem: Problem, state: State) -> float:

@@ -118,40 +118,38 @@ def sweep(
 
 
 def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
-    pressures: list[Field] = []
+    earlier: Field | None = None
+    last: Field | None = None
     for step, value in enumerate(load.values):
-        contact = _solve(
-            press,
-            load.control,
-            float(value),
-            _extrapolate(pressures, load.values[:step], value),
-            effort,
-        )
-        pressures = [*pressures[-1:], contact.pressure]
+        start = None if last is None else _extrapolated(earlier, last, load.values[: step + 1])
+        earlier = last  # the one before is not needed during the solve
+        contact = _solve(press, load.control, float(value), start, effort)
+        last = contact.pressure
         yield contact
-        del contact  # with its displacement
+        contact.forget_displacement()  # whoever has the contact: the next load needs the memory
+        del contact, start
 
 
-def _extrapolate(pressures: list[Field], loads: NDArray[np.float64], load: float) -> Field | None:
-    """Return the pressure at the next load by linear extrapolation; the solver clips tension."""
-    if not pressures:
-        return None
-    if len(pressures) == 1:
-        return pressures[0]
-    earlier, last = pressures
-    guess = last + (last - earlier) * ((load - loads[-1]) / (loads[-1] - loads[-2]))
-    return np.maximum(guess, 0.0) if (guess > 0).any() else last
+def _extrapolated(earlier: Field | None, last: Field, loads: NDArray[np.float64]) -> Field:
+    """Return the pressure at the last load, linear in the load: a new array."""
+    if earlier is None:
+        return last.copy()
+    guess = last - earlier
+    guess *= (loads[-1] - loads[-2]) / (loads[-2] - loads[-3])
+    guess += last
+    return np.maximum(guess, 0.0, out=guess) if (guess > 0).any() else last.copy()
 
 
 def _checked_start(start: Contact, operator: HalfSpace) -> Field:
     if start.pressure.shape != operator.shape:
         raise ValueError(f"start has shape {start.pressure.shape}, the operator {operator.shape}")
-    return start.pressure
+    return start.pressure.astype(np.float64)
 
 
 # overflows are detected in the result and reported
 @np.errstate(over="ignore", invalid="ignore")
 def _solve(press: Press, kind: str, value: float, start: Field | None, effort: Effort) -> Contact:
+    """Solve one load; the start is overwritten."""
     operator, gap = press.operator, press.gap
     if kind == "mean_gap":
         return _solve_mean_gap(press, value, start, effort)
@@ -190,10 +188,10 @@ def _reach(operator: HalfSpace, gap: Field, kind: str, value: float) -> float:
 def _first(
     problem: Problem, start: Field | None, window: tuple[slice, slice], kind: str, value: float
 ) -> Field:
-    """Return a pressure to start from, of the solver's own."""
+    """Return a pressure to start from, which may be overwritten."""
     if start is None:
         return starting_pressure(problem.operator, problem.gap, kind, value)
-    return start[window].astype(np.float64)
+    return np.ascontiguousarray(start[window])
 
 
 def _answer(press: Press, window: tuple[slice, slice], state: State) -> Contact:

@@ -245,7 +245,10 @@ class FreeOperator(HalfSpace):
     def _transfer(self) -> NDArray[np.float64]:
         """Return the transform of the even kernel, by cosines; unused offsets are zero."""
         kernel = np.zeros([n // 2 + 1 for n in self._padded])
+        kept = "coefficients" in self._cache
         kernel[: self.shape[0], : self.shape[1]] = self.coefficients(self.shape)
+        if not kept and kernel.size > LARGEST_KEPT:
+            del self._cache["coefficients"]  # no window has asked for them
         for axis in (0, 1):
             kernel = fft.dct(kernel, type=1, axis=axis, overwrite_x=True, workers=1)
         return kernel

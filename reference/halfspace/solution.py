@@ -131,6 +131,10 @@ class Contact:
         """Displacement of all cells, positive into the half-space."""
         return self.operator.apply(self.pressure)
 
+    def forget_displacement(self) -> None:
+        """Give its memory back; it is computed again when asked for, to the same digits."""
+        vars(self).pop("displacement", None)
+
     @property
     def gap(self) -> Field:
         """Remaining gap of all cells; infinite outside the shape."""

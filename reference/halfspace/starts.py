@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
-from reference.halfspace.conjugate_gradients import Problem, minimise
+from reference.halfspace.conjugate_gradients import Problem, approach
 from reference.halfspace.convolution import Convolution
 from reference.halfspace.operators import LARGEST_KEPT, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
@@ -30,29 +30,51 @@ _NEARLY_FULL = 0.1
 
 def starting_pressure(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field:
     """Return a non-negative pressure near the solution under a penetration or a force."""
-    if kind == "force" and operator.periodic:
+    return _start(operator, gap, kind, value)[0]
+
+
+def _start(operator: HalfSpace, gap: Field, kind: str, value: float) -> tuple[Field, bool]:
+    """Return a pressure to start from, and whether it is that of full contact.
+
+    Every second point has fewer waves, and less tension: where full contact has too much there, so
+    it has on all points.
+    """
+    coarse, full = _coarser(operator, gap, kind, value), True
+    if coarse is not None:
+        points = np.ascontiguousarray(gap[::2, ::2])
+        below, full = _start(coarse, points, kind, value)
+    if kind == "force" and operator.periodic and full:
         pressure = _full_contact(operator, gap, value)
         if pressure is not None:
-            return pressure
-    coarse = _from_coarser_grid(operator, gap, kind, value)
+            return pressure, True
     if coarse is not None:
-        return _interpolated(coarse, operator)
+        pressure = _improved(coarse, points, below, kind, value)
+        if pressure is not None:
+            return _interpolated(pressure, operator), False
     depth = value
     if kind == "force":
         least = float(gap.min())
         depth = least + _SHALLOWER * (overlap_depth(operator, gap, value) - least)
-    return overlap_pressure(operator, gap, depth)
+    return overlap_pressure(operator, gap, depth), False
+
+
+def _coarser(operator: HalfSpace, gap: Field, kind: str, value: float) -> HalfSpace | None:
+    """Return the operator on every second point; None if it cannot help."""
+    if min(operator.shape) < _SHORTEST_COARSENED:
+        return None
+    points = gap[::2, ::2]
+    if not np.isfinite(points).any():
+        return None
+    if kind == "penetration":
+        closed = operator.periodic and value >= points.mean()
+        if closed or not points.min() < value:
+            return None
+    return operator.coarser()
 
 
 def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None:
-    """Return the linear solution of full contact, K p = <g> - g, if nearly without tension.
-
-    Every second point has fewer waves, and less tension: where it has too much, so have all points.
-    """
+    """Return the linear solution of full contact, K p = <g> - g, if nearly without tension."""
     if not np.isfinite(gap).all():
-        return None
-    coarse = _coarser(operator)
-    if coarse is not None and _full_contact(coarse, gap[::2, ::2], force) is None:
         return None
     pressure = _inverse(operator)(gap)
     pressure *= -1 / operator.unit
@@ -70,32 +92,19 @@ def _inverse(operator: HalfSpace) -> Convolution:
     return Convolution(operator.shape, operator.shape, inverse, np.float64)
 
 
-def _coarser(operator: HalfSpace) -> HalfSpace | None:
-    return operator.coarser() if min(operator.shape) >= _SHORTEST_COARSENED else None
-
-
-def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field | None:
-    """Return the pressure on every second point; None if it cannot help."""
-    coarse = _coarser(operator)
-    if coarse is None:
-        return None
-    points = np.ascontiguousarray(gap[::2, ::2])
-    if not np.isfinite(points).any():
-        return None
-    if kind == "penetration":
-        closed = operator.periodic and value >= points.mean()
-        if closed or not points.min() < value:
-            return None
-    start = starting_pressure(coarse, points, kind, value)
-    problem = Problem.of(coarse, points, kind, value)
-    tolerance = _COARSE_TOLERANCE * min(1.0, _COARSE_SIDE / max(points.shape))
+def _improved(
+    operator: HalfSpace, gap: Field, start: Field, kind: str, value: float
+) -> Field | None:
+    """Return the pressure on a coarser grid, to its tolerance or as near as it gets."""
+    problem = Problem.of(operator, gap, kind, value)
+    tolerance = _COARSE_TOLERANCE * min(1.0, _COARSE_SIDE / max(gap.shape))
     try:
-        return minimise(problem, start, Effort(tolerance, _COARSE_ITERATIONS)).pressure
+        return approach(problem, start, Effort(tolerance, _COARSE_ITERATIONS)).pressure
     except ConvergenceError:
         return None
     finally:
-        if points.size > LARGEST_KEPT:
-            coarse.forget()
+        if gap.size > LARGEST_KEPT:
+            operator.forget()
 
 
 def _interpolated(pressure: Field, operator: HalfSpace) -> Field:

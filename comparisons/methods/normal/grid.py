@@ -279,6 +279,7 @@ def contact_quantities(
         accuracy = _ROUGH_STIFFNESS if rough else _STIFFNESS
         # of what was pressed: with a penalty its springs give way, too
         pressed = contact.operator
+        contact.forget_displacement()  # the stiffness is a solve of its own, in as much memory
         values["stiffness"] = float(area_measures.contact_stiffness(pressed, mask, accuracy))
     if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
