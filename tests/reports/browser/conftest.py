@@ -78,9 +78,17 @@ class Visit:
         )
 
     def draw_all(self) -> None:
-        """Bring every plot into sight once."""
-        for place in self.page.locator("[data-figure]:not([data-turn]):visible").all():
-            place.evaluate("place => place.scrollIntoView({ behavior: 'instant' })")
+        """Bring every plot into sight once: the first that is not drawn, with what is beside it."""
+        further = (
+            "(() => {"
+            " const waits = canvas => canvas.checkVisibility()"
+            "  && canvas.getBoundingClientRect().height && !canvas.querySelector('.main-svg');"
+            " const canvases = document.querySelectorAll('[data-figure]:not([data-turn])');"
+            " const next = [...canvases].find(waits);"
+            " next?.scrollIntoView({ behavior: 'instant' });"
+            " return Boolean(next); })()"
+        )
+        while self.page.evaluate(further):
             self.settled()
 
     def unfold(self) -> None:
