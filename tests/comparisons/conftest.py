@@ -57,7 +57,7 @@ def rough(scene):
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def run_apart():
     """Run a study in a process of its own, started afresh.
 

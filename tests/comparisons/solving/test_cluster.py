@@ -46,11 +46,19 @@ def address():
         yield cluster.scheduler_address
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def ensemble(rough):
     """Return plans of nine tasks of 25 surfaces, and of the reduced model."""
     compared = {"tolerance": 0.5, "methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
     return plan_scene(rough(realisations=100, compare=compared), "full")
+
+
+@pytest.fixture(scope="module")
+def serial(ensemble, run_apart, tmp_path_factory):
+    """Return the results of these plans without a cluster."""
+    out = tmp_path_factory.mktemp("serial") / "out"
+    run_apart(Study(list(ensemble), out, effort="full"))
+    return results(out)
 
 
 def pids(address):
@@ -119,10 +127,9 @@ def test_workers_with_more_threads_are_refused():
 
 @pytest.mark.slow
 def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
-    ensemble, address, tmp_path, run_apart
+    ensemble, address, tmp_path, serial
 ):
     """The worker is killed when a few tasks are done; its nanny starts another."""
-    run_apart(Study(list(ensemble), tmp_path / "serial", effort="full"))
     victim, done = pids(address)[0], []
 
     def kill(campaign, last):
@@ -136,7 +143,7 @@ def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
     )
     study.run()
     assert study.lost() == []
-    pd.testing.assert_frame_equal(results(tmp_path / "cluster"), results(tmp_path / "serial"))
+    pd.testing.assert_frame_equal(results(tmp_path / "cluster"), serial)
 
 
 @pytest.mark.slow
@@ -176,9 +183,8 @@ def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch
 
 @pytest.mark.slow
 def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
-    ensemble, tmp_path, run_apart
+    ensemble, tmp_path, run_apart, serial
 ):
-    run_apart(Study(list(ensemble), tmp_path / "serial", effort="full"))
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
     cluster = distributed.LocalCluster(**options)
 
@@ -196,4 +202,4 @@ def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
     assert kept >= 3
     run_apart(Study(list(ensemble), out, effort="full", resume=True))
     assert not load_study(out).interrupted
-    pd.testing.assert_frame_equal(results(out), results(tmp_path / "serial"))
+    pd.testing.assert_frame_equal(results(out), serial)
