@@ -100,11 +100,12 @@ def print_study(
             console.print(f"{scene.name}: {sentence}", markup=False, highlight=False)
     for line in asked_in_vain(record.scenes):
         console.print(line, style="bold", markup=False)
-    for task, reason in lost[:MANY]:
-        where = f"{task.scene.name} {task.method} {task.resolution}"
-        console.print(f"lost: {where}: {reason}", style="bold", markup=False)
-    if len(lost) > MANY:
-        console.print(f"... and {len(lost) - MANY} more lost solves", style="bold")
+    # the blocks of an ensemble are solves of their own, with one reason
+    reasons = dict.fromkeys((t.scene.name, t.method, t.resolution, reason) for t, reason in lost)
+    for name, method, resolution, reason in [*reasons][:MANY]:
+        console.print(f"lost: {name} {method} {resolution}: {reason}", style="bold", markup=False)
+    if len(reasons) > MANY:
+        console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
     console.print()
     for line in finding_lines(record.scenes):
         console.print(line, markup=False, highlight=False)

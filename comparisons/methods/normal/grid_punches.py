@@ -16,7 +16,13 @@ from comparisons.scene.polygons import area_fractions, offset_outline, signed_ar
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
 from reference.halfspace import FreeOperator
-from reference.halfspace.edge_cells import EDGE_OFFSET, EDGE_SCATTER, FaceResponse, respond
+from reference.halfspace.edge_cells import (
+    EDGE_OFFSET,
+    EDGE_SCATTER,
+    SMOOTH_SCATTER,
+    FaceResponse,
+    respond,
+)
 
 Respond = Callable[[FreeOperator, np.ndarray], FaceResponse]
 # Corners of the polygon that stands for an ellipse: its outline errs by 1e-6 of the radius.
@@ -78,7 +84,8 @@ def solve_punch(
     )
     solution.exact = ("contact_area", "contact_radius", "equivalent_radius")
     # The stiffness goes with the radius: both err by the same share.
-    solution.truncation = EDGE_SCATTER / task.resolution
+    scatter = SMOOTH_SCATTER if geometry.indenter.outline is None else EDGE_SCATTER
+    solution.truncation = scatter / task.resolution
     if task.wants_pressure:
         for step, depth in enumerate(depths):
             solution.keep((0, step), partial(_pressure, grid, answer, float(depth)))

@@ -67,12 +67,12 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     reference = scene.reference | {"text": "[/] truth."}
     odd = replace(scene, reference=reference, measures=scene.measures.iloc[:0])
     odd = replace(odd, rows=odd.rows.iloc[:0], disagreements=("[/red] they differ",))
-    lost = [(task_of(plans), "[/bold] broke")] * 14
+    lost = [(task_of(plans), f"[/bold] broke {k}") for k in range(14)] * 2
     terminal.print_study(replace(record, scenes=(odd,)), lost, verbose=True)
     told = capsys.readouterr().out
     assert "ball: [/] truth." in told
     assert "ball: [/red] they differ" in told
-    assert told.count("lost: ball closed_form 1: [/bold] broke") == terminal.MANY
+    assert told.count("lost: ball closed_form 1: [/bold] broke") == terminal.MANY  # each once
     assert f"... and {14 - terminal.MANY} more lost solves" in told
 
 
