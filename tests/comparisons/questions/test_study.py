@@ -380,7 +380,7 @@ def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
         *plan_scene(rough("rough", realisations=3, compare=compared)),
     ]
     run_apart(Study(plans, tmp_path / "one"))
-    run_apart(Study(plans, tmp_path / "two", workers=2))
+    Study(plans, tmp_path / "two", workers=2).run()  # in processes of its own
     pd.testing.assert_frame_equal(results(tmp_path / "two"), results(tmp_path / "one"))
     for directory in ("one", "two"):
         document = json.loads((tmp_path / directory / STUDY).read_text())
