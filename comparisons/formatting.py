@@ -7,6 +7,7 @@ to 0.01 %, in ppm below that, and as a power of ten where even ppm would be a ro
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeGuard
@@ -18,6 +19,24 @@ MINUS = "\u2212"
 MISSING = "–"
 ROUND_OFF = 1e-9  # relative differences below this are the arithmetic's, not the models'
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# Letters that claim files spell in words.
+_GREEK = {
+    "alpha": "α",
+    "beta": "β",
+    "delta": "δ",
+    "eta": "η",
+    "kappa": "κ",
+    "lambda": "λ",
+    "mu": "μ",
+    "nu": "ν",
+    "omega": "ω",
+    "pi": "π",
+    "rho": "ρ",
+    "sigma": "σ",
+    "tau": "τ",
+    "theta": "θ",
+}
+_LETTER = re.compile(rf"(?<![\w-])({'|'.join(_GREEK)})(?=\d?(?:_\w+)?(?![\w-]))")
 _PREFIXES = {
     -5: "f",
     -4: "p",
@@ -290,3 +309,12 @@ def _join(text: str, unit: str) -> str:
 
 def _superscript(unit: str) -> str:
     return unit.replace("m2", "m²").replace("m3", "m³")
+
+
+def greek(text: str) -> str:
+    """Return a text with Greek letters in place of their names.
+
+    >>> greek("F/(mu F_N), lambda_l and kappa1, but lambda-rings, muon and Pi")
+    'F/(μ F_N), λ_l and κ1, but lambda-rings, muon and Pi'
+    """
+    return _LETTER.sub(lambda match: _GREEK[match[1]], text)

@@ -17,7 +17,7 @@ from collections import Counter
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.formatting import duration
+from comparisons.formatting import duration, greek
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
 from comparisons.questions.claims.nearest import FILE, extract
@@ -129,7 +129,7 @@ def largest(claim: ClaimRecord) -> str:
 
 
 def _cells(texts: tuple[str, ...]) -> list[str]:
-    return [text.replace("|", "\\|").replace("\n", " ").strip() for text in texts]
+    return [greek(text).replace("|", "\\|").replace("\n", " ").strip() for text in texts]
 
 
 def readme_row(claim: ClaimRecord) -> tuple[str, ...]:

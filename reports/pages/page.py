@@ -10,13 +10,14 @@ import base64
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
-from markupsafe import Markup
+from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
@@ -43,6 +44,7 @@ SCRIPTS = (
 )
 # The small scale in the heat map: error over tolerance, the tolerance in its middle.
 STRIP_DECADES = (-3.0, 3.0)
+_SUBSCRIPT = re.compile(r"(?<!\w)([^\W\d_]{1,2})_(\w{1,3})(?!\w)")
 
 
 class Judged(Protocol):
@@ -154,7 +156,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters["tolerance"] = fmt.tolerance
+    templates.filters |= {"tolerance": fmt.tolerance, "symbols": _symbols}
     templates.globals |= {
         "fmt": fmt,
         "quantity": quantity,
@@ -167,6 +169,15 @@ def environment() -> Environment:
         "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
     }
     return templates
+
+
+def _symbols(text: str) -> Markup:
+    """Return prose of a claim with Greek letters and subscripts.
+
+    >>> _symbols("roll-off L/lambda_l < 2")
+    Markup('roll-off L/λ<sub>l</sub> &lt; 2')
+    """
+    return Markup(_SUBSCRIPT.sub(r"\1<sub>\2</sub>", str(escape(fmt.greek(text)))))  # noqa: S704
 
 
 def _raw(value: float | str) -> str:

@@ -39,7 +39,7 @@ BOUNDARY = Look("boundary", INK, CIRCLE, size=4)
 
 def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
     """Return the error against the varied parameter, or None if no parameter varies."""
-    axis = Axis(claim.parameter, log=claim.spacing == "log")
+    axis = Axis(fmt.greek(claim.parameter), log=claim.spacing == "log")
     return _errors("evidence", axis, claim.points, claim.ranges, claim.tolerance, fewest)
 
 
@@ -47,7 +47,7 @@ def along(claim: ClaimRecord, nuisance: NuisanceRecord) -> Figure | None:
     """Return the error against a parameter that the statement leaves open, None for choices."""
     if nuisance.choices:
         return None
-    axis = Axis(nuisance.name, log=nuisance.spacing == "log")
+    axis = Axis(fmt.greek(nuisance.name), log=nuisance.spacing == "log")
     key = f"along-{claim.nuisances.index(nuisance)}"
     return _errors(key, axis, nuisance.points, nuisance.ranges, claim.tolerance, 2)
 
@@ -97,14 +97,14 @@ def validity_map(claim: ClaimRecord) -> Figure | None:
     drawn = claim.map
     if drawn is None:
         return None
-    ticks = tuple((float(place), name) for place, name in enumerate(drawn.choices))
+    ticks = tuple((float(place), fmt.greek(name)) for place, name in enumerate(drawn.choices))
     series = [_cells(drawn.rows, word) for word in LOOKS]
     return Figure(
         "map",
-        f"Where it holds: {claim.parameter} and {drawn.up}",
+        f"Where it holds: {fmt.greek(claim.parameter)} and {fmt.greek(drawn.up)}",
         MAP_CAPTION,
-        Axis(claim.parameter, log=claim.spacing == "log"),
-        Axis(drawn.up, log=drawn.spacing == "log", ticks=ticks),
+        Axis(fmt.greek(claim.parameter), log=claim.spacing == "log"),
+        Axis(fmt.greek(drawn.up), log=drawn.spacing == "log", ticks=ticks),
         (*(marks for marks in series if len(marks.x)), _boundaries(drawn.rows)),
     )
 

@@ -22,7 +22,7 @@ def claims(record: ClaimsRecord) -> Table:
     for claim in record.claims:
         expected = f", expected {claim.expected}" if claim.differs else ""
         word = cells.verdict(claim.verdict, text=f"{claim.verdict}{expected}")
-        rows.append((claim.id, claim.equation, claim.author, word, claim.finding))
+        rows.append((claim.id, claim.equation, claim.author, word, fmt.greek(claim.finding)))
     heads = ("claim", "equation", "who says it", "verdict", "finding")
     strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
     return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)
@@ -31,7 +31,7 @@ def claims(record: ClaimsRecord) -> Table:
 def measurements(claim: ClaimRecord) -> Table:
     """Return every measurement of a claim: parameter, error with its bar, word, time, details."""
     heads = ("error", "verdict", Head("time", csv="time / s"), "details")
-    parameter = (claim.parameter,) if claim.parameter else ()
+    parameter = (fmt.greek(claim.parameter),) if claim.parameter else ()
     rows = ((*_parameter(claim, point), *_measured(point)) for point in claim.points)
     return table((*parameter, *heads), rows)
 
@@ -41,13 +41,13 @@ def beyond(claim: ClaimRecord) -> Table:
     rows: list[tuple[Cell | str, ...]] = []
     for nuisance in claim.nuisances:
         rows += [
-            (f"{nuisance.name} {_place(nuisance, point)}", *_measured(point))
+            (f"{fmt.greek(nuisance.name)} {_place(nuisance, point)}", *_measured(point))
             for point in nuisance.points
         ]
     for point in claim.draws:
-        setting = [f"{name} {text}" for name, text in point.setting.items()]
+        setting = [f"{fmt.greek(name)} {text}" for name, text in point.setting.items()]
         if claim.parameter:
-            setting.insert(0, f"{claim.parameter} {fmt.number(point.parameter, 4)}")
+            setting.insert(0, f"{fmt.greek(claim.parameter)} {fmt.number(point.parameter, 4)}")
         rows.append((", ".join(setting), *_measured(point)))
     heads = ("error", "verdict", Head("time", csv="time / s"), "details")
     return table(("setting, else as stated", *heads), rows)

@@ -7,6 +7,7 @@ import pytest
 
 from comparisons.facts.methods import METHODS
 from comparisons.judging.comparison import compare, main_axis
+from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
@@ -363,6 +364,18 @@ def test_a_closed_form_is_defended_against_every_solver():
     solved[("closed_form", 1)] = solution(hertz())
     (sentence,) = chosen(solved).disagreements(COMPARABLE)
     assert f"{METHODS['closed_form'].title} differ in force" in sentence
+
+
+@pytest.mark.parametrize(("bars", "doubted"), [(1.5, False), (3.0, True)])
+def test_a_closed_form_is_in_doubt_where_a_check_is_far_beyond_its_bar(bars, doubted):
+    """Bars are missed by half of themselves (calibration); that is told, and the truth stands."""
+    fem = Levels.of(levels("fem", *converging(error=0.01)), "fem")
+    bar, end = float(fem.discretisation("force")[0]), 1 + 0.01 / 4
+    solved = levels("fem", *converging(factor=(1 - bars * bar) / end, error=0.01))
+    solved[("closed_form", 1)] = solution(hertz())
+    truth = chosen(solved)
+    assert len(truth.disagreements(COMPARABLE)) == 1
+    np.testing.assert_allclose(truth.disputed("force"), bars * bar if doubted else 0, rtol=0.05)
 
 
 # --- pressures ------------------------------------------------------------------------------
