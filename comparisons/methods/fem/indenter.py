@@ -29,6 +29,8 @@ LARGEST_POISSON = 0.4999
 # Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
 # and 11 000 at 310 000 (``roughline bench fem``), rounded up.
 BYTES_PER_UNKNOWN = 16_000
+# By multigrid, the making of its levels included: 22 000 to 23 000 up to 56 000 unknowns, measured.
+_BYTES_BY_MULTIGRID = 24_000
 LARGEST_ASPECT = 50
 # What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
 # rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
@@ -120,12 +122,13 @@ class Fem(FemSolver[IndenterGeometry]):
         return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the elimination, from the number of unknowns expected."""
+        """Bytes of the elimination or the hierarchy, from the number of unknowns expected."""
+        each = _BYTES_BY_MULTIGRID if self.options.solver == "multigrid" else BYTES_PER_UNKNOWN
         if self.straight:
-            return BYTES_PER_UNKNOWN * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
+            return each * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
         aspect = max(self.stretch) ** 2
-        return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
+        return each * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh."""
