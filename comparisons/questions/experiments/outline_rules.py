@@ -1,4 +1,4 @@
-"""Rules of the literature for contacts that are not round, against bounds and exact forms."""
+"""Rules of the literature for contacts that are not round, against bounds and solved contacts."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from comparisons.judging.uncertainty import combined, share_uncertainty
 from comparisons.questions.experiments.proved import (
     corners_of,
     judged,
@@ -14,14 +15,24 @@ from comparisons.questions.experiments.proved import (
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
+from reference.bounds.bodies import Pyramid
 from reference.bounds.punches import equal_area_stiffness
 from reference.closed_form import ellipsoid
 from reference.closed_form.outline_rules import ellipsoid_force, face_stiffness, pyramid_force
+from reference.halfspace import FreeOperator, fft
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 # S = 2 beta E* (A/pi)^(1/2): King (Int. J. Solids Struct. 23 (1987) 1657), Hendrix (J. Appl. Phys.
 # 78 (1995) 7189), by the number of sides.
 BETA = {"king": {4: 1.012, 3: 1.034}, "hendrix": {4: 1.0055, 3: 1.0226}}
 _QUADRATURE = 1e-9
+
+# Points along the side of the square below a pyramid of slope 1 at a depth of 1: contact along the
+# ridges of three faces reaches out to 1.6.
+_POINTS = {"quick": (64, 128, 256), "full": (128, 256, 512)}
+_SIDE = 4.0
 
 
 def _face(
@@ -64,6 +75,44 @@ def _pyramid(effort: str, *, faces: float = 4) -> Finding:
     return Finding(error, bar, {"over the cone's": pyramid_force(int(faces)) * math.pi / 2})
 
 
+def _pressed(faces: int, points: int) -> tuple[float, float]:
+    """Return force and contact area of a pyramid of slope 1 at a depth of 1, E* = 1."""
+    spacing = _SIDE / points
+    x = (np.arange(points) + 0.5) * spacing - _SIDE / 2
+    gap = Pyramid(faces, 1.0).gap_anywhere(x[:, None], x[None, :])
+    operator = FreeOperator((points, points), (spacing, spacing), 1.0)
+    contact = fft.solve(Press(operator, gap), Load("penetration", np.array([1.0])))
+    return contact.force, located_area(contact)
+
+
+def _indenter(effort: str, *, faces: float = 4, rule: str = "king") -> Finding:
+    """Measure the error of beta for an elastic pyramid, S = dF/dd = 2 F/d (F goes with d^2).
+
+    Vickers's indenter has four faces, Berkovich's three; their slope has no part in beta.
+    """
+    one_of("rule", rule, *BETA)
+    if int(faces) not in BETA[rule]:
+        raise ValueError(f"{rule} has no number for {int(faces)} faces")
+    resolutions = np.array(_POINTS[effort])
+    force, area = np.array([_pressed(int(faces), int(n)) for n in resolutions]).T
+    # S = 2 beta E* (A/pi)^(1/2) with S = 2 F/d, d = 1
+    true = force * np.sqrt(np.pi / area)
+    bars = [
+        share_uncertainty(resolutions, values[:, None], (name, "cells"))[0]
+        for name, values in (("force", force), ("contact_area", area))
+    ]
+    ratio = BETA[rule][int(faces)] / true[-1]
+    proved = pyramid_bounds(int(faces), "quick")
+    details: dict[str, float | str] = {
+        "beta stated": BETA[rule][int(faces)],
+        "beta": float(true[-1]),
+        "F s/(E* d^2)": float(force[-1]),
+        "F s/(E* d^2) not below": proved.lower,
+        "F s/(E* d^2) not above": proved.upper,
+    }
+    return Finding(float(ratio - 1), float(ratio * combined(bars[0], bars[1] / 2)), details)
+
+
 def _ellipsoid(effort: str, *, ratio: float = 10.0) -> Finding:
     """Measure the error of Popov's rule for the force of an ellipsoid against Hertz's ellipse."""
     above("ratio", ratio, 0)
@@ -86,6 +135,13 @@ EXPERIMENTS = (
         "faces of the pyramid",
         "faces",
         _pyramid,
+    ),
+    experiment(
+        "pyramid-stiffness",
+        "Stiffness of a pressed pyramid by beta of the literature, against boundary elements",
+        "faces of the pyramid",
+        "faces",
+        _indenter,
     ),
     experiment(
         "ellipsoid-rule",

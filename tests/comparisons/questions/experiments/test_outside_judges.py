@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments import EXPERIMENTS, outline_rules
 from comparisons.questions.experiments.asperities import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from reference.closed_form import paraboloid
@@ -45,6 +45,26 @@ def test_the_numbers_of_the_literature_are_below_the_proved_stiffness():
         assert finding.error + finding.uncertainty < 0
     with pytest.raises(InputError, match="no number for 5 sides"):
         measure("face-rule", 5, rule="king")
+
+
+def test_a_pressed_pyramid_is_stiffer_than_its_flat_section_and_that_of_many_faces_a_cone():
+    """Beta of a cone is 1: F = (2/pi) E* d^2/s, a = 2 d/(pi s), S = 2 F/d = 2 E* a.
+
+    A pyramid of 64 faces has sections within 0.1 % of circles, and 128 cells know the area to
+    0.1 %. The forces of the others lie between the proved bounds.
+    """
+    force, area = outline_rules._pressed(64, 128)
+    assert force * math.sqrt(math.pi / area) == pytest.approx(1, abs=2e-3)
+    for faces, flat in ((3, 1.0614), (4, 1.0212)):
+        finding = measure("pyramid-stiffness", faces, rule="king")
+        details = finding.details
+        assert details["beta"] * (1 - finding.uncertainty) > flat
+        # of 256 cells along the side, a force errs by 1e-4
+        slack = 1e-4 * details["F s/(E* d^2)"]
+        assert details["F s/(E* d^2) not below"] < details["F s/(E* d^2)"] + slack
+        assert details["F s/(E* d^2)"] - slack < details["F s/(E* d^2) not above"]
+    with pytest.raises(InputError, match="no number for 6 faces"):
+        measure("pyramid-stiffness", 6, rule="king")
 
 
 def test_sheets_agree_with_closed_forms_and_hertz_errs_on_deep_balls():
