@@ -78,7 +78,7 @@ def _pyramid(effort: str, *, faces: float = 4) -> Finding:
 def _pressed(faces: int, points: int) -> tuple[float, float]:
     """Return force and contact area of a pyramid of slope 1 at a depth of 1, E* = 1."""
     spacing = _SIDE / points
-    x = (np.arange(points) + 0.5) * spacing - _SIDE / 2
+    x = np.arange(1 - points, points, 2, dtype=np.float64) * (spacing / 2)
     gap = Pyramid(faces, 1.0).gap_anywhere(x[:, None], x[None, :])
     operator = FreeOperator((points, points), (spacing, spacing), 1.0)
     contact = fft.solve(Press(operator, gap), Load("penetration", np.array([1.0])))
