@@ -123,12 +123,12 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination or the hierarchy, from the number of unknowns expected."""
-        per_unknown = _BYTES_BY_MULTIGRID if self.options.solver == "multigrid" else BYTES_PER_UNKNOWN
+        cost = _BYTES_BY_MULTIGRID if self.options.solver == "multigrid" else BYTES_PER_UNKNOWN
         if self.straight:
-            return per_unknown * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
+            return cost * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
         aspect = max(self.stretch) ** 2
-        return per_unknown * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
+        return cost * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh."""
