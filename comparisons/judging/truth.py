@@ -194,7 +194,7 @@ class Truth:
         for name in names:
             steps = enumerate(self.levels.missing(name, self.resolution), start=1)
             lacking = next((f"at load step {k} {reason}" for k, reason in steps if reason), "")
-            if not lacking and (self.curves[name] == 0).any():
+            if not lacking and (np.isnan(self.bar(name)) & (self.curves[name] == 0)).any():
                 lacking = "it is zero on the finest grid"
             reasons.setdefault(lacking or "two grids have no common answer", []).append(name)
         for reason, several in reasons.items():

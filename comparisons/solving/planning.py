@@ -30,6 +30,7 @@ from comparisons.solving.map_patches import patch_of
 from comparisons.solving.plan import Effort, MethodPlan, Plan, task_of
 from comparisons.solving.plan_notes import notes_of, omissions
 from comparisons.solving.surface_numbers import QUICK_REALISATIONS, pilots, realisation_count
+from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 
 Source = str | Path | Mapping[str, Any] | Scene
@@ -187,10 +188,15 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
 def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
     """Return the one resolution that a single solve uses: a synthetic surface's own points.
 
-    Else the finest planned, which is the one that aims at the tolerance.
+    Else the finest planned, which is the one that aims at the tolerance; of a measured map not the
+    third grid if it is larger than a field that is kept whole: it only narrows the bar.
     """
-    synthetic = isinstance(geometry, RoughGeometry) and geometry.random
-    return planned[0] if synthetic else planned[-1]
+    if isinstance(geometry, RoughGeometry):
+        if geometry.random:
+            return planned[0]
+        if len(planned) > 2 and planned[-1] ** 2 > MOST_POINTS:
+            return planned[-2]
+    return planned[-1]
 
 
 def _first_task(draft: Plan, solver: Solver[Any], resolution: int) -> Task:

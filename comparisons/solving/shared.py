@@ -101,8 +101,9 @@ class Shared(Generic[P, R]):
         if not common or not Path(common).is_dir():
             return None
         name = f"{self._function.__module__}.{self._function.__qualname__}"
-        with np.printoptions(legacy="1.25"):  # NumPy's numbers read as Python's, which they equal
-            identity = repr((name, args, sorted(kwargs.items())))
+        plain = tuple(_plain(value) for value in args)
+        named = sorted((key, _plain(value)) for key, value in kwargs.items())
+        identity = repr((name, plain, named))
         return Path(common) / hashlib.sha256(identity.encode()).hexdigest()[:32]
 
 
@@ -113,6 +114,13 @@ def shared(maxsize: int = 64) -> Callable[[Callable[P, R]], Shared[P, R]]:
 
 def _lock(path: Path) -> Path:
     return path.with_suffix(".lock")
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of NumPy's, on its own or in tuples, as Python's that equals it."""
+    if isinstance(value, tuple):
+        return tuple(_plain(part) for part in value)
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _read(path: Path) -> Any:

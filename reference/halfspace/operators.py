@@ -248,7 +248,7 @@ class FreeOperator(HalfSpace):
         kept = "coefficients" in self._cache
         kernel[: self.shape[0], : self.shape[1]] = self.coefficients(self.shape)
         if not kept and kernel.size > LARGEST_KEPT:
-            del self._cache["coefficients"]  # no window has asked for them
+            self._cache.pop("coefficients", None)  # no window has asked for them
         for axis in (0, 1):
             kernel = fft.dct(kernel, type=1, axis=axis, overwrite_x=True, workers=1)
         return kernel

@@ -14,7 +14,7 @@ from reference.fem import Enforcement, Material, columns, grid_contact
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace import FreeOperator, PeriodicOperator, fft, operators
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press, assemble
@@ -481,6 +481,19 @@ def test_free_patch_does_not_see_its_images(sides, element, nu):
         for shape in (small, large)
     )
     assert np.abs(one - two).max() < 5e-4 * two.max()
+
+
+def test_kernels_too_large_to_keep_are_those_of_small_grids(monkeypatch):
+    """Elements and half-space keep different tables, and large grids neither."""
+    pressure = np.zeros((8, 8))
+    pressure[4, 3] = 1.0
+
+    def displaced():
+        return FreeBody((8, 8), (1.0, 1.0), STEEL).convolution(np.float64)(pressure)
+
+    kept = displaced()
+    monkeypatch.setattr(operators, "LARGEST_KEPT", 10)
+    np.testing.assert_array_equal(displaced(), kept)
 
 
 def test_what_is_lifted_beside_long_cells_is_seen():

@@ -313,6 +313,24 @@ def test_an_unreachable_tolerance_is_an_error_and_not_an_endless_loop():
         )
 
 
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+def test_what_a_sweep_forgot_is_found_again(operator_class):
+    """Displacements of earlier loads make room for the next solve; they follow from the pressure.
+
+    To 1e-6 of the largest: the sum of pressures is rounded anew.
+    """
+    operator = operator_class((24, 20), (1.0, 1.2), 1.0)
+    press = Press(operator, random_gap("smooth", (24, 20), 6))
+    seen, contacts = [], []
+    for contact in fft.sweep(press, Load("force", [0.05, 0.2, 0.9])):
+        seen.append(contact.displacement.copy())
+        contacts.append(contact)
+    for contact, displacement in zip(contacts, seen, strict=True):
+        np.testing.assert_allclose(
+            contact.displacement, displacement, atol=1e-6 * np.abs(displacement).max()
+        )
+
+
 def test_a_sweep_may_start_again_after_a_load_that_failed():
     operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (32, 32), 13)

@@ -27,7 +27,8 @@ from reference.halfspace.edge_cells import respond
 
 AnyOperator = TypeVar("AnyOperator", bound=HalfSpace)
 Sweep = Callable[[np.ndarray], Iterator[Contact]]
-# Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
+# Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once
+# (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 

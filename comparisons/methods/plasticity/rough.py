@@ -45,6 +45,10 @@ class GridPlasticity(BemFft):
         if self.plasticity.hardens:
             raise Refused("caps its pressure at one hardness: without hardening")
 
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Return two grids: what yields is searched for at every load."""
+        return super().resolutions(geometry)[:2]
+
     def model(self, geometry: Geometry) -> str:
         """Name the domain, and the cap."""
         return f"{super().model(geometry)}; pressure capped at {self.plasticity.cap_in_words}"

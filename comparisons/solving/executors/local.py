@@ -35,11 +35,12 @@ ATTEMPTS = 3
 # the others).
 PROCESS = 4e8
 # Bytes that a process may have come to keep (imported packages, compiled code, results for later
-# jobs) before loky replaces it by a new one, which would do all that again. loky's 3e8 are fewer
-# than some experiments import.
-_KEPT = int(1e9)
+# jobs) before loky replaces it by a new one, which would do all that again: these, if all cores'
+# processes together leave half of the memory free. loky's 3e8 are fewer than some experiments
+# import.
+_KEPT = 1e9
 # Seconds without work after which a process ends: planning may take some.
-_IDLE = 300
+_IDLE = 60
 # Seconds between looks whether the process that handed out the work still lives.
 _LOOK = 0.5
 # Jobs given to each process: the next one waits there while this process plans.
@@ -193,7 +194,8 @@ def _begin(parent: int, common: str) -> None:
     """Prepare a process; it ends, and clears up, when the one that hands out the work is killed."""
     from comparisons.solving.turns import compile_in_turn  # loads Numba
 
-    process_executor._MAX_MEMORY_LEAK_SIZE = _KEPT
+    kept = min(_KEPT, free_memory() / (2 * (os.cpu_count() or 1)))
+    process_executor._MAX_MEMORY_LEAK_SIZE = max(process_executor._MAX_MEMORY_LEAK_SIZE, int(kept))
     compile_in_turn(Path(common))
     threading.Thread(target=_follow, args=(parent, common), daemon=True).start()
 

@@ -12,6 +12,7 @@ from concurrent.futures import Future
 
 import psutil
 import pytest
+from joblib.externals.loky import process_executor
 
 from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for, local
 from comparisons.solving.forecast import Kind
@@ -85,6 +86,11 @@ def test_jobs_may_come_while_others_finish(make):
         if len(values) < 5:
             executor.add([Job(str(len(values)), pow, (2, len(values)))])
     assert values == [1, 2, 4, 8, 16]
+
+
+def test_loky_still_has_the_limit_that_is_set():
+    """A private name: without it processes would be replaced again for 0.3 GB that they keep."""
+    assert isinstance(process_executor._MAX_MEMORY_LEAK_SIZE, int)
 
 
 def test_work_begins_when_it_is_given(tmp_path):

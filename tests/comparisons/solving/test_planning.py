@@ -430,4 +430,6 @@ def test_a_small_single_surface_is_solved_on_finer_grids(rough):
     assert planned(ensemble, "fem").resolutions == (16, 32)
     assert planned(rough(points=256), "bem_fft").resolutions == (256, 512, 1024)
     assert planned(rough(points=256), "fem").resolutions == (256, 512)
+    dented = load_scene("plastic-rough", {"surface.points": 256, "surface.realisations": 1})
+    assert planned(dented, "bem_fft").resolutions == (256, 512)
     assert planned(rough(points=256, realisations=3), "bem_fft").resolutions == (256, 512)

@@ -13,7 +13,7 @@ import pytest
 from comparisons.solving.executors import ProcessExecutor
 from comparisons.solving.jobs import Job
 from comparisons.solving.locks import busy
-from comparisons.solving.shared import VARIABLE, folder, shared
+from comparisons.solving.shared import VARIABLE, _plain, folder, shared
 
 
 @pytest.fixture
@@ -60,6 +60,7 @@ def test_a_number_of_numpy_is_the_number(counted):
     square.cache_clear()
     assert square(np.float64(0.3)) == 0.09
     assert calls == [0.3]
+    assert _plain(np.float32(0.3)) != 0.3  # in single precision another one
 
 
 def test_a_list_comes_in_its_order(counted):

@@ -116,7 +116,7 @@ def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
 
 
 def test_ellipses_err_by_their_own_smaller_scatter():
-    """Any aspect, angle and place: 95 % within the scatter, none beyond twice it."""
+    """Aspects to 3.2, any angle and place: 95 % within the scatter, none beyond twice it."""
     rng = np.random.default_rng(11)
     angle = 2 * np.pi * np.arange(2048) / 2048
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
