@@ -30,7 +30,6 @@ PARSED_ONLY = {
     r"roughline claims --method": "minutes",
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
     r"roughline claims particles": "half a minute; .ci/run judges them with `claims --quick`",
-    r"roughline claims adhesion-rough-area": "a minute; the command above it on the page runs",
     r"roughline run paraboloid --methods": "half a minute; `solve --method mca` beside it runs",
     r"roughline calibrate|roughline bench": "minutes",
     r"roughline (run scene\.toml|merge)": "machines of one's own; tests of executors and merging",

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from reference.errors import ConvergenceError
 
 Array = NDArray[np.float64]
-_rule = cache(np.polynomial.legendre.leggauss)
+
+
+@cache
+def gauss_rule(nodes: int) -> tuple[Array, Array]:
+    """Return places in (-1, 1) and weights of Gauss's rule, made once and not to be written to."""
+    rule: tuple[Array, Array] = np.polynomial.legendre.leggauss(nodes)
+    for part in rule:
+        part.setflags(write=False)
+    return rule
 
 
 def gauss(
@@ -26,7 +34,7 @@ def gauss(
 
     Nodes are processed one by one, so that a map of pressures needs memory for a few maps only.
     """
-    abscissae, weights = _rule(nodes)
+    abscissae, weights = gauss_rule(nodes)
     half = (upper - lower) / (2 * panels)
     total = np.zeros_like(half)
     for panel in range(panels):

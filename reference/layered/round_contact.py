@@ -21,20 +21,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import eval_legendre, spherical_jn
 
+from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError
 from reference.layered.radial import softening
 from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
-_rule = cache(np.polynomial.legendre.leggauss)
 
 # Polynomials: so many, and so many times the root of radius over thickness.
 _LEAST, _MORE = 16, 3.0
@@ -100,7 +100,7 @@ class RoundContact:
         """Return the smooth contact of a radius."""
         a = float(contact_radius)
         number, matrix = self._equations(a)
-        nodes, weights = _rule(4 * number)
+        nodes, weights = gauss_rule(4 * number)
         x, weights = (nodes + 1) / 2, weights / 2
         basis = eval_legendre(2 * np.arange(number)[:, None], x)
         height = self.line(a * x)
@@ -189,7 +189,7 @@ def _panels(reach: float) -> tuple[Array, Array]:
     small = first * 0.5 ** np.arange(_PANELS, -1, -1.0)
     large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / _LENGTH)) + 1))
     ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
-    nodes, weights = _rule(_GAUSS)
+    nodes, weights = gauss_rule(_GAUSS)
     middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
 

@@ -35,7 +35,7 @@ LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 
 # Largest error of the unit displacement from which a stiffness is taken; it errs by the square of
 # that. The looser one is as far as single precision comes in one go.
-_STIFFNESS, _ROUGH_STIFFNESS = 1e-6, 1e-4
+_STIFFNESS, _RANDOM_STIFFNESS = 1e-6, 1e-4
 
 
 # Share of the cells of a block from which it is shown as touching.
@@ -276,8 +276,9 @@ def contact_quantities(
         values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
         values |= _patch_quantities(mask, grid, periodic, quantities)
     if quantities & {"stiffness", "contact_length_stiffness"}:
-        rough = isinstance(task.geometry, RoughGeometry)
-        accuracy = _ROUGH_STIFFNESS if rough else _STIFFNESS
+        geometry = task.geometry
+        random = isinstance(geometry, RoughGeometry) and geometry.random
+        accuracy = _RANDOM_STIFFNESS if random else _STIFFNESS
         # of what was pressed: with a penalty its springs give way, too
         pressed = contact.operator
         contact.forget_displacement()  # the stiffness is a solve of its own, in as much memory
