@@ -243,12 +243,13 @@ def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
     started = time.perf_counter()
     if study.effort == "full":
         study.plans = [_settled(plan, study) for plan in study.plans]
-    record = study.record(sum(run.seconds for run in runs))
+    spent = sum(run.seconds for run in runs)
+    record = study.record(spent)
     parts: list[dict[str, Any]] = []
     for run in runs:
         header = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
         parts += run.runs or [header]
-    seconds = record.seconds + time.perf_counter() - started
+    seconds = spent + time.perf_counter() - started
     # An interrupted run lists only the scenes that it had started; there may be more.
     interrupted = any(run.interrupted for run in runs)
     save_study(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

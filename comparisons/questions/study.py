@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Unpack
@@ -120,17 +121,24 @@ class Study(Campaign[Plan, StudyRecord]):
         self._solutions[task.key] = Solution.lost(task, done.lost) if done.lost else done.value
 
     def answer(self, header: Header, answers: Mapping[str, Plan]) -> StudyRecord:
-        """Compare the solutions so far, and return the record to be written."""
+        """Compare the solutions so far, and return the record to be written.
+
+        The comparison counts into the seconds of the run: what theorems prove can take longer
+        than the solves.
+        """
+        started = time.perf_counter()
         begun = [
             plan
             for plan in self.plans
             if (self._is_part and self._begun)
             or any(task.key in self._solutions for task in plan.tasks)
         ]
+        scenes = tuple(self._scene_record(plan) for plan in begun)
+        seconds = header.seconds + time.perf_counter() - started
         return StudyRecord(
             directory=self.directory,
-            **header.model_dump(),
-            scenes=tuple(self._scene_record(plan) for plan in begun),
+            **header.model_copy(update={"seconds": seconds}).model_dump(),
+            scenes=scenes,
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
             runs=self._merged,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -174,6 +175,20 @@ def test_a_finished_folder_is_named_as_such_and_resuming_it_keeps_its_time(ball,
         Study(ball, tmp_path / "out").run()
     again = Study(ball, tmp_path / "out", resume=True).run()
     assert again.seconds > first.seconds
+
+
+def test_what_the_comparison_takes_counts_into_the_time_of_the_run(ball, tmp_path, monkeypatch):
+    """Proofs of the quick suite once took longer than the four minutes that it claimed."""
+    compared = study_module.record_scene
+
+    def slowly(*arguments):
+        time.sleep(0.2)
+        return compared(*arguments)
+
+    known = Study(ball, tmp_path / "out").run()
+    monkeypatch.setattr(study_module, "record_scene", slowly)
+    again = Study(ball, tmp_path / "out", resume=True).run()
+    assert again.seconds > known.seconds + 0.2
 
 
 def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
