@@ -60,12 +60,6 @@ EIGHT = {
     "rubber-paraboloid": "Springs that relax give the friction of a ball that slides over rubber: "
     "within 10 % at any speed.",
 }
-# Authors of claims, as the sentence below the tables names them.
-AUTHORS = {
-    "chapter, printed": "the chapter as printed",
-    "chapter, corrected": "the chapter as corrected",
-    "ours": "our own",
-}
 # What docs/findings.md tells of: one claim, printed or corrected, for each statement.
 SHORT = (
     *("exact-paraboloid", "half-radius-cone", "transform-cone", "ellipsoid-force"),
@@ -244,8 +238,7 @@ def tally(record: ClaimsRecord) -> str:
     """Return how many claims of whom got which verdict, and how many verdicts confirm them."""
     groups: dict[str, list[ClaimRecord]] = {}
     for claim in record.claims:
-        who = claim.author if claim.author in AUTHORS else "the literature"
-        groups.setdefault(AUTHORS.get(who, who), []).append(claim)
+        groups.setdefault(claim.voice, []).append(claim)
     sentences = []
     for who, claims in groups.items():
         number = Counter(claim.verdict for claim in claims)

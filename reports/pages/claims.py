@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,9 @@ from reports.plots.figure import Figure
 from reports.tables.claims import beyond, measurements
 from reports.tables.table import Table
 
+# Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
+MOST_UNFOLDED = 12
+
 
 @dataclass(frozen=True)
 class ClaimView:
@@ -26,6 +30,19 @@ class ClaimView:
     figures: tuple[Figure, ...]
     measurements: Table
     openness: Table | None
+
+
+@dataclass(frozen=True)
+class ClaimGroup:
+    """The claims of one voice, folded together on a page of many."""
+
+    title: str
+    views: list[ClaimView]
+
+    @property
+    def tally(self) -> list[tuple[str, int]]:
+        """How many claims have each verdict."""
+        return _tally(view.record for view in self.views)
 
 
 @dataclass(frozen=True)
@@ -46,7 +63,6 @@ def claims_page(record: ClaimsRecord) -> str:
     """Return the whole page as text."""
     views = [_view(claim) for claim in record.claims]
     drawn = {f"{view.anchor}-{figure.key}": figure for view in views for figure in view.figures}
-    counts = Counter(claim.verdict for claim in record.claims)
     return render(
         "claims.html.j2",
         drawn,
@@ -54,8 +70,22 @@ def claims_page(record: ClaimsRecord) -> str:
         limit_words=limit_words,
         error_text=error_text,
         views=views,
-        tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
+        groups=_groups(views) if len(views) > MOST_UNFOLDED else [],
+        tally=_tally(record.claims),
     )
+
+
+def _groups(views: list[ClaimView]) -> list[ClaimGroup]:
+    voices = dict.fromkeys(view.record.voice for view in views)
+    return [
+        ClaimGroup(voice, [view for view in views if view.record.voice == voice])
+        for voice in voices
+    ]
+
+
+def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
+    counts = Counter(claim.verdict for claim in claims)
+    return [(word, counts[word]) for word in VERDICTS if counts[word]]
 
 
 def _view(claim: ClaimRecord) -> ClaimView:

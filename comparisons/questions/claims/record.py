@@ -111,6 +111,13 @@ class ClaimRecord(Form):
     effort: str
 
     @property
+    def voice(self) -> str:
+        """Whose statement it is, as a heading names it; all of the literature is one voice."""
+        if self.author in ("", f"chapter, {self.reading}"):
+            return f"the chapter as {self.reading}"
+        return "our own" if self.author == "ours" else "the literature"
+
+    @property
     def finding(self) -> str:
         """The verdict in one sentence, and the part of the claim that holds by theorem."""
         return f"{self.sentence} {self.theorem}".rstrip()

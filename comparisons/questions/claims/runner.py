@@ -146,7 +146,7 @@ def _record(claim: Claim, effort: Effort, points: list[Point], openness: Opennes
         nuisances=[_nuisance(line) for line in openness.along],
         draws=[_point(d.point, in_words(claim, d.setting)) for d in openness.draws],
         map=_map(claim, openness),
-        disagreements=_disagreements(measured),
+        disagreements=_disagreements(claim, measured),
         command=_repeats(claim, effort),
         seconds=sum(point.measurement.seconds for point in measured),
         effort=effort,
@@ -321,11 +321,11 @@ def _point(point: Point, setting: dict[str, str] | None = None) -> PointRecord:
     return PointRecord(word=point.word, setting=setting or {}, **plain(asdict(measured)))
 
 
-def _disagreements(points: list[Point]) -> list[str]:
+def _disagreements(claim: Claim, points: list[Point]) -> list[str]:
     sentences = []
     for point in points:
         text = point.measurement.details.get("references disagree")
         if text:
-            where = "" if np.isnan(point.parameter) else f"at {value(point.parameter)}: "
-            sentences.append(f"{where}{text}")
+            at = claim.parameter and f"at {claim.parameter} {value(point.parameter)}: "
+            sentences.append(f"{at}{text}")
     return sentences

@@ -59,6 +59,8 @@ const filterable = (table, tools) => {
       row.hidden = !wanted.every((word) => text.get(row).includes(word));
       shown += row.hidden ? 0 : 1;
     }
+    const fold = table.closest("details");
+    if (fold && wanted.length) fold.open = true; // a link to a filtered table shows it
     count.textContent = wanted.length ? `${shown} of ${rows.length} rows` : "";
   };
   input.addEventListener("input", () => {

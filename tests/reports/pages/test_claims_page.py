@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -16,6 +18,7 @@ from reports.pages.claims import claims_page
 from reports.plots.claim import evidence
 from reports.plots.interactive import spec
 
+STORED = Path(__file__).parents[3] / "docs" / "claims.json"
 CLAIM = """
 id = "narrow"
 text = "A narrow ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
@@ -88,6 +91,25 @@ def test_disagreeing_references_stand_at_the_top(judged):
     odd = record.claims[0].model_copy(update={"disagreements": [text]})
     page = claims_page(record.model_copy(update={"claims": [odd]}))
     assert page.index("References disagree") < page.index(text) < page.index('<h2 id="verdicts"')
+
+
+def test_many_claims_are_folded_by_whose_they_are_and_few_are_not(judged):
+    """The page of all claims was 130 000 pixels long on a phone."""
+    few = load_claims_record(judged[1] / "out")
+    assert 'class="group"' not in claims_page(few)
+    every = load_claims_record(STORED)
+    page = claims_page(every)
+    voices = Counter(claim.voice for claim in every.claims)
+    heads = re.findall(r'<h2 id="group-\d-title">(.*?): (\d+) claims?</h2>', page)
+    assert {title.lower(): int(count) for title, count in heads} == dict(voices)
+    counted = re.search(r'</h2> <span class="tally">(.*?)</summary>', page, re.S)[1]
+    first = heads[0][0].lower()
+    verdicts = Counter(claim.verdict for claim in every.claims if claim.voice == first)
+    assert dict(re.findall(r">(\d+) ([a-z ]+)<", counted)) == {
+        str(count): word for word, count in verdicts.items()
+    }
+    for claim in every.claims:
+        assert page.count(f'<section class="scene" id="claim-{claim.id}"') == 1
 
 
 def test_the_report_can_be_written_anew(judged, capsys):
