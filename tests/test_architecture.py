@@ -22,7 +22,8 @@ PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
 ALLOWED = {
     "reduced": {"numpy", "scipy", "numba", "reduced"},
     "reference": {
-        *("numpy", "scipy", "numba", "skfem", "pyamg", "meshio", "pypardiso"),
+        # llvmlite is the code generator of numba, for what numba's loops cannot say
+        *("numpy", "scipy", "numba", "llvmlite", "skfem", "pyamg", "meshio", "pypardiso"),
         "reference",
     },
 }
