@@ -241,18 +241,18 @@ def square(context, vectors, row, turns, places, k):
 
     def generate(context, builder, signature, args):
         lanes, target, factors = _lanes(context, builder, signature, args, 3)
-        found = context.make_array(signature.args[3])(context, builder, args[3])
+        sources = context.make_array(signature.args[3])(context, builder, args[3])
         values = []
         for i in range(lanes.count):
             index = lanes.after(args[4], i)
-            value = lanes.load_complex(builder.load(builder.gep(found.data, [index])))
+            value = lanes.load_complex(builder.load(builder.gep(sources.data, [index])))
             factor = factors.load_complex(
                 builder.mul(index, ir.Constant(_WORD, lanes.count)), factors.plane()
             )
             values.append(lanes.multiply(value, factor))
         parts = [lanes.transpose([value[part] for value in values]) for part in (0, 1)]
         for i, value in enumerate(lanes.transform(list(zip(*parts, strict=True)))):
-            target.store_complex(value, target.at(args[4], i, found.nitems), target.plane())
+            target.store_complex(value, target.at(args[4], i, sources.nitems), target.plane())
         return context.get_dummy_value()
 
     return types.void(vectors, row, turns, places, k), generate

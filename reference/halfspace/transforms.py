@@ -166,13 +166,13 @@ def _lanes(dtype: DTypeLike) -> int:
 
 def _factors(length: int) -> list[int] | None:
     """Return factors among the radices, or None where a larger prime is left."""
-    found = []
+    radices = []
     for radix in RADICES:
         # two fours are quicker than an eight and a two
         while length % radix == 0 and not (radix == 8 and length == 16):
-            found.append(radix)
+            radices.append(radix)
             length //= radix
-    return found if length == 1 else None
+    return radices if length == 1 else None
 
 
 def _line(length: int, dtype: DTypeLike) -> Line:
