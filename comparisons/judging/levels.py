@@ -133,7 +133,9 @@ class Levels:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
-        return discretisation(np.array(list(curves)), series, name, self.kind, sizes=sizes)
+        areas = None if self.finest is None else self.curves(self.finest).get("contact_area")
+        grids = np.array(list(curves))
+        return discretisation(grids, series, (name, self.kind), sizes=sizes, areas=areas)
 
     @property
     def kind(self) -> Kind | None:

@@ -58,8 +58,8 @@ class ShareRule:
     `Rule` holds.
 
     Of rough surfaces it is a share of the last change at the load (at a ratio of two between grids;
-    others to first order). Of single contacts all loads see the same cells: what the changes
-    between the last three grids leave is pooled over them (`_pooled`).
+    others to first order). Of single contacts what the changes between the last three grids leave
+    is pooled over all loads (`_pooled`).
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ class ShareRule:
         (quantity, kind) and factor. Other quantities of rough surfaces have the largest; of single
         contacts none, but radii that of the area and, on elements, penetration that of the force.
     orders : tuple
-        Of single contacts: (quantity, kind) and the order by which a change between coarser grids
-        counts less. Chosen, with the factors that they need, for the narrowest bars.
+        Of single contacts: (quantity, kind) and the order at which errors fall with cells or
+        elements to a contact.
     two, two_meshes : float
         What factors are multiplied by where there are two grids, or meshes of elements, only: their
         change may be small by chance, and no other tells. Of the single contacts' cases, with their
@@ -76,8 +76,8 @@ class ShareRule:
     floor : float
         As in `Rule`, of rough surfaces.
 
-    Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; orders and
-    margins, the coverage that is required there, and the floor were chosen by hand, after proved
+    Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; orders, the
+    coverage that is required there, margins and the floor were chosen by hand, after proved
     intervals had been seen.
     """
 
@@ -90,17 +90,17 @@ class ShareRule:
         (("mean_gap", "periodic"), 0.22),
         (("stiffness", "free"), 1.21),
         (("stiffness", "periodic"), 0.66),
-        (("force", "cells"), 5.4),
-        (("penetration", "cells"), 4.17),
-        (("contact_area", "cells"), 3.54),
-        (("stiffness", "cells"), 2.78),
+        (("force", "cells"), 3.16),
+        (("penetration", "cells"), 2.97),
+        (("contact_area", "cells"), 3.38),
+        (("stiffness", "cells"), 2.74),
         (("force", "elements"), 1.06),
-        (("contact_area", "elements"), 1.96),
-        (("stiffness", "elements"), 1.06),
+        (("contact_area", "elements"), 2.0),
+        (("stiffness", "elements"), 1.07),
     )
     orders: tuple[tuple[Calibrated, float], ...] = (
-        (("force", "cells"), 2.5),
-        (("penetration", "cells"), 2.5),
+        (("force", "cells"), 2.0),
+        (("penetration", "cells"), 2.0),
         (("contact_area", "cells"), 2.0),
         (("stiffness", "cells"), 1.0),
         (("force", "elements"), 2.0),
@@ -219,11 +219,13 @@ def share_uncertainty(
     curves: np.ndarray,
     quantity: Calibrated,
     rule: ShareRule = SHARE_RULE,
+    areas: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
-    Parameters as of `grid_uncertainty`, and the quantity with what it is of. NaN where the finest
-    value is zero, too: nothing is relative to that.
+    Parameters as of `grid_uncertainty`, the quantity with what it is of, and the contact areas at
+    the load steps (k,), of single contacts on cells; without them they count as equal. NaN where
+    the finest value is zero, too: nothing is relative to that.
 
     Examples
     --------
@@ -239,8 +241,11 @@ def share_uncertainty(
         return np.full(curves.shape[1], np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))
-        known = _pooled if single(quantity[1]) else _last
-        bar = known(resolutions, curves, changes, quantity, rule)
+        if single(quantity[1]):
+            cells = _cells(quantity, curves[-1], areas) ** (rule.order(quantity) / 2)
+            bar = _pooled(resolutions, changes, quantity, rule, cells)
+        else:
+            bar = _last(resolutions, curves, changes, quantity, rule)
     return np.where(np.isfinite(curves[-1]) & (curves[-1] != 0), bar, np.nan)
 
 
@@ -262,57 +267,64 @@ def _last(
     return rule.factor(quantity, len(curves)) * change / (ratio - 1)
 
 
+def _cells(quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None) -> np.ndarray:
+    """Return to what the number of cells in contact is proportional, (k,), NaN without contact.
+
+    Meshes of elements are fitted to the contact: they have as many elements at every load.
+    """
+    name, kind = quantity
+    if kind == "elements":
+        return np.ones(len(values))
+    if name in AREAS:
+        areas = np.abs(values) ** AREAS[name]
+    cells = np.ones(len(values)) if areas is None else np.abs(areas)
+    return np.where(cells > 0, cells, np.nan)
+
+
 def _pooled(
     resolutions: np.ndarray,
-    curves: np.ndarray,
     changes: np.ndarray,
     quantity: Calibrated,
     rule: ShareRule,
+    cells: np.ndarray,
 ) -> np.ndarray:
     """Return the bar from the last two changes at all loads, (k,).
 
-    Were the errors of different grids independent, and c n^-p in size, a change from N to n would
-    be sqrt(N^-2p + n^-2p) c: each change is an estimate of what is left on the finest grid, and the
-    root of their mean square is known better than one change, which may be small by chance. At a
-    load the mean of its own estimate and of that over all loads counts. On cells errors of the area
-    are much the same at all loads: only the mean over them counts, relative to the area.
+    How a contact lies on the grid is much like chance, but an error depends only on the cells
+    across it, a n for a radius a: it is c (a n)^-p in size, with the same c on all grids and at all
+    loads. Were the errors of different grids independent, a change from N to n would be
+    c a^-p sqrt(N^-2p + n^-2p): each change at each load is an estimate of c, and the root of their
+    mean square is known far better than any of them, which may be small by chance. `cells`: a^p.
     """
     n, power = resolutions[-3:], -2 * rule.order(quantity)
     left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
-    own = _rms(changes[-2:] * left[:, None], axis=0)
-    if quantity[1] == "cells" and quantity[0] in AREAS:
-        sizes = np.abs(curves[-1]) ** AREAS[quantity[0]]
-        bar = _rms(own * sizes) / np.where(sizes > 0, sizes, np.nan)
-    else:
-        typical = _rms(own)
-        bar = np.sqrt((np.where(np.isfinite(own), own, typical) ** 2 + typical**2) / 2)
-    bar = rule.factor(quantity, len(curves)) * bar
-    return of_fewer_cells(bar) if quantity[1] == "cells" else bar
+    constant = _rms(changes[-2:] * left[:, None] * cells)
+    return rule.factor(quantity, len(changes) + 1) * constant / cells
 
 
-def _rms(values: np.ndarray, axis: int | None = None) -> np.ndarray:
+def _rms(values: np.ndarray) -> float:
     """Return the root mean square of the finite values, NaN where there are none."""
-    finite = np.isfinite(values)
-    squares = np.sum(np.where(finite, values, 0.0) ** 2, axis=axis)
-    return np.asarray(np.sqrt(squares / finite.sum(axis=axis)))
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
 def discretisation(
     resolutions: np.ndarray,
     curves: np.ndarray,
-    quantity: str,
-    kind: Kind | None,
+    quantity: tuple[str, Kind | None],
     *,
     rule: ShareRule = SHARE_RULE,
     sizes: np.ndarray | None = None,
+    areas: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several solutions, per load step, (k,).
 
-    By its share where that was measured, else by the grid convergence index (`grid_uncertainty`,
-    for the parameters).
+    By its share where that was measured, else by the grid convergence index: parameters as of
+    `share_uncertainty` and `grid_uncertainty`.
     """
-    if kind is not None and rule.covers((quantity, kind)):
-        return share_uncertainty(resolutions, curves, (quantity, kind), rule)
+    name, kind = quantity
+    if kind is not None and rule.covers((name, kind)):
+        return share_uncertainty(resolutions, curves, (name, kind), rule, areas)
     bar = grid_uncertainty(resolutions, curves, sizes=sizes)
     return of_fewer_cells(bar) if kind == "cells" else bar
 

@@ -183,6 +183,7 @@ def _series(
             errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
             bars_beside_grid=combined(*(part for key, part in parts.items() if key != GRID)),
+            areas=truth.curves["contact_area"],
         )
 
 

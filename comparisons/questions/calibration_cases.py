@@ -33,8 +33,8 @@ class Case:
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
-    `unproved` says why there is none at all. `kind`: what its share of the changes was measured for
-    (`uncertainty.ShareRule`).
+    `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
+    share of the changes was measured for (`uncertainty.ShareRule`).
     """
 
     half: str
@@ -49,6 +49,7 @@ class Case:
     bars_beside_grid: np.ndarray
     beyond: np.ndarray | None = None
     unproved: str = ""
+    areas: np.ndarray | None = None
     rule: ShareRule = SHARE_RULE
 
     @property
@@ -59,8 +60,8 @@ class Case:
     @cached_property
     def bars(self) -> np.ndarray:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
-        levels = np.array(self.resolutions)
-        grid = discretisation(levels, self.curves, self.quantity, self.kind, rule=self.rule)
+        levels, known = np.array(self.resolutions), (self.quantity, self.kind)
+        grid = discretisation(levels, self.curves, known, rule=self.rule, areas=self.areas)
         return combined(grid, self.bars_beside_grid)
 
     @property
@@ -99,9 +100,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Summary:
-    """Quality of a set of bars.
+    """Quality of a number of bars.
 
-    coverage: fraction of cases whose bar covers the true error; width: median of bar over error.
+    coverage: fraction of bars that cover the true error; width: median of bar over error.
     """
 
     count: int
@@ -110,13 +111,22 @@ class Summary:
 
 
 def summary(cases: Iterable[Case]) -> Summary:
-    """Return the coverage and median width."""
+    """Return the coverage and median width of errors and bars in the rms over the loads."""
     pairs = [(case.error, case.bar) for case in cases]
-    errors, bars = (np.array(column) for column in zip(*pairs, strict=True))
+    return _summary(*(np.array(column) for column in zip(*pairs, strict=True)))
+
+
+def at_loads(cases: Iterable[Case]) -> Summary:
+    """Return the coverage and median width of the bars at every load."""
+    pairs = [(case.errors, case.bars) for case in cases]
+    return _summary(*(np.concatenate(column) for column in zip(*pairs, strict=True)))
+
+
+def _summary(errors: np.ndarray, bars: np.ndarray) -> Summary:
     # Round-off errors are covered by any bar and say nothing about widths.
     real = errors > 1e-13
     return Summary(
-        count=len(pairs),
+        count=len(errors),
         coverage=float(np.mean((errors <= bars) | ~real)),
         width=float(np.median(bars[real] / errors[real])),
     )

@@ -11,15 +11,13 @@ from reports.cli.workers import ALONE, Workers
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.questions.calibration_cases import Case
+    from comparisons.questions.calibration import CalibrationRecord
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
-COVERAGE, WIDTHS = 0.95, {"single contacts": 3.5, "rough surfaces": 3.0}
+COVERAGE, WIDTH = 0.95, 3.0
 # Share of all bars, each of one load step, that may miss a proved interval.
 REFUTED = 0.005
-# What bars of single contacts are multiplied by, to see what narrower or wider ones would do.
-SCALES = (0.7, 0.8, 0.9, 1.1, 1.2)
 
 
 def calibrate(
@@ -27,21 +25,23 @@ def calibrate(
 ) -> int:
     """Compare the references' error bars with true errors: closed forms, rough surfaces.
 
-    Exits with code 1 if the bars cover less than 95 % of the cases, their median width exceeds
-    3.5 times the true error (rough surfaces: three times), or one does not reach what is proved.
+    Exits with code 1 if the bars of single contacts or of rough surfaces cover less than 95 % of
+    the cases that had no part in fixing them, if their median width exceeds three times the true
+    error, or if more than one in two hundred does not reach what is proved.
 
     Parameters
     ----------
     out
         Folder for calibration.csv and report.html; existing ones are replaced.
     """
-    from comparisons.judging.uncertainty import SHARE_RULE
     from comparisons.questions.calibration import Calibration
     from comparisons.questions.calibration_cases import summary
     from comparisons.questions.shares import fitted_rule
     from comparisons.results.folder import PAGE
     from reports.cli.live import watching
-    from reports.pages.calibration import kinds, write_calibration_report
+    from reports.cli.terminal import print_table
+    from reports.pages.calibration import write_calibration_report
+    from reports.tables.calibration import by_quantity, kinds, other_widths, rule
 
     command = shlex.join(["roughline", *sys.argv[1:]])
     with watching() as watch:
@@ -49,43 +49,31 @@ def calibrate(
         record = Calibration(out, command=command, executor=executor, watch=watch).run()
     cases = record.cases
     write_calibration_report(cases, command, out / PAGE)
-    fine = True
-    for kind, part in kinds([case for case in cases if case.half == "reported"]).items():
-        reached = summary(part)
-        fine &= reached.coverage >= COVERAGE and reached.width <= WIDTHS[kind]
-        print(
-            f"{kind}: {reached.count} cases that were not used to fit the estimator: the bar "
-            f"covers the true error in {reached.coverage:.1%}; its median width is "
-            f"{reached.width:.1f} times the error"
-        )
-    print(record.held)
-    for case in cases:
-        if case.missed:
-            kind = "defect: " if case.refuted else ""
-            print(
-                f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads the bar misses "
-                f"the proved interval, at worst by {case.excess:.0%} of the bar"
-            )
-    _trade_off(cases)
+    reported = [case for case in cases if case.half == "reported"]
+    print("Cases that were not used to fit the rule: coverage, and median of bar over true error,")
+    print("in the rms over the loads of a case, and of the bars at every load by themselves")
+    for made in (*by_quantity(reported), rule(fitted_rule(cases)), *other_widths(cases)):
+        print()
+        print_table(made)
+    _print_missed(record)
+    fine = all(
+        (got := summary(part)).coverage >= COVERAGE and got.width <= WIDTH
+        for part in kinds(reported).values()
+    )
     # no bar may be refuted by a theorem over its loads; of bars at 95 %, few at single ones
     fine &= record.held.missed <= REFUTED * record.held.bars
     fine &= not any(case.refuted for case in cases)
-    print(f"rule in use: {SHARE_RULE}; fitted to the first half: {fitted_rule(cases)}")
     say(out / PAGE)
     return FINE if fine else MISSED
 
 
-def _trade_off(cases: list[Case]) -> None:
-    """Print what other widths of the bars of single contacts would do."""
-    from comparisons.questions.calibration_cases import held, summary
-    from comparisons.questions.shares import scaled
-
-    for by in SCALES:
-        made = scaled(cases, by)
-        if not (reported := [case for case in made if case.half == "reported"]):
-            return
-        reached, proved = summary(reported), held(made)
-        print(
-            f"single contacts with bars {by:g} times as wide: {reached.coverage:.1%} covered, "
-            f"width {reached.width:.1f}, {proved.missed} of {proved.bars} miss what is proved"
-        )
+def _print_missed(record: CalibrationRecord) -> None:
+    """Print how many bars miss what is proved, and which."""
+    print(f"\n{record.held}")
+    for case in record.cases:
+        if case.missed:
+            kind = "defect: " if case.refuted else ""
+            print(
+                f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
+                f"at worst by {case.excess:.0%} of the bar"
+            )

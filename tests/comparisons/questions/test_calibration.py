@@ -19,13 +19,14 @@ from comparisons.questions.calibration_cases import (
     NO_QUANTITY,
     NOT_SHOWN,
     Case,
+    at_loads,
     held,
     held_against,
     summary,
 )
 from comparisons.questions.shares import SINGLE, fitted_rule
 from comparisons.solving.inquiries import answer_of
-from reports.cli.calibrate_command import REFUTED, WIDTHS
+from reports.cli.calibrate_command import COVERAGE, REFUTED, WIDTH
 from reports.pages.calibration import calibration_page
 
 
@@ -75,8 +76,31 @@ def test_bars_without_an_interval_are_counted_with_their_reason():
 def test_a_bar_on_cells_is_no_narrower_at_a_lighter_load():
     """Where the change from grid to grid is small by chance at the lightest load."""
     series = np.array([[1.0, 1.2, 1.1], [1.0, 1.1, 1.05], [1.0, 1.05, 1.025]])
-    light, middle, heavy = replace(case(1.0, 0.1), curves=series).bars
+    energy = replace(case(1.0, 0.1), quantity="energy", curves=series)
+    light, middle, heavy = energy.bars
     assert light == middle > heavy > 0
+    light, middle, heavy = replace(energy, quantity="force", areas=np.array([1.0, 2, 3])).bars
+    assert light > middle > heavy > 0
+
+
+@pytest.mark.parametrize("quantity", ["force", "penetration", "contact_area", "stiffness"])
+def test_a_contact_twice_as_wide_is_as_well_known_as_on_a_grid_twice_as_fine(quantity):
+    """Errors depend on the cells across a contact alone, c (a n)^-p, and so do bars.
+
+    Errors of two grids that are as if by chance of opposite signs differ by their sum, which is
+    one to sqrt(2) times the root of the sum of their squares that a bar counts.
+    """
+    order, constant = SHARE_RULE.order((quantity, "cells")), 1e-5
+    n, radii = np.array([8, 16, 32]), np.array([1.0, 2.0, 4.0])
+    errors = constant * (n[:, None] * radii) ** -order
+    values = radii**2 if quantity == "contact_area" else np.ones(3)
+    curves = values * (1 + np.array([[1], [-1], [1]]) * errors)
+    facts = ("reported", "a", "bem_fft", "force", quantity, "cells", (8, 16, 32))
+    bars = Case(*facts, errors[-1], curves, np.zeros(3), areas=radii**2).bars
+    # changes are relative to values that are not quite one
+    np.testing.assert_allclose(bars * radii**order, bars[0], rtol=1e-4)
+    expected = SHARE_RULE.factor((quantity, "cells")) * errors[-1]
+    assert np.all((bars > expected) & (bars < 2**0.5 * expected))
 
 
 def test_coverage_and_width_of_bars_that_are_known():
@@ -87,6 +111,14 @@ def test_coverage_and_width_of_bars_that_are_known():
     assert rows.coverage == pytest.approx(2 / 3)
     assert rows.width == pytest.approx(2)
     assert rows.count == 3
+    assert at_loads(made) == replace(rows, count=9)  # all loads have the same error and bar
+
+
+def test_an_error_at_one_load_may_be_beyond_its_bar_while_that_over_all_loads_is_not():
+    base = case(1.0, 0.1)
+    made = [replace(base, errors=base.bars * [1.2, 0.5, 0.5])]
+    assert summary(made).coverage == 1
+    assert at_loads(made).coverage == pytest.approx(2 / 3)
 
 
 def share(order: float, assumed: float) -> float:
@@ -117,8 +149,7 @@ def test_a_change_that_is_small_by_chance_is_not_believed():
     lucky = base.curves.copy()
     lucky[:, 2] = lucky[-1, 2]
     bars = replace(base, curves=lucky).bars
-    # own estimate nothing, that over three loads sqrt(2/3), their mean square a half of it
-    assert bars[2] == pytest.approx(base.bars[2] / 3**0.5, rel=1e-2)
+    assert bars[2] == pytest.approx(base.bars[2] * (2 / 3) ** 0.5, rel=1e-2)
     lucky = base.curves.copy()
     lucky[1] = lucky[2]
     assert replace(base, curves=lucky).bar > base.error
@@ -136,7 +167,10 @@ def test_two_grids_have_a_wider_bar(kind, wider):
 
 
 def test_errors_of_areas_are_alike_at_all_loads_in_cells():
-    """A contact four times larger has a quarter of the bar; a radius changes by half."""
+    """A contact four times larger has a quarter of the bar; a radius changes by half.
+
+    The area need not be told beside them: it follows from either.
+    """
     sizes = np.array([1.0, 2.0, 4.0])
     areas = sizes + np.array([[0.1], [0.02], [0.0]]) * [1.0, -1.0, 1.0]
     area = replace(case(1.0, 0.1), quantity="contact_area", curves=areas).bars
@@ -211,10 +245,13 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
         monkeypatch.setattr(rough_calibration, half, few)
     result = Calibration(tmp_path, workers=2).run().cases
     single = [part for part in result if not part.rough]
-    reported = summary(part for part in single if part.half == "reported")
-    assert reported.count >= 200
-    assert reported.coverage >= 0.95
-    assert reported.width <= WIDTHS["single contacts"]
+    reported = [part for part in single if part.half == "reported"]
+    assert len(reported) >= 200
+    for reached in (summary(reported), at_loads(reported)):
+        assert reached.coverage >= COVERAGE
+        assert reached.width <= WIDTH
+    # bars at a load are at 95 %, and not at any price: 98.8 % on the processor of the fit
+    assert at_loads(reported).coverage <= 0.995
     fitted = dict(fitted_rule(single).factors)
     for quantity in SINGLE:  # another processor, other jumps
         assert fitted[quantity] == pytest.approx(SHARE_RULE.factor(quantity), rel=0.1)
