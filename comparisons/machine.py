@@ -13,7 +13,7 @@ from typing import Any
 import psutil
 
 PACKAGES = (
-    *("roughline", "numpy", "scipy", "numba", "scikit-fem", "pyamg", "meshio", "pyvista"),
+    *("roughline", "numpy", "scipy", "numba", "scikit-fem", "meshio", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
 )

@@ -23,7 +23,7 @@ ALLOWED = {
     "reduced": {"numpy", "scipy", "numba", "reduced"},
     "reference": {
         # llvmlite is the code generator of numba, for what numba's loops cannot say
-        *("numpy", "scipy", "numba", "llvmlite", "skfem", "pyamg", "meshio", "pypardiso"),
+        *("numpy", "scipy", "numba", "llvmlite", "skfem", "meshio", "pypardiso"),
         "reference",
     },
 }

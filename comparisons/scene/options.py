@@ -77,8 +77,9 @@ class FemOptions(Options):
     points of its surface, with contact = "penalty" only.
     coupling: of an indenter with a [counter_body]: "mortar" or "node_to_surface" mesh both bodies;
     "effective_modulus" puts both compliances into one.
-    solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or "multigrid"
-    (pyamg), which factorises nothing and takes rigid single contacts.
+    solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or
+    "conjugate_gradients", which condense nothing and take rigid single contacts; "automatic" is
+    nested dissection up to 300 000 unknowns, and conjugate gradients where they can above.
     mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     condensed like any other mesh (free patches of up to 32 points a side).
     element: of a repeating mesh: quadratic "splines", bilinear ("linear") in the plane, or
@@ -88,7 +89,9 @@ class FemOptions(Options):
     inertia: of a body that rolls, rho V^2/G; the pressure is that at rest.
     """
 
-    solver: Literal["nested_dissection", "pardiso", "multigrid"] = "nested_dissection"
+    solver: Literal["automatic", "nested_dissection", "pardiso", "conjugate_gradients"] = (
+        "automatic"
+    )
 
     contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3

@@ -1,6 +1,6 @@
 """Make the tables of docs/finite-elements.md: errors, penalties, stresses, waves, rough surfaces.
 
-Run from the repository's root (two minutes on one core); the tables between the markers of the
+Run from the repository's root (five minutes on one core); the tables between the markers of the
 page are written anew, all or those that are named::
 
     python docs/examples/finite_element_tables.py
@@ -17,10 +17,13 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+import psutil
 from scipy.integrate import quad
 from scipy.special import gamma
+from threadpoolctl import threadpool_limits
 
 import roughline
+from comparisons.questions.benchmarks import fem as fem_benchmark
 from reference.closed_form import ellipsoid
 from reference.fem import (
     Enforcement,
@@ -377,6 +380,40 @@ def large_table() -> list[list[str]]:
 
 
 # %% [markdown]
+# Hertz at thirty depths by both solvers: the job of `roughline bench fem`.
+
+
+# %%
+def hertz_job(elements: int, solver: str) -> tuple[int, float, float, float, str]:
+    """Return unknowns, error, seconds, memory and steps, in a process of its own."""
+    fem_benchmark.run(2, solver)  # loads what is compiled
+    before, start = psutil.Process().memory_info().rss, time.process_time()
+    with threadpool_limits(limits=1):
+        job = fem_benchmark.run(elements, solver)
+    spent = time.process_time() - start
+    taken = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    steps = "" if job.body.iterative is None else str(max(job.body.iterative.iterations))
+    return job.body.unknowns, float(np.abs(job.errors).max()), spent, taken, steps
+
+
+def iterative_table() -> list[list[str]]:
+    """Cost and memory of conjugate gradients and of the elimination."""
+    head = ["unknowns", "force error", "steps", "seconds", "memory", "per unknown"]
+    rows = [[*head, "eliminated, s", "memory", "per unknown"]]
+    for elements in (4, 6, 10, 14, 26):
+        solvers = ["conjugate_gradients", "nested_dissection"][: 2 if elements <= 10 else 1]
+        cells: list[str] = []
+        for solver in solvers:
+            with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+                job = process.submit(hertz_job, elements, solver).result()
+            unknowns, error, spent, taken, steps = job
+            cells = cells or [f"{unknowns:,}".replace(",", " "), f"{error:.0e}", steps]
+            cells += [f"{spent:.2g}", f"{taken / 1e9:.2f} GB", f"{taken / unknowns / 1e3:.2f} kB"]
+        rows.append(cells + ["not run", "", ""][: 9 - len(cells)])
+    return rows
+
+
+# %% [markdown]
 # Incompressible layers that are thin against a cell, on a rigid base (docs/layers.md).
 
 
@@ -434,6 +471,7 @@ TABLES = {
     "waves": wave_table,
     "rough": rough_table,
     "large": large_table,
+    "iterative": iterative_table,
 }
 
 

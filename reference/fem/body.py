@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.fem.conjugate_gradients import IterativeFlexibility
 from reference.fem.flexibility import DenseFlexibility, Flexibility
 from reference.fem.mesh import GradedMesh
-from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import LinearSystem
 
 
@@ -55,7 +55,7 @@ class CondensedBody:
         For the recovery of the interior.
     exterior : (k, k)
         Far-field stiffness.
-    multigrid : MultigridFlexibility or None
+    iterative : IterativeFlexibility or None
         Replaces the condensation; `scaled_compliance` then has shape (0, 0).
     nodal : CondensedBody or None
         The body with its nodes as candidates, if the candidates are other points.
@@ -81,15 +81,15 @@ class CondensedBody:
     grid: GradedMesh
     system: LinearSystem
     exterior: NDArray[np.float64]
-    multigrid: MultigridFlexibility | None = None
+    iterative: IterativeFlexibility | None = None
     nodal: CondensedBody | None = None
     interpolation: NDArray[np.float64] | None = None
 
     @cached_property
     def flexibility(self) -> Flexibility:
         """Response of the body to forces on its candidates, in scaled quantities."""
-        if self.multigrid is not None:
-            return self.multigrid
+        if self.iterative is not None:
+            return self.iterative
         return DenseFlexibility(self.scaled_compliance, self.system, self.exterior)
 
     @property

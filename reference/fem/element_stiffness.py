@@ -14,6 +14,9 @@ from skfem.element import ElementHex2, ElementTetP2
 
 from reference.elasticity import lame_parameters
 
+# Elements whose gradients are held at once: 20 MB of them, and of products.
+AT_ONCE = 256
+
 
 def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return a tensor Gauss rule on the unit cube: points (3, n^3) and weights (n^3,).
@@ -47,9 +50,9 @@ def element_order(mesh: MeshHex | MeshTet) -> int:
 
 
 def shape_gradients(
-    mesh: MeshHex | MeshTet, per_direction: int
+    mesh: MeshHex | MeshTet, per_direction: int, part: slice = slice(None)
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return gradients of the scalar shape functions at the Gauss points.
+    """Return gradients of the scalar shape functions at the Gauss points of a part of the elements.
 
     Hexahedra use `per_direction` points per direction; tetrahedra the rule that is exact to one
     degree less, as needed for their gradients.
@@ -63,7 +66,7 @@ def shape_gradients(
     simplex = isinstance(mesh, MeshTet)
     points, weights = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)
     element = mesh.elem()
-    nodes = mesh.dofs.element_dofs
+    nodes = mesh.dofs.element_dofs[:, part]
     # (nodes, 3, points): the reference gradients are equal for all elements
     local = np.stack([element.lbasis(points, i)[1] for i in range(len(nodes))])
     corners = mesh.doflocs[:, nodes].transpose(2, 0, 1)
@@ -102,32 +105,42 @@ def stiffness_matrices(
     """
     lame, shear = lame_parameters(poisson_ratio)
     full = element_order(mesh) + 1
-    products = _gradient_products(mesh, full)
-    count, size, _ = products.shape
-    split = products.reshape(count, size // 3, 3, size // 3, 3)
-    stiffness = shear * split.transpose(0, 1, 4, 3, 2)
-    laplacian = shear * np.einsum("eakbk->eab", split)
-    for component in range(3):
-        stiffness[:, :, component, :, component] += laplacian
-    stiffness = stiffness.reshape(count, size, size)
-    if reduced_integration and lame > 0.0:
-        mean = element_order(mesh) == 1 or isinstance(mesh, MeshTet)
-        products = _mean_products(mesh, full) if mean else _gradient_products(mesh, full - 1)
-    stiffness += lame * products
-    return stiffness
+    mean = element_order(mesh) == 1 or isinstance(mesh, MeshTet)
+    reduced = reduced_integration and lame > 0.0
+    nodes = mesh.dofs.element_dofs
+    count, size = nodes.shape[1], 3 * len(nodes)
+    result = np.empty((count, size, size))
+    for start in range(0, count, AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        products = _gradient_products(*shape_gradients(mesh, full, part))
+        split = products.reshape(len(products), size // 3, 3, size // 3, 3)
+        stiffness = result[part].reshape(split.shape)
+        np.multiply(shear, split.transpose(0, 1, 4, 3, 2), out=stiffness)
+        laplacian = shear * np.einsum("eakbk->eab", split)
+        for component in range(3):
+            stiffness[:, :, component, :, component] += laplacian
+        if reduced and mean:
+            products = _mean_products(*shape_gradients(mesh, full, part))
+        elif reduced:
+            products = _gradient_products(*shape_gradients(mesh, full - 1, part))
+        products *= lame
+        result[part] += products
+    return result
 
 
-def _gradient_products(mesh: MeshHex | MeshTet, per_direction: int) -> NDArray[np.float64]:
+def _gradient_products(
+    gradients: NDArray[np.float64], volumes: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return ``int dN_a/dx_i dN_b/dx_j`` as (elements, 3 nodes, 3 nodes)."""
-    gradients, volumes = shape_gradients(mesh, per_direction)
     flat = gradients.reshape(*gradients.shape[:2], -1)
     flat *= np.sqrt(volumes)[..., None]
     return np.matmul(flat.transpose(0, 2, 1), flat)
 
 
-def _mean_products(mesh: MeshHex | MeshTet, per_direction: int) -> NDArray[np.float64]:
+def _mean_products(
+    gradients: NDArray[np.float64], volumes: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return ``V <dN_a/dx_i> <dN_b/dx_j>`` with means over the elements."""
-    gradients, volumes = shape_gradients(mesh, per_direction)
     total = np.einsum("eqaj,eq->eaj", gradients, volumes, optimize=True).reshape(len(volumes), -1)
     total /= np.sqrt(volumes.sum(axis=1))[:, None]
     return total[:, :, None] * total[:, None, :]

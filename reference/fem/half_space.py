@@ -12,16 +12,17 @@ from reference.arguments import choice_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.fem import pardiso
 from reference.fem.body import CondensedBody
+from reference.fem.conjugate_gradients import IterativeFlexibility
 from reference.fem.element_stiffness import stiffness_matrices
+from reference.fem.extruded import ExtrudedStiffness, Lattice
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.half_space_mesh import Region, RingMesh, TensorMesh
 from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
 from reference.fem.mixed import STRESSES, mixed_matrices
-from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import LinearSystem, condense
 from reference.fem.sparse import stiffness_matrix
 
-SOLVERS = ("nested_dissection", "pardiso", "multigrid")
+SOLVERS = ("nested_dissection", "pardiso", "conjugate_gradients")
 
 
 def half_space_body(
@@ -45,9 +46,9 @@ def half_space_body(
         "fixed" clamps the outer boundary; for comparisons with published models only.
     reduced_integration : bool
         False shows locking.
-    solver : {"nested_dissection", "pardiso", "multigrid"}
-        "pardiso" needs the optional package pypardiso and is no faster; "multigrid" does not
-        condense (see `reference.fem.multigrid`) and needs less memory than a factorisation.
+    solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
+        "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
+        condenses and assembles nothing (see `reference.fem.conjugate_gradients`).
 
     Raises
     ------
@@ -62,13 +63,19 @@ def half_space_body(
     grid, nu = meshed.grid, material.poisson_ratio
     nodes, weights = _candidates(grid, meshed.candidate)
     groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
-    matrices = _matrices(grid, nu, reduced_integration)
+    size = 3 * len(grid.mesh.dofs.element_dofs)
+    unassembled = solver == "conjugate_gradients"
+    matrices = (
+        np.zeros((0, size, size)) if unassembled else _matrices(grid, nu, reduced_integration)
+    )
     system = _linear_system(grid, matrices, nodes, groups, nu)
     exterior = exterior_stiffness(grid.mesh, grid.outer, groups, nu) if groups else np.zeros((0, 0))
     seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()
-    compliance, multigrid = np.zeros((0, 0)), None
-    if solver == "multigrid":
-        multigrid = MultigridFlexibility(system, exterior, *_places(grid, system))
+    compliance, iterative = np.zeros((0, 0)), None
+    if unassembled:
+        lattice = Lattice.of(grid)
+        stiffness = ExtrudedStiffness(lattice, nu, reduced_integration=reduced_integration)
+        iterative = IterativeFlexibility(system, exterior, grid, stiffness, lattice)
     else:
         compliance = _compliance(system, exterior, solver)
     seconds["condensation"] = time.perf_counter() - mark
@@ -91,7 +98,7 @@ def half_space_body(
         grid=grid,
         system=system,
         exterior=exterior,
-        multigrid=multigrid,
+        iterative=iterative,
     )
 
 
@@ -133,21 +140,6 @@ def _compliance(
         stiffness = condense(system, exterior)
     compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
     return 0.5 * (compliance + compliance.T)
-
-
-def _places(
-    grid: GradedMesh, system: LinearSystem
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return positions and directions of the free unknowns."""
-    positions = np.zeros((system.first, 3))
-    components = np.zeros(system.first, dtype=np.int64)
-    elements = grid.mesh.dofs.element_dofs.T
-    numbers = system.unknowns.reshape(*elements.shape, 3)
-    free = (numbers >= 0) & (numbers < system.first)
-    node, direction = np.broadcast_arrays(elements[..., None], np.arange(3))
-    positions[numbers[free]] = grid.mesh.p.T[node[free]]
-    components[numbers[free]] = direction[free]
-    return positions, components
 
 
 def _candidates(

@@ -124,14 +124,42 @@ class RingMesh:
             )
         refuse(faults)
 
+    @property
+    def unknowns(self) -> int:
+        """Number of displacements of the mesh, without constructing it.
+
+        Examples
+        --------
+        >>> mesh = RingMesh(1.0, elements=2, symmetry="half_x")
+        >>> mesh.unknowns == mesh.meshed().grid.mesh.p.size
+        True
+        """
+        rings, depths, cells = self._lines()
+        outward = 2 * (len(rings) - 1)
+        # of a quarter, and of those on a line of symmetry
+        quarter = (2 * cells + 1) ** 2 + outward * (4 * cells + 1)
+        line = 2 * cells + 1 + outward
+        plane = {
+            "quarter": quarter,
+            "none": 4 * (quarter - line) + 1,
+        }.get(self.symmetry, 2 * quarter - line)
+        return 3 * plane * (2 * len(depths) - 1)
+
+    def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+        """Return mesh circles and depths in contact radii, and core cells."""
+        if self.edge:
+            return _edge_rings(self.elements, self._ring, self.sharp, self.extent, self.stretch)
+        return _even_rings(self.elements, self.extent, self.stretch)
+
+    @property
+    def _ring(self) -> float:
+        """Radius of the mesh circle at the edge over the contact radius."""
+        return 1.0 if self.edge is None else self.edge / self.contact_radius
+
     def meshed(self) -> Meshed:
         """Return the mesh."""
-        stretch, extent = self.stretch, self.extent
-        ring = 1.0 if self.edge is None else self.edge / self.contact_radius
-        if self.edge:
-            rings, depths, cells = _edge_rings(self.elements, ring, self.sharp, extent, stretch)
-        else:
-            rings, depths, cells = _even_rings(self.elements, extent, stretch)
+        stretch, ring = self.stretch, self._ring
+        rings, depths, cells = self._lines()
         grid = ring_mesh(
             rings,
             depths,
@@ -140,7 +168,7 @@ class RingMesh:
             stretch=stretch,
             planes=SYMMETRIES[self.symmetry],
         )
-        limits = _candidate_reach(rings, stretch, extent)
+        limits = _candidate_reach(rings, stretch, self.extent)
         return Meshed(
             grid,
             lambda x, y: np.hypot(x / limits[0], y / limits[1]) <= 1.0 + 1e-9,

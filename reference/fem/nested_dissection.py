@@ -28,6 +28,7 @@ class LinearSystem:
     Attributes
     ----------
     matrices : (elements, size, size)
+        None (0, size, size) where the stiffness is applied without them.
     unknowns : (elements, size)
         Number of the unknown of every row; -1 for zero displacements.
     boundary : (boundary unknowns, far-field unknowns)

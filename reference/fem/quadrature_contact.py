@@ -25,7 +25,7 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     Parameters
     ----------
     body : CondensedBody
-        A body with condensed compliance, not multigrid.
+        A body with condensed compliance, not of conjugate gradients.
     per_direction : int
         Gauss points per direction of a surface element.
 
@@ -38,7 +38,7 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
         raise ValueError("contact at quadrature points needs a body with nodes as candidates")
     if not isinstance(body.flexibility, DenseFlexibility):
         raise ValueError(
-            "contact at quadrature points needs a condensed body, got solver multigrid"
+            "contact at quadrature points needs a condensed body, got solver conjugate_gradients"
         )
     if int(per_direction) != per_direction or per_direction < 1:
         raise ValueError(f"per_direction must be a positive integer, got {per_direction!r}")

@@ -29,8 +29,10 @@ LARGEST_POISSON = 0.4999
 # Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
 # and 11 000 at 310 000 (``roughline bench fem``), rounded up.
 BYTES_PER_UNKNOWN = 16_000
-# By multigrid, the making of its levels included: 22 000 to 23 000 up to 56 000 unknowns, measured.
-_BYTES_BY_MULTIGRID = 24_000
+# By conjugate gradients, mesh and band factors included.
+_BYTES_BY_ITERATION = 1_200
+# A factorisation of more takes more than 4 GB and a minute: conjugate gradients take its place.
+MOST_CONDENSED = 300_000
 LARGEST_ASPECT = 50
 # What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
 # rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
@@ -63,7 +65,7 @@ class FemSolver(Solver[G]):
             )
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control on this mesh: use bem_fft, or prescribe the force")
-        unfit = points_problem(scene) or solver_problem(scene)
+        unfit = points_problem(scene) or solver_problem(scene, scene.methods.fem.solver)
         if unfit:
             raise Refused(unfit)
         if scene.surface is not None and scene.surface.periodic:
@@ -122,22 +124,35 @@ class Fem(FemSolver[IndenterGeometry]):
         return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the elimination or the hierarchy, from the number of unknowns expected."""
-        cost = _BYTES_BY_MULTIGRID if self.options.solver == "multigrid" else BYTES_PER_UNKNOWN
-        if self.straight:
-            return cost * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
-        # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
-        aspect = max(self.stretch) ** 2
-        return cost * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
+        """Bytes of the elimination, or of the factors in conjugate gradients."""
+        mesh = self._mesh(task)
+        iterated = self._linear_solver(mesh) == "conjugate_gradients"
+        return (_BYTES_BY_ITERATION if iterated else BYTES_PER_UNKNOWN) * float(mesh.unknowns)
 
     def model(self, geometry: IndenterGeometry) -> str:
-        """Name the mesh."""
+        """Name the mesh, and the solver and why."""
         part = PARTS[sum(self.indenter.even)]
         fitted = "" if self.straight else ", scaled to each load"
-        solver = self.options.solver
-        solution = "solved by" if solver == "multigrid" else "condensed by"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
-        return f"{block}; {FAR}; {solution} {solver.replace('_', ' ')}"
+        return f"{block}; {FAR}; {self._solution()}"
+
+    def _solution(self) -> str:
+        """Say what solves the equations, and from which size on another solver does."""
+        chosen = self.options.solver
+        if chosen == "conjugate_gradients":
+            return "solved by conjugate gradients"
+        if chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
+            most = f"{MOST_CONDENSED // 1000} 000 unknowns"
+            return f"condensed by nested dissection (above {most} solved by conjugate gradients)"
+        return f"condensed by {_direct(chosen).replace('_', ' ')}"
+
+    def _linear_solver(self, mesh: fem.RingMesh | fem.TensorMesh) -> str:
+        """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
+        chosen = self.options.solver
+        large = chosen == "automatic" and mesh.unknowns > MOST_CONDENSED
+        if large and not solver_problem(self.scene, "conjugate_gradients"):
+            return "conjugate_gradients"
+        return _direct(chosen)
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Build and condense the body once."""
@@ -146,22 +161,21 @@ class Fem(FemSolver[IndenterGeometry]):
         yield Row(sweep, unknowns=body.unknowns, truncation=self._truncation(task, body))
 
     def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
-        """Return the condensed half-space that fits the scene's contact."""
-        (modulus, nu), geometry = self.scene.elastic_constants, task.geometry
+        """Return the half-space that fits the scene's contact."""
+        mesh, material = self._mesh(task), fem.Material(*self.scene.elastic_constants)
+        return fem.half_space_body(mesh, material, solver=self._linear_solver(mesh))
+
+    def _mesh(self, task: Task[IndenterGeometry]) -> fem.RingMesh | fem.TensorMesh:
+        geometry = task.geometry
         if self.straight:
-            face = punch_mesh.face_grid(geometry, task.resolution)
-            return fem.half_space_body(face, fem.Material(modulus, nu))
+            return punch_mesh.face_grid(geometry, task.resolution)
         # The size is arbitrary: a half-space has no length, and each load scales the mesh.
-        return fem.half_space_body(
-            fem.RingMesh(
-                geometry.contact_radius,
-                elements=task.resolution,
-                edge=geometry.contact_radius,
-                sharp=self._sharp(geometry),
-                stretch=self.stretch,
-            ),
-            fem.Material(modulus, nu),
-            solver=self.options.solver,
+        return fem.RingMesh(
+            geometry.contact_radius,
+            elements=task.resolution,
+            edge=geometry.contact_radius,
+            sharp=self._sharp(geometry),
+            stretch=self.stretch,
         )
 
     def _sharp(self, geometry: IndenterGeometry) -> bool:
@@ -216,25 +230,30 @@ def points_problem(scene: Scene) -> str:
         return 'points = "quadrature" takes contact = "penalty" only: there are more than nodes'
     if scene.indenter is None or scene.body is not None or scene.counter_body is not None:
         return 'points = "quadrature" is for a rigid indenter on a half-space'
-    if options.solver == "multigrid":
-        return 'points = "quadrature" needs a condensed body, and solver multigrid condenses none'
+    if options.solver == "conjugate_gradients":
+        return 'points = "quadrature" needs a condensed body, no conjugate gradients'
     return ""
 
 
-def solver_problem(scene: Scene) -> str:
-    """Return why the linear solver asked for cannot do the scene, or an empty text."""
-    solver, contact = scene.methods.fem.solver, scene.methods.fem.contact
-    if solver == "nested_dissection":
+def solver_problem(scene: Scene, solver: str) -> str:
+    """Return why a linear solver cannot do the scene, or an empty text."""
+    contact = scene.methods.fem.contact
+    if solver in ("automatic", "nested_dissection"):
         return ""
     if not _quadratic(scene) or (scene.indenter and scene.indenter.outline is not None):
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"
     if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
-    if solver == "multigrid" and contact != "active_set":
-        return "solver multigrid takes contact = active_set only"
+    if solver == "conjugate_gradients" and contact != "active_set":
+        return "solver conjugate_gradients takes contact = active_set only"
     if solver == "pardiso" and not pardiso.available():
         return "pypardiso is not installed (pip install 'roughline[fast]')"
     return ""
+
+
+def _direct(solver: str) -> str:
+    """Return the solver of meshes of ordinary size."""
+    return "nested_dissection" if solver == "automatic" else solver
 
 
 def _quadratic(scene: Scene) -> bool:

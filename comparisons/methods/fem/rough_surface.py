@@ -59,7 +59,11 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        unfit = points_problem(scene) or solver_problem(scene) or _bottom_problem(scene)
+        unfit = (
+            points_problem(scene)
+            or solver_problem(scene, scene.methods.fem.solver)
+            or _bottom_problem(scene)
+        )
         if unfit:
             raise Refused(unfit)
         self.options = scene.methods.fem

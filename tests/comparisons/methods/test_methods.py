@@ -427,13 +427,15 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
 
 @pytest.mark.slow
 def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
-    """Multigrid to 2e-5 of the direct force; refusals with reasons, the solver in the plan."""
-    sources = {"methods.fem.solver": "multigrid"}
+    """Forces to 1e-8 of the direct ones; refusals with reasons, the solver in the plan."""
+    sources = {"methods.fem.solver": "conjugate_gradients"}
     plans = [plan_scene(load_scene("paraboloid", more))[0] for more in ({}, sources)]
     forces = [execute(task_of(plan, "fem", 3), 1).quantities["force"] for plan in plans]
-    np.testing.assert_allclose(forces[1], forces[0], rtol=2e-5)
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-8)
     model = solver_for("fem", plans[1].scene).model(plans[1].geometry)
-    assert "solved by multigrid" in model
+    assert "solved by conjugate gradients" in model
+    model = solver_for("fem", plans[0].scene).model(plans[0].geometry)
+    assert "nested dissection (above 300 000 unknowns solved by conjugate gradients)" in model
     for name, more, reason in (
         ("square-punch", {}, "single contacts"),
         ("paraboloid", {"half_space.poisson_ratio": 0.5}, "definite matrix"),
