@@ -36,7 +36,8 @@ def _doubts(geometry: RoughGeometry) -> list[str]:
     doubts = []
     slope, sides = geometry.rms_slope, geometry.size
     if slope > LARGEST_SLOPE:
-        doubts.append(f"an rms slope of {number(slope)} is steeper than {number(LARGEST_SLOPE, 1)}")
+        limit = f"{number(LARGEST_SLOPE, 1)}, where every method here takes slopes as small"
+        doubts.append(f"an rms slope of {number(slope)} is steeper than {limit}")
     elif slope < LEAST_SLOPE:
         doubts.append(f"an rms slope of {number(slope)} is less than {number(LEAST_SLOPE, 1)}")
     if min(sides) < SMALLEST_SIDE:

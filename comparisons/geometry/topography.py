@@ -27,6 +27,8 @@ __all__ = ["Map", "MapError", "read_map"]
 
 Heights = NDArray[np.float64]
 
+# Largest and, inverted, smallest range of heights in metres: their squares are numbers.
+_LARGEST = 1e100
 # Default: undefined points are interpolated below this fraction.
 _INTERPOLATED_SHARE = 0.05
 # Largest step across the sides of a periodic map, relative to the largest step inside.
@@ -208,6 +210,9 @@ def _levelled(path: Path, heights: Heights, defined: NDArray[np.bool_], trend: s
     # Subtraction of a trend leaves rounding errors of the original heights.
     if left <= 64 * np.finfo(float).eps * magnitude:
         problem = f"the map is flat: no height differs from another (detrend = {trend!r})"
+        raise MapError(str(path), [problem])
+    if not 1 / _LARGEST < left < _LARGEST:
+        problem = f"heights over a range of {left:.3g} m: check height_unit"
         raise MapError(str(path), [problem])
     return heights
 

@@ -368,8 +368,15 @@ def load_scene(
     try:
         data = read_toml(path)
     except ValueError as error:
-        raise SceneError(str(source), [str(error)]) from error
+        raise SceneError(str(source), [f"{error}{_map_hint(path)}"]) from error
     return _scene(data, str(source), path.parent.resolve(), overrides)
+
+
+def _map_hint(path: Path) -> str:
+    """Say where a map of heights belongs that was given in place of a scene."""
+    if path.suffix.lower() == ".toml":
+        return ""
+    return f'; a scene names its map of heights: [surface] kind = "map", file = "{path.name}"'
 
 
 def parse_scene(

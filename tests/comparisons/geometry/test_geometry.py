@@ -179,6 +179,9 @@ def test_the_digest_knows_the_map(measured):
 def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
     with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
         prepare(measured(np.zeros((8, 8))))
+    for factor in (1e200, 1e-200):
+        with pytest.raises(SceneError, match=r"surface.file: .*npy: heights over a range of "):
+            prepare(measured(factor * smooth_map()))
     holes = smooth_map()
     holes[2, 2] = np.nan
     with pytest.raises(SceneError, match=r"surface.file: .*npy: .*NaN"):

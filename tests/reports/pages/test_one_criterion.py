@@ -205,6 +205,13 @@ def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
     assert other in finding((scene,))
 
 
+def test_the_finding_on_a_map_leaves_its_patch_out():
+    """The patch of 16 x 16 points costs milliseconds: nobody asked what to use for it."""
+    whole = solved("square-punch", COARSE | {"compare.quantities": ["force"]})
+    patch = replace(whole, name="whole-patch", title=f"{whole.title}: patch of 16 x 16 points")
+    assert finding((whole, patch)) == finding((whole,))
+
+
 def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
     """An ellipsoid of ratio 2: area errs by 0.66 % at equal penetration, by 1.3 % at equal force.
 
