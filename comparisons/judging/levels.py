@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from comparisons.facts.methods import ELEMENTS, GRID, METHODS
+from comparisons.judging.located import located_uncertainty
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
 from comparisons.judging.uncertainty import (
@@ -132,10 +133,22 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
+        if name == "contact_area" and self._located:
+            finest = max(curves)
+            counted = self.curves(finest)["contact_area_raw"]
+            return located_uncertainty(
+                series, counted, finest, periodic=self._contact == "periodic"
+            )
         sizes = sizes_along_path(series[-1]) if last.path else None
         areas = None if self.finest is None else self.curves(self.finest).get("contact_area")
         grids = np.array(list(curves))
         return discretisation(grids, series, (name, self.kind), sizes=sizes, areas=areas)
+
+    @property
+    def _located(self) -> bool:
+        """Whether it is of cells that are counted, too, on a rough surface without physics."""
+        finest = next(reversed(self.solutions.values()))
+        return METHODS[self.method].grid and self.rough and "contact_area_raw" in finest.quantities
 
     @property
     def kind(self) -> Kind | None:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities.proved import ENCLOSED
+from comparisons.judging.located import located_uncertainty
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.uncertainty import (
@@ -34,7 +35,8 @@ class Case:
     bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
     `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
-    share of the changes was measured for (`uncertainty.ShareRule`).
+    share of the changes was measured for (`uncertainty.ShareRule`). `counted` (steps), of an area:
+    that of the cells of the finest grid, which its bar is from then (`judging.located`).
     """
 
     half: str
@@ -51,6 +53,7 @@ class Case:
     unproved: str = ""
     areas: np.ndarray | None = None
     rule: ShareRule = SHARE_RULE
+    counted: np.ndarray | None = None
 
     @property
     def rough(self) -> bool:
@@ -61,7 +64,11 @@ class Case:
     def bars(self) -> np.ndarray:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
         levels, known = np.array(self.resolutions), (self.quantity, self.kind)
-        grid = discretisation(levels, self.curves, known, rule=self.rule, areas=self.areas)
+        if self.counted is None:
+            grid = discretisation(levels, self.curves, known, rule=self.rule, areas=self.areas)
+        else:
+            periodic = self.kind == "periodic"
+            grid = located_uncertainty(self.curves, self.counted, levels[-1], periodic=periodic)
         return combined(grid, self.bars_beside_grid)
 
     @property

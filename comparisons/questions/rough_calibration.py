@@ -118,6 +118,7 @@ def _cases(
         values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
         single = [values[:, k] for k in range(values.shape[1])]
         means = [values.mean(axis=1)] if len(single) > 1 else []
+        beside = _of_surfaces(grids[levels[-1]].quantities["contact_area_raw"], bool(means))
         for number, series in enumerate((*single, *means)):
             known = series[:-1]
             case = Case(
@@ -131,5 +132,11 @@ def _cases(
                 errors=np.abs(relative_error(known[-1], series[-1])),
                 curves=known,
                 bars_beside_grid=np.zeros(len(LOADS)),
+                counted=beside[number] if quantity == "contact_area" else None,
             )
             yield held_against(OTHERS if number else sides, case)
+
+
+def _of_surfaces(values: np.ndarray, mean: bool) -> list[np.ndarray]:
+    """Return the values (surfaces, loads) of each surface, then their mean where it is a case."""
+    return [*values, *([values.mean(axis=0)] if mean else [])]

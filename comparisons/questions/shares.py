@@ -43,9 +43,10 @@ def fitted_rule(cases: Iterable[Case]) -> ShareRule:
 
     Every factor covers the required share of its cases with three grids (of single contacts: of
     their bars at every load), then `two` as much of all rough cases with two; the factors are then
-    raised. What nothing covers keeps its value.
+    raised. What nothing covers keeps its value. Areas that are counted, too, have a
+    rule of their own: here they stand for those of other methods.
     """
-    fitting = [case for case in cases if case.half == "fitting"]
+    fitting = [replace(case, counted=None) for case in cases if case.half == "fitting"]
     three = [case for case in fitting if len(case.resolutions) > 2]
     factors = dict(SHARE_RULE.factors)
     for quantity in factors:

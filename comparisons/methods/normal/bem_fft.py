@@ -38,8 +38,9 @@ _DOUBLE_PERIODIC, _DOUBLE_FREE = 42, 56
 _HEIGHTS = 8
 
 # Factors by which the points of a single surface are refined further, and up to how many cells: the
-# third grid of 512 x 512 points takes half a minute, more of small ones a tenth of a second a load.
-FURTHER = ((4, 2048**2), (8, 256**2), (16, 256**2))
+# third grid of 512 x 512 points takes half a minute (640 x 480, a usual size of maps, have one,
+# too), more of small ones a tenth of a second a load.
+FURTHER = ((4, 2560 * 1920), (8, 256**2), (16, 256**2))
 
 
 class BemFft(GridSolver[HalfSpace]):

@@ -41,11 +41,22 @@ def test_the_bar_is_a_factor_times_the_last_change(kind):
 def test_two_grids_have_a_wider_bar_for_no_third_tells_whether_their_change_is_small_by_chance():
     three, two = case("mean_gap", 0.0), case("mean_gap", 0.0, levels=LEVELS[1:])
     assert two.bar == pytest.approx(SHARE_RULE.two * three.bar)
-    # 8 % before: second order at best leaves 2 % of change, however small the last one is
-    lucky = share_uncertainty(
-        np.array(LEVELS), np.array([[1.08], [1.0], [1.0]]), ("mean_gap", "free")
-    )
-    assert lucky[0] == pytest.approx(0.02 * SHARE_RULE.factor(("mean_gap", "free")))
+    # 8 % before: second order at best leaves 2 % of change, third 1 %, however small the last one
+    for quantity, left in ((("stiffness", "free"), 0.02), (("mean_gap", "free"), 0.01)):
+        lucky = share_uncertainty(np.array(LEVELS), np.array([[1.08], [1.0], [1.0]]), quantity)
+        assert lucky[0] == pytest.approx(left * SHARE_RULE.factor(quantity))
+
+
+def test_a_counted_area_beside_the_located_one_is_what_its_bar_is_from():
+    """Cells 6 % too many: 0.45 of 0.06^1.5; a change that is much larger: a quarter of it.
+
+    And on 64 cells a side two strips of 0.175 cells, four where there is a rim.
+    """
+    area = replace(case("contact_area", 0.0, kind="periodic"), counted=np.array([1.06]))
+    assert area.bar == pytest.approx(0.1 / 4)
+    close, strip = replace(area, curves=np.array([[1.0], [1.0], [1.0]])), 0.17465 / 64
+    assert close.bar == pytest.approx(0.45 * 0.06**1.5 + 2 * strip)
+    assert replace(close, kind="free").bar - close.bar == pytest.approx(2 * strip)
 
 
 def test_one_grid_leaves_the_bar_unknown():
