@@ -39,7 +39,9 @@ class Comparison:
     distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
-def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison:
+def compare(
+    plan: Plan, solved: Solved, constants: dict[str, Any], *, prove: bool = True
+) -> Comparison:
     """Compare all solutions of a scene with its best reference.
 
     Parameters
@@ -50,6 +52,9 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     constants : dict
         Columns that are the same in every row (threads, versions, machine), but where a solution
         knows the machine that found it.
+    prove : bool
+        Whether to hold the truth against what theorems prove, where the scene asks for it: this
+        can take longer than the solves.
     """
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     levels = {method: Levels.of(solved, method) for method, _ in solved}
@@ -66,7 +71,9 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()
-    sides = {} if truth is None else enclosures_asked_for(plan.scene, plan.geometry, plan.loads)
+    sides: dict[str, np.ndarray] = {}
+    if truth is not None and prove:
+        sides = enclosures_asked_for(plan.scene, plan.geometry, plan.loads)
     if truth is not None and sides:
         verification = verified(truth, sides, time.perf_counter() - started)
         own = (table["method"] == truth.method) & (table["resolution"] == truth.resolution)

@@ -124,7 +124,7 @@ class Study(Campaign[Plan, StudyRecord]):
         """Compare the solutions so far, and return the record to be written.
 
         The comparison counts into the seconds of the run: what theorems prove can take longer
-        than the solves.
+        than the solves. Whoever interrupts does not wait for it.
         """
         started = time.perf_counter()
         begun = [
@@ -133,7 +133,7 @@ class Study(Campaign[Plan, StudyRecord]):
             if (self._is_part and self._begun)
             or any(task.key in self._solutions for task in plan.tasks)
         ]
-        scenes = tuple(self._scene_record(plan) for plan in begun)
+        scenes = tuple(self._scene_record(plan, not header.interrupted) for plan in begun)
         seconds = header.seconds + time.perf_counter() - started
         return StudyRecord(
             directory=self.directory,
@@ -186,9 +186,9 @@ class Study(Campaign[Plan, StudyRecord]):
         return missing
 
     def so_far(self, done: Done) -> SceneRecord:
-        """Compare the solutions so far of the scene of a task."""
+        """Compare the solutions so far of the scene of a task, without what theorems prove."""
         (plan,) = [plan for plan in self.plans if plan.scene.name == done.job.kind.scene]
-        return record_scene(plan, self.solved(plan))
+        return record_scene(plan, self.solved(plan), prove=False)
 
     def solution(self, task: Task) -> Solution | None:
         """Return the solution of a task, or None if it is not done."""
@@ -211,7 +211,7 @@ class Study(Campaign[Plan, StudyRecord]):
         """Return the solutions of a plan for which all blocks of realisations are done."""
         return _joined(plan, self.solution)
 
-    def _scene_record(self, plan: Plan) -> SceneRecord:
+    def _scene_record(self, plan: Plan, prove: bool) -> SceneRecord:
         fields = {
             (task.method, task.resolution): self._path(task)
             for task in plan.tasks
@@ -219,7 +219,7 @@ class Study(Campaign[Plan, StudyRecord]):
         }
         for path in fields.values():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
-        return record_scene(plan, self.solved(plan), fields)
+        return record_scene(plan, self.solved(plan), fields, prove=prove)
 
 
 def solved_in_memory(

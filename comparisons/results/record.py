@@ -20,7 +20,11 @@ from comparisons.tasks.solution import Solved
 
 
 def record_scene(
-    plan: Plan, solved: Solved, fields: Mapping[tuple[str, int], Path] | None = None
+    plan: Plan,
+    solved: Solved,
+    fields: Mapping[tuple[str, int], Path] | None = None,
+    *,
+    prove: bool = True,
 ) -> SceneRecord:
     """Compare the solutions of a plan with the best reference, and record verdicts and advice.
 
@@ -31,13 +35,15 @@ def record_scene(
         (method, resolution) -> Solution.
     fields : mapping, optional
         (method, resolution) -> file with the arrays at the last load.
+    prove : bool
+        As of `comparisons.judging.comparison.compare`.
     """
     constants = {
         "threads": THREADS,
         "versions": versions_text(versions()),
         "machine": this_machine(),
     }
-    result = compare(plan, solved, constants)
+    result = compare(plan, solved, constants, prove=prove)
     scene, truth, verification = plan.scene, result.truth, result.verification
     quantities = plan.compared
     record = SceneRecord(

@@ -181,14 +181,35 @@ def test_what_the_comparison_takes_counts_into_the_time_of_the_run(ball, tmp_pat
     """Proofs of the quick suite once took longer than the four minutes that it claimed."""
     compared = study_module.record_scene
 
-    def slowly(*arguments):
+    def slowly(*arguments, **how):
         time.sleep(0.2)
-        return compared(*arguments)
+        return compared(*arguments, **how)
 
     known = Study(ball, tmp_path / "out").run()
     monkeypatch.setattr(study_module, "record_scene", slowly)
     again = Study(ball, tmp_path / "out", resume=True).run()
     assert again.seconds > known.seconds + 0.2
+
+
+def test_theorems_are_asked_at_the_end_only(scene, tmp_path, monkeypatch):
+    """Of a rough patch they take half a minute: neither the live plot nor ctrl-C waits for them."""
+    asked = {"methods": ["closed_form", "reduced", "bem_fft"], "resolutions": [6], "proved": True}
+    plans = plan_scene(scene(compare=asked))
+    live = []
+
+    def watch(campaign, done):
+        if done is not None and campaign.counts[0] == 2:
+            live.append(campaign.so_far(done))
+
+    with monkeypatch.context() as patch:
+        interrupt_after(patch, 2)
+        with pytest.raises(KeyboardInterrupt):
+            Study(plans, tmp_path, watch=watch).run()
+    stopped = load_study(tmp_path).scenes
+    finished = Study(plans, tmp_path, resume=True).run().scenes
+    assert live
+    assert not any("proved" in record.reference for record in (*live, *stopped))
+    assert all(record.reference["proved"]["bars"] for record in finished)
 
 
 def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
