@@ -217,3 +217,19 @@ def test_an_installed_package_has_all_its_files():
         if not any(path in (ROOT / package).glob(pattern) for pattern in shipped)
     ]
     assert forgotten == []
+
+
+@pytest.mark.slow
+def test_what_a_first_installation_leaves_behind_hides_no_package(tmp_path):
+    """The README's second command in the folder of the first: folders of compiled code remain."""
+    for package in ("reduced", "reference/halfspace", "comparisons"):
+        (tmp_path / package / "__pycache__").mkdir(parents=True)
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", "import reference.halfspace.kernels, reduced, comparisons"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
