@@ -19,10 +19,10 @@ def covered(cases: list[Case]) -> Figure:
     values = np.maximum([(case.error, case.bar) for case in cases], SMALLEST)
     low, high = 10.0 ** np.floor(np.log10(values.min())), 10.0 ** np.ceil(np.log10(values.max()))
     ends = np.array([low, high])
-    looks = Look("bar = error", INK), Look("10 ×", INK, dash=DASHED)
+    looks = Look("bar = error", INK), Look("3 ×", INK, dash=DASHED)
     guides = [
         Series(drawn, ends, factor * ends, marks=False, width=1)
-        for drawn, factor in zip(looks, (1, 10), strict=True)
+        for drawn, factor in zip(looks, (1, 3), strict=True)
     ]
     names = drawing_order(dict.fromkeys(case.method for case in cases))
     points = [_points([case for case in cases if case.method == name], name) for name in names]
@@ -31,7 +31,7 @@ def covered(cases: list[Case]) -> Figure:
         "Does the bar cover the true error?",
         "Each marker is one quantity in one series of resolutions, on a shape not used to fit the "
         "estimator. Above the solid line the bar covers the true error; on the dashed line it is "
-        "ten times the error.",
+        "three times the error.",
         error_axis(low, high, "true error (rms over the loads)"),
         error_axis(low, high, "bar (95 %)"),
         (*guides, *points),
@@ -59,7 +59,7 @@ def widths(cases: list[Case]) -> Figure:
         "widths",
         "How wide are the bars?",
         "Cumulative distribution of the ratio of bar to true error. Below 1 the bar misses the "
-        "true error, in at most 5 % of the cases; the median should be below 10.",
+        "true error, in at most 5 % of the cases; the median should be below 3.",
         Axis("width: bar over true error", log=True, limits=(0.1, 1000.0), ticks=ticks),
         Axis("fraction of cases", scale=fmt.Scale(100.0, "%"), limits=(0.0, 1.0)),
         tuple(
@@ -68,7 +68,7 @@ def widths(cases: list[Case]) -> Figure:
             )
             for half, d in (("reported", SOLID), ("fitting", DOTTED))
         ),
-        guides=(Guide(1.0, colour=INK), Guide(10.0, colour=INK)),
+        guides=(Guide(1.0, colour=INK), Guide(3.0, colour=INK)),
     )
 
 
