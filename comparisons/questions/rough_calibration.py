@@ -88,7 +88,7 @@ def sides_of(plan: Plan) -> dict[str, np.ndarray] | str:
     try:
         return enclosures(plan.scene, plan.geometry, plan.loads)
     except Refused as refusal:
-        return str(refusal)
+        return f"because {refusal}"
 
 
 def _plan(surface: dict[str, Any]) -> Plan:

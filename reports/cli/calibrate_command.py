@@ -39,7 +39,7 @@ def calibrate(
     from comparisons.questions.shares import fitted_rule
     from comparisons.results.folder import PAGE
     from reports.cli.live import watching
-    from reports.cli.terminal import print_table
+    from reports.cli.terminal import print_line, print_table
     from reports.pages.calibration import write_calibration_report
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule
 
@@ -50,11 +50,15 @@ def calibrate(
     cases = record.cases
     write_calibration_report(cases, command, out / PAGE)
     reported = [case for case in cases if case.half == "reported"]
-    print("Cases that were not used to fit the rule: coverage, and median of bar over true error,")
-    print("in the rms over the loads of a case, and of the bars at every load by themselves")
+    print_line(
+        "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
+        "in the rms over the loads of a case, and of the bars at every load by themselves."
+    )
     for made in (*by_quantity(reported), rule(fitted_rule(cases)), *other_widths(cases)):
-        print()
+        print_line("")
         print_table(made)
+        if made.note:
+            print_line(made.note)
     _print_missed(record)
     fine = all(
         (got := summary(part)).coverage >= COVERAGE and got.width <= WIDTH
@@ -69,11 +73,13 @@ def calibrate(
 
 def _print_missed(record: CalibrationRecord) -> None:
     """Print how many bars miss what is proved, and which."""
-    print(f"\n{record.held}")
+    from reports.cli.terminal import print_line
+
+    print_line(f"\n{record.held}.")
     for case in record.cases:
         if case.missed:
             kind = "defect: " if case.refuted else ""
-            print(
+            print_line(
                 f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
                 f"at worst by {case.excess:.0%} of the bar"
             )

@@ -78,9 +78,13 @@ def rule(fitted: ShareRule) -> Table:
                 cells.number(f"{fitted.factor(known):g}", fitted.factor(known)),
             )
         )
-    note = f"Of two grids {SHARE_RULE.two:g} times as much, of two meshes {SHARE_RULE.two_meshes:g}"
+    note = (
+        f"Of two grids {SHARE_RULE.two:g} times as much (asked now {fitted.two:g}), of two meshes "
+        f"{SHARE_RULE.two_meshes:g}. Areas of rough surfaces on cells have a bar of their own, "
+        "from the contact line, which has no factor here."
+    )
     heads = ("rule", "order", "must cover", "raised by", "factor", "asked now")
-    return table(heads, rows, note=f"{note}; of rough surfaces two grids ask for {fitted.two:g}.")
+    return table(heads, rows, note=note)
 
 
 def other_widths(cases: Iterable[Case]) -> list[Table]:

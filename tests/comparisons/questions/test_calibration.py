@@ -13,6 +13,7 @@ from comparisons.questions.calibration import (
     FITTING,
     REPORTED,
     Calibration,
+    CalibrationRecord,
     shape_cases,
 )
 from comparisons.questions.calibration_cases import (
@@ -25,8 +26,10 @@ from comparisons.questions.calibration_cases import (
     summary,
 )
 from comparisons.questions.shares import SINGLE, fitted_rule
+from comparisons.results.header import Header
 from comparisons.solving.inquiries import answer_of
 from reports.cli.calibrate_command import COVERAGE, REFUTED, WIDTH
+from reports.cli.cli import run_command
 from reports.pages.calibration import calibration_page
 
 
@@ -227,6 +230,28 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
     page = calibration_page(made, "roughline calibrate")
     assert "covers the true error in 100.0 % of 2 cases" in page
     assert "covers the true error in 100.0 % of 1 cases" in page
+
+
+@pytest.mark.parametrize(("times", "code"), [(0.5, 0), (2.0, 1)])
+def test_the_command_tells_the_rule_and_ends_with_1_where_bars_are_too_narrow(
+    times, code, tmp_path, monkeypatch, capsys
+):
+    """Errors of half the bar, and of twice the bar; lines fit a terminal of 80 columns."""
+    monkeypatch.setenv("COLUMNS", "80")
+    made = [case(2.0, c, half) for c in (0.1, 0.2) for half in ("fitting", "reported")]
+    made = [replace(part, errors=times * part.bars, beyond=0 * part.bars) for part in made]
+    facts = {"created": "now", "command": "roughline calibrate", "effort": "full"}
+    header = Header(**facts, seconds=1.0, machine={}, versions={}, interrupted=False)
+    monkeypatch.setattr(Calibration, "run", lambda self: CalibrationRecord(header, made))
+    assert run_command(["calibrate", "--workers", "1", "--out", str(tmp_path)]) == code
+    said = capsys.readouterr().out
+    assert max(map(len, said.replace(str(tmp_path), "").splitlines())) <= 80
+    (row,) = [line.split() for line in said.splitlines() if line.startswith("force, FFT BEM")]
+    reached = ["100.0", "%", "2.0"] if times < 1 else ["0.0", "%", "0.50"]
+    assert row[3:] == ["2", *reached, *reached]
+    assert "force, cells" in said
+    assert "1.2 times as wide" in said
+    assert "12 bars stand beside an interval" in said
 
 
 @pytest.mark.slow
