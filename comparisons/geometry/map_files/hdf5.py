@@ -67,14 +67,14 @@ def open_hdf5(path: Path, stated: Stated) -> MapFile:
 
 
 def _chosen(path: Path, file: Any, h5py: Any, channel: str | None) -> str:
-    """Return the name of the map; only what is in this very file counts."""
-    names = [
-        name
-        for name in file
-        if isinstance(file.get(name, getlink=True), h5py.HardLink)
-        and isinstance(file[name], h5py.Dataset)
-        and file[name].ndim == 2
-    ]
+    """Return the name of the map, with its groups; only what is in this very file counts."""
+    names: list[str] = []
+
+    def note_map(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.ndim == 2:
+            names.append(name)
+
+    file.visititems(note_map)  # no soft or external links, each item once
     if channel is not None and channel in names:
         return channel
     if channel is None and len(names) == 1:

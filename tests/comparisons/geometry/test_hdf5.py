@@ -65,6 +65,20 @@ def test_a_link_to_another_file_is_no_map(written, tmp_path):
         open_map(tmp_path / "link.h5", STATED)
 
 
+def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path):
+    """A map in a group used to be overlooked: beside another one, that one was taken unasked."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "surface.h5"
+    with h5py.File(path, "w") as file:
+        file["run/heights"] = HEIGHTS
+        file["run/again"] = file["run"]  # a circle
+    assert open_map(path, STATED).shape == HEIGHTS.shape
+    with h5py.File(path, "a") as file:
+        file["other"] = HEIGHTS
+    with pytest.raises(MapError, match=r"expected one map, .* are 'other', 'run/heights'"):
+        open_map(path, STATED)
+
+
 def test_a_file_that_is_no_hdf5_is_refused(tmp_path):
     pytest.importorskip("h5py")
     (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
