@@ -16,6 +16,10 @@ from numba.core.dispatcher import Dispatcher
 
 from comparisons.solving.locks import alone
 
+# Seconds to wait for a process that compiles: the longest functions take a few. One that is stopped
+# holds others up so long, for one function, and they compile it themselves.
+_PATIENCE = 60.0
+
 _compile = Dispatcher.compile
 
 
@@ -37,7 +41,7 @@ def compile_in_turn(folder: Path) -> None:
             lock = folder / f"{_digest(self.py_func)}.lock"
             if self.stats.cache_path is not None and lock not in begun:
                 with suppress(OSError):  # a full disk has no room for locks
-                    turn.enter_context(alone(lock))
+                    turn.enter_context(alone(lock, _PATIENCE))
                 begun.add(lock)
                 turn.callback(begun.discard, lock)
             return _compile(self, sig)

@@ -107,7 +107,7 @@ class Descent:
             )
 
     def _blank(self) -> Array:
-        return np.zeros_like(self.clearance)
+        return np.zeros(self.clearance.size, self.clearance.dtype)
 
     def run(self, goal: float, depth: float, patience: int, limit: int) -> int:
         """Iterate until no clearance exceeds the goal; return how the iteration ended.

@@ -20,6 +20,7 @@ passes through memory. All is linear for a given contact, and `restrict` is the 
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -69,42 +70,61 @@ class Extension:
         cells = int(self._sides.prod(axis=1).sum())
         # sums over the contact in blocks of all sizes, and the share of a block in contact
         self._sums, self._shares = np.empty(cells, dtype), np.empty(cells, dtype)
-        first = int(self._sides[0].prod())
-        self._blocks = self._sums[:first].reshape(sides[0])
-        self._block_shares = self._shares[:first].reshape(sides[0])
+        # levels that threads share, and the next one
+        large = sum(n * m > pieces.SIZE for n, m in sides)
+        starts = np.concatenate([[0], np.cumsum(self._sides.prod(axis=1))])
+        self._levels: list[tuple[Array, Array]] = []
+        for level in range(min(large + 1, len(sides))):
+            part = slice(starts[level], starts[level + 1])
+            sums, shares = (flat[part].reshape(sides[level]) for flat in (self._sums, self._shares))
+            self._levels.append((sums, shares))
+        self._first, self._start = len(self._levels) - 1, int(starts[len(self._levels) - 1])
 
     def extend(self, values: Array, free: NDArray[np.uint8], out: Array) -> Array:
         """Fill `out` (padded) with `values` on the free cells, which are zero elsewhere, continued.
 
         At least one cell is free; `out` may be `values`.
         """
-        self._over(_gather, values, free, self._blocks, self._block_shares)
-        _extend_blocks(self._sums, self._shares, self._sides)
-        self._over(_spread, self._blocks, values, free, out)
+        self._cover(values, free)
+        self._over(_spread, self._levels[0][0], values, free, out)
         return out
 
     def cover(self, free: NDArray[np.uint8]) -> None:
         """Set the contact of the next `restrict` without extending a field."""
-        self._over(_gather, free, free, self._blocks, self._block_shares)
-        _extend_blocks(self._sums, self._shares, self._sides)
+        self._cover(free, free)
 
     def restrict(self, field: Array, free: NDArray[np.uint8], out: Array) -> Array:
         """Fill `out` with the transpose of `extend` applied to a field (padded).
 
         `free` are the cells of the last `extend` or `cover`; `out` may be the field.
         """
-        self._over(_collect, field, free, self._blocks)
-        _restrict_blocks(self._sums, self._shares, self._sides)
-        self._over(_return, self._blocks, field, free, out)
+        levels = self._levels
+        self._over(_collect, levels[0][0], field, free)
+        for (values, weights), (coarse, _) in pairwise(levels):
+            self._over(_collect, coarse, values, weights)
+        _restrict_blocks(self._sums, self._shares, self._sides, self._first, self._start)
+        for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
+            self._over(_return, coarse, values, weights, values)
+        self._over(_return, levels[0][0], field, free, out)
         return out
 
-    def _over(self, work: Callable[..., None], *maps: Map) -> None:
-        rows, columns = self._blocks.shape
-        if rows * columns <= pieces.SIZE:
-            work(*maps, 0, rows)
+    def _cover(self, field: Map, free: NDArray[np.uint8]) -> None:
+        """Fill the blocks of all sizes with continued means, and the shares of cells in contact."""
+        levels = self._levels
+        self._over(_gather, *levels[0], field, free)
+        for fine, above in pairwise(levels):
+            self._over(_gather, *above, *fine)
+        _extend_blocks(self._sums, self._shares, self._sides, self._first, self._start)
+        for (values, weights), (coarse, _) in reversed(list(pairwise(levels))):
+            self._over(_spread, coarse, values, weights, values)
+
+    def _over(self, work: Callable[..., None], coarse: Map, *maps: Map) -> None:
+        rows, columns = coarse.shape
+        if 4 * rows * columns <= pieces.SIZE:
+            work(coarse, *maps, 0, rows)
             return
-        step = pieces.rows_of(columns)
-        pieces.over(rows, step, lambda part: work(*maps, part.start, part.stop))
+        step = pieces.rows_of(4 * columns)
+        pieces.over(rows, step, lambda part: work(coarse, *maps, part.start, part.stop))
 
 
 def _halved(sides: tuple[int, int]) -> tuple[int, int]:
@@ -118,17 +138,16 @@ def _level(flat, sides, level, start):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _extend_blocks(sums, shares, sides):
-    """Replace the sums of all levels by continued means: up to one block, and down again."""
-    start = 0
-    for level in range(len(sides) - 1):
+def _extend_blocks(sums, shares, sides, first, start):
+    """Replace the sums of levels from `first` on, which is at `start`, by continued means."""
+    for level in range(first, len(sides) - 1):
         above = start + sides[level, 0] * sides[level, 1]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
         coarse = _level(sums, sides, level + 1, above), _level(shares, sides, level + 1, above)
-        _gather(values, weights, coarse[0], coarse[1], 0, sides[level + 1, 0])
+        _gather(coarse[0], coarse[1], values, weights, 0, sides[level + 1, 0])
         start = above
     sums[start] /= shares[start]
-    for level in range(len(sides) - 2, -1, -1):
+    for level in range(len(sides) - 2, first - 1, -1):
         above = start
         start -= sides[level, 0] * sides[level, 1]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
@@ -137,16 +156,15 @@ def _extend_blocks(sums, shares, sides):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _restrict_blocks(sums, shares, sides):
-    """Replace what the blocks collected from open cells by what their contact cells get."""
-    start = 0
-    for level in range(len(sides) - 1):
+def _restrict_blocks(sums, shares, sides, first, start):
+    """Replace what blocks from a level on collected by what their contact cells get."""
+    for level in range(first, len(sides) - 1):
         above = start + sides[level, 0] * sides[level, 1]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
-        _collect(values, weights, _level(sums, sides, level + 1, above), 0, sides[level + 1, 0])
+        _collect(_level(sums, sides, level + 1, above), values, weights, 0, sides[level + 1, 0])
         start = above
     sums[start] /= shares[start]
-    for level in range(len(sides) - 2, -1, -1):
+    for level in range(len(sides) - 2, first - 1, -1):
         above = start
         start -= sides[level, 0] * sides[level, 1]
         values, weights = _level(sums, sides, level, start), _level(shares, sides, level, start)
@@ -156,7 +174,7 @@ def _restrict_blocks(sums, shares, sides):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _gather(values, weights, sums, shares, first, stop):
+def _gather(sums, shares, values, weights, first, stop):
     """Fill sums and shares of blocks from first to stop with quarters of their four cells'."""
     rows, columns = values.shape
     number = sums.dtype.type
@@ -200,7 +218,7 @@ def _spread(coarse, values, weights, out, first, stop):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _collect(field, weights, sums, first, stop):
+def _collect(sums, field, weights, first, stop):
     """Fill blocks from first to stop with what `_spread` took from them, transposed."""
     (period, length), width = field.shape, sums.shape[1]
     number = sums.dtype.type
@@ -242,8 +260,11 @@ def _return(coarse, field, weights, out, first, stop):
     rows, columns = weights.shape
     number = coarse.dtype.type
     zero, unit, quarter, full = number(0), number(1), number(0.25), number(1 / _FULL)
+    line = np.empty(columns + 1, coarse.dtype)
     for i in range(2 * first, min(2 * stop, rows)):
+        for j in range((columns + 1) // 2):
+            line[2 * j] = line[2 * j + 1] = quarter * coarse[i // 2, j]
         for j in range(columns):
             weight = number(weights[i, j])
-            value = field[i, j] * min(unit / weight, full) + quarter * coarse[i // 2, j // 2]
+            value = field[i, j] * min(unit / weight, full) + line[j]
             out[i, j] = value if weight > zero else zero

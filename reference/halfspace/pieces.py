@@ -8,7 +8,7 @@ interpreter's lock.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import TypeVar
 
@@ -22,6 +22,7 @@ class _Threads:
     """The threads that share pieces: none but the caller's own unless asked for."""
 
     pool: ThreadPoolExecutor | None = None
+    others = 0
 
 
 @contextmanager
@@ -44,13 +45,13 @@ def threads(number: int) -> Iterator[None]:
     if number == 1:
         yield
         return
-    before = _Threads.pool
-    with ThreadPoolExecutor(number) as pool:
-        _Threads.pool = pool
+    before = _Threads.pool, _Threads.others
+    with ThreadPoolExecutor(number - 1) as pool:
+        _Threads.pool, _Threads.others = pool, number - 1
         try:
             yield
         finally:
-            _Threads.pool = before
+            _Threads.pool, _Threads.others = before
 
 
 def over(length: int, step: int, work: Callable[[slice], Answer]) -> list[Answer]:
@@ -58,7 +59,22 @@ def over(length: int, step: int, work: Callable[[slice], Answer]) -> list[Answer
     parts = [slice(start, min(start + step, length)) for start in range(0, length, step)]
     if _Threads.pool is None or len(parts) == 1:
         return [work(part) for part in parts]
-    return list(_Threads.pool.map(work, parts))
+    answers: dict[int, Answer] = {}
+    # each thread takes the next piece when it is done with one; the caller is one of them
+    numbers = iter(range(len(parts)))
+
+    def share() -> None:
+        for number in numbers:
+            answers[number] = work(parts[number])
+
+    others = [_Threads.pool.submit(share) for _ in range(_Threads.others)]
+    try:
+        share()
+    finally:
+        wait(others)
+    for other in others:
+        other.result()
+    return [answers[number] for number in range(len(parts))]
 
 
 def rows_of(width: int) -> int:

@@ -17,6 +17,7 @@ Lengths have the factors 2, 3 and 5; `suits` says of which fields.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -121,7 +122,7 @@ def modes(rows: int, columns: int, dtype: DTypeLike) -> Array:
 
 def aligned(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
     """Return a new array whose vectors begin with lines of the cache."""
-    size = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    size = math.prod(shape) * np.dtype(dtype).itemsize
     memory = np.empty(size + LANE_BYTES, np.uint8)
     first = -memory.ctypes.data % LANE_BYTES
     return memory[first : first + size].view(dtype).reshape(shape)

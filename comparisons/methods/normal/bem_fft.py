@@ -31,7 +31,7 @@ BYTES_PERIODIC = 64
 BYTES_FREE = 128
 # More, on a period, where a load before is there to extrapolate from, and while the stiffness of a
 # contact is solved for beside it: 67 and 88 in all, measured. A free half-space has room for both.
-_EXTRAPOLATED, _STIFFNESS = 8, 20
+EXTRAPOLATED, STIFFNESS = 8, 20
 # Where single precision stalls the fallback in double holds 38 and 51 more (2048 points a side).
 _DOUBLE_PERIODIC, _DOUBLE_FREE = 42, 56
 # Beside the solve: the heights of every surface of a block.
@@ -88,9 +88,9 @@ class BemFft(GridSolver[HalfSpace]):
         """Bytes of the arrays and transforms of one grid."""
         solve = BYTES_FREE
         if _periodic(task):
-            solve = BYTES_PERIODIC + (_EXTRAPOLATED if len(task.loads.values) > 1 else 0)
+            solve = BYTES_PERIODIC + (EXTRAPOLATED if len(task.loads.values) > 1 else 0)
             if {"stiffness", "contact_length_stiffness"} & set(task.quantities):
-                solve += _STIFFNESS
+                solve += STIFFNESS
         heights = _HEIGHTS * len(task.realisations)
         heights = heights if isinstance(task.geometry, RoughGeometry) else 0
         return float(solve + heights) * cells(task.geometry, task.resolution)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Literal
 
@@ -12,10 +13,10 @@ import numpy as np
 import psutil
 
 from comparisons.isolation import parent
-from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
+from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRAPOLATED, STIFFNESS
 from comparisons.questions.benchmarks import bem_cases
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft, pieces
 from reference.halfspace.solution import Press
 from reference.loads import Load
 
@@ -23,13 +24,19 @@ SIZES = tuple(2**k for k in range(6, 12))
 LARGEST = 2048
 CUTOFF = 16
 TOLERANCE = 1e-8
+LARGE = (1024, 2048, 4096)
+# Most of the time of one thread that two may take.
+SHARED = 1 / 1.7
 # Largest acceptable multiple of the processor's floor for a convolution.
 FLOOR = 2.0
 # Points a side of a grid that compiles all; side of matrices and length of copies that measure the
 # machine (128 MB: beyond the caches of most).
-_WARM, _SQUARE, _COPIED = 640, 1024, 2**25
+_WARM, _SQUARE, _COPIED = 512, 1024, 2**25
 
 Kind = Literal["periodic", "free"]
+# What is held beside a solve, and the bytes per cell that the plan adds for it.
+Beside = Literal["nothing", "a load before", "a stiffness"]
+BESIDE: dict[Beside, int] = {"nothing": 0, "a load before": EXTRAPOLATED, "a stiffness": STIFFNESS}
 
 
 def rows() -> list[Measurement]:
@@ -38,8 +45,9 @@ def rows() -> list[Measurement]:
     return [
         *costs,
         _growth([row.seconds for row in costs]),
-        *(_memory(kind) for kind in ("periodic", "free")),
-        *(_floor(points) for points in SIZES[-2:]),
+        *(_memory(kind, beside) for kind in ("periodic", "free") for beside in BESIDE),
+        *(_floor(points) for points in LARGE),
+        *(_shared(points) for points in LARGE),
     ]
 
 
@@ -93,11 +101,12 @@ def _growth(seconds: list[float]) -> Measurement:
     return Measurement(name, seconds[-1], yardstick, at_bound, seconds[-1] / at_bound)
 
 
-def _memory(kind: Kind) -> Measurement:
+def _memory(kind: Kind, beside: Beside) -> Measurement:
     """Return the largest memory per cell of a solve, measured in a separate process."""
-    plan = {"periodic": BYTES_PERIODIC, "free": BYTES_FREE}[kind]
-    outcome = parent.run(f"{__name__}:largest", LARGEST, kind, seconds=3600)
-    name, yardstick = f"memory of {kind} {LARGEST}^2", f"the plan, {plan} bytes per cell"
+    plan = BYTES_FREE if kind == "free" else BYTES_PERIODIC + BESIDE[beside]
+    outcome = parent.run(f"{__name__}:largest", LARGEST, kind, beside, seconds=3600)
+    name = f"memory of {kind} {LARGEST}^2" + (f" with {beside}" if beside != "nothing" else "")
+    yardstick = f"the plan, {plan} bytes per cell"
     if not outcome.ok:
         reason = f"{name}: {outcome.reason}"
         return Measurement(reason, float("nan"), yardstick, None, None, 1.0)
@@ -110,8 +119,10 @@ def _memory(kind: Kind) -> Measurement:
     return Measurement(text, answer["seconds"], yardstick, None, ratio, 1.0)
 
 
-def largest(points: int, kind: Kind = "periodic") -> dict[str, float]:
+def largest(points: int, kind: Kind = "periodic", beside: Beside = "nothing") -> dict[str, float]:
     """Solve a large grid at once; return what it took of this process.
+
+    Beside it there may be a load before, or the stiffness of the contact thereafter.
 
     Returns
     -------
@@ -120,10 +131,10 @@ def largest(points: int, kind: Kind = "periodic") -> dict[str, float]:
         surface and solve took of it; iterations; convolutions in single and in double precision;
         share of cells in contact; violation.
     """
-    _solved(_WARM, kind)  # compiles
+    _solved(_WARM, kind, beside)  # compiles
     before = psutil.Process().memory_info().rss
     start = time.process_time()
-    contact = _solved(points, kind)
+    contact = _solved(points, kind, beside)
     spent = time.process_time() - start
     peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     single, double = contact.convolutions
@@ -139,13 +150,69 @@ def largest(points: int, kind: Kind = "periodic") -> dict[str, float]:
     }
 
 
-def _solved(points: int, kind: Kind) -> Contact:
+def _solved(points: int, kind: Kind, beside: Beside = "nothing") -> Contact:
     """Return the contact of a surface of 16 cells to the shortest wave, 22 to 24 % of it."""
-    gap = bem_cases.surface(points, CUTOFF)
+    press, force = _pressed(bem_cases.surface(points, CUTOFF), kind)
+    if beside == "a load before":
+        *_, contact = fft.sweep(press, Load("force", [force / 2, force]), tolerance=TOLERANCE)
+        return contact
+    contact = fft.solve(press, Load("force", force), tolerance=TOLERANCE)
+    if beside == "a stiffness":
+        contact.forget_displacement()
+        areas.contact_stiffness(press.operator, contact.mask)
+    return contact
+
+
+def _pressed(gap: np.ndarray, kind: Kind) -> tuple[Press, float]:
     operator_class = PeriodicOperator if kind == "periodic" else FreeOperator
-    operator = operator_class(gap.shape, (1 / points, 1 / points), 1.0)
-    load = Load("force", bem_cases.MEDIUM * bem_cases.SLOPE / 2)
-    return fft.solve(Press(operator, gap), load, tolerance=TOLERANCE)
+    operator = operator_class(gap.shape, (1 / gap.shape[0], 1 / gap.shape[1]), 1.0)
+    return Press(operator, gap), bem_cases.MEDIUM * bem_cases.SLOPE / 2
+
+
+def _shared(points: int) -> Measurement:
+    """Compare a solve by two threads with one by one thread, in time on the wall.
+
+    Beside it, what two threads gain that share nothing: products of matrices and copies.
+    """
+    gap = bem_cases.surface(points, CUTOFF)
+
+    def solve(threads: int) -> object:
+        press, force = _pressed(gap, "periodic")
+        with pieces.threads(threads):
+            return fft.solve(press, Load("force", force), tolerance=TOLERANCE)
+
+    tasks: dict[str, Callable[[], object]] = {"one": partial(solve, 1), "two": partial(solve, 2)}
+    with ThreadPoolExecutor(2) as pool:
+        for name, task in _machine().items():
+            tasks[name] = task
+            tasks[f"{name} twice"] = partial(_twice, pool, task, _machine()[name])
+        times = interleaved(tasks, 5)
+    least = {name: min(samples) for name, samples in times.items()}
+    product, copy = (2 * least[name] / least[f"{name} twice"] for name in ("product", "copy"))
+    return Measurement(
+        f"solve of periodic {points}^2 by two threads; two that share nothing gain {product:.2f} "
+        f"times in products of matrices, {copy:.2f} times in copies",
+        least["two"],
+        "by one thread, least of turns",
+        least["one"],
+        least["two"] / least["one"],
+        SHARED,
+    )
+
+
+def _twice(pool: ThreadPoolExecutor, *tasks: Callable[[], object]) -> None:
+    for future in [pool.submit(task) for task in tasks]:
+        future.result()
+
+
+def _machine() -> dict[str, Callable[[], object]]:
+    """Return what measures the machine: a product of matrices and a copy, in single precision."""
+    matrix, product = np.ones((_SQUARE, _SQUARE), np.float32), np.empty((_SQUARE, _SQUARE), "f4")
+    source, target = np.ones(_COPIED, np.float32), np.ones(_COPIED, np.float32)
+    return {
+        "product": partial(np.matmul, matrix, matrix, out=product),
+        "copy": partial(np.copyto, target, source),
+    }
 
 
 def _floor(points: int) -> Measurement:
@@ -158,13 +225,8 @@ def _floor(points: int) -> Measurement:
     operator = PeriodicOperator((points, points), (1 / points, 1 / points), 1.0)
     field = np.ones((points, points), np.float32)
     convolve, out = operator.convolution(np.float32), np.empty_like(field)
-    matrix, product = np.ones((_SQUARE, _SQUARE), np.float32), np.empty((_SQUARE, _SQUARE), "f4")
-    source, target = np.ones(_COPIED, np.float32), np.ones(_COPIED, np.float32)
-    tasks: dict[str, Callable[[], object]] = {
-        "convolution": partial(convolve, field, out),
-        "product": partial(np.matmul, matrix, matrix, out=product),
-        "copy": partial(np.copyto, target, source),
-    }
+    tasks: dict[str, Callable[[], object]] = {"convolution": partial(convolve, field, out)}
+    tasks |= _machine()
     times = interleaved(tasks, 5, time.process_time)
     operations = 5 * points**2 * np.log2(points**2) / (2 * _SQUARE**3)
     passes = 3 * points**2 / _COPIED

@@ -10,6 +10,7 @@ import pytest
 from numba import config
 from numba.core.dispatcher import Dispatcher
 
+from comparisons.solving import turns
 from comparisons.solving.locks import alone
 from comparisons.solving.turns import compile_in_turn
 
@@ -51,6 +52,18 @@ def test_a_function_waits_until_no_other_process_compiles_it(fall):
     thread.join(60)
     assert answers == [-0.5]
     assert len(function.signatures) == 2
+
+
+def test_a_process_that_is_stopped_while_it_compiles_is_not_waited_for_without_end(
+    fall, monkeypatch
+):
+    """Its lock is held on; the function is compiled beside it."""
+    function, locks = fall
+    assert function(3) == 0
+    (lock,) = locks.iterdir()
+    monkeypatch.setattr(turns, "_PATIENCE", 0.1)
+    with alone(lock):
+        assert function(2.5) == -0.5
 
 
 def test_without_a_folder_for_locks_functions_are_compiled_all_the_same(fall):
