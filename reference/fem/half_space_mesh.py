@@ -134,16 +134,20 @@ class RingMesh:
         >>> mesh.unknowns == mesh.meshed().grid.mesh.p.size
         True
         """
-        rings, depths, cells = self._lines()
-        outward = 2 * (len(rings) - 1)
+        _, outward, down = self.lattice
+        cells = self._lines()[2]
+        rings = outward - cells - 1
         # of a quarter, and of those on a line of symmetry
-        quarter = (2 * cells + 1) ** 2 + outward * (4 * cells + 1)
-        line = 2 * cells + 1 + outward
-        plane = {
-            "quarter": quarter,
-            "none": 4 * (quarter - line) + 1,
-        }.get(self.symmetry, 2 * quarter - line)
-        return 3 * plane * (2 * len(depths) - 1)
+        quarter, line = (2 * cells + 1) ** 2 + rings * (4 * cells + 1), 2 * cells + 1 + rings
+        plane = {"quarter": quarter, "none": 4 * (quarter - line) + 1}
+        return 3 * plane.get(self.symmetry, 2 * quarter - line) * down
+
+    @property
+    def lattice(self) -> tuple[int, int, int]:
+        """Number of nodes around the contact, outward and down."""
+        rings, depths, cells = self._lines()
+        quarters = 4 // 2 ** sum(SYMMETRIES[self.symmetry])
+        return quarters * 4 * cells + 1, 2 * len(rings) - 1 + cells, 2 * len(depths) - 1
 
     def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
         """Return mesh circles and depths in contact radii, and core cells."""
@@ -296,9 +300,15 @@ class TensorMesh:
         >>> mesh.unknowns == mesh.meshed().grid.mesh.p.size
         True
         """
+        return 3 * int(np.prod(self.lattice))
+
+    @property
+    def lattice(self) -> tuple[int, int, int]:
+        """Number of nodes along x, y and z."""
         x, y, _, _ = self._scaled()
         lines = _tensor_planes(x, y, SYMMETRIES[self.symmetry], self.extent, self.growth)
-        return 3 * int(np.prod([self.order * (len(line) - 1) + 1 for line in lines]))
+        nodes = [self.order * (len(line) - 1) + 1 for line in lines]
+        return nodes[0], nodes[1], nodes[2]
 
     def meshed(self) -> Meshed:
         """Return the mesh."""

@@ -111,9 +111,11 @@ class Cells:
                 f"{contact.size} cells in contact exceed the dense solver's limit of {CELL_LIMIT}: "
                 "use reference.halfspace.fft, or a coarser grid"
             )
+        self._base, self._factor = contact[:0], np.zeros((0, 0))  # not beside its successor
         matrix = self._coefficients(contact, contact)
         try:
-            self._factor = cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
+            # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+            self._factor = cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
         except LinAlgError:
             raise ConvergenceError("the matrix of the contact cells is not definite") from None
         self._base = contact

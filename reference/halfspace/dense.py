@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
 from reference.halfspace.contact_block import Cells
-from reference.halfspace.operators import FreeOperator
+from reference.halfspace.operators import FreeOperator, HalfSpace
 from reference.halfspace.overlap import overlap_depth
 from reference.halfspace.solution import (
     Contact,
@@ -141,7 +141,12 @@ def _reach(press: Press, kind: str, value: float) -> float:
     """Return the largest gap of contact cells: the penetration, or an estimate with a margin."""
     if kind == "penetration":
         return value
-    return 1.5 * overlap_depth(press.operator, press.gap, value)
+    return started_from(press.operator, press.gap, value)
+
+
+def started_from(operator: HalfSpace, gap: Field, force: float) -> float:
+    """Return the depth whose overlap the iteration starts from under a force, with a margin."""
+    return 1.5 * overlap_depth(operator, gap, force)
 
 
 def _solve(

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.fem import punch_mesh
+from comparisons.methods.fem import memory, punch_mesh
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.ellipsoid import Ellipsoid
@@ -26,11 +26,6 @@ from reference.loads import LoadPath
 G = TypeVar("G", bound=Geometry)
 
 LARGEST_POISSON = 0.4999
-# Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
-# and 11 000 at 310 000 (``roughline bench fem``), rounded up.
-BYTES_PER_UNKNOWN = 16_000
-# By conjugate gradients, mesh and band factors included.
-_BYTES_BY_ITERATION = 1_200
 # A factorisation of more takes more than 4 GB and a minute: conjugate gradients take its place.
 MOST_CONDENSED = 300_000
 LARGEST_ASPECT = 50
@@ -126,8 +121,9 @@ class Fem(FemSolver[IndenterGeometry]):
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination, or of the factors in conjugate gradients."""
         mesh = self._mesh(task)
-        iterated = self._linear_solver(mesh) == "conjugate_gradients"
-        return (_BYTES_BY_ITERATION if iterated else BYTES_PER_UNKNOWN) * float(mesh.unknowns)
+        if isinstance(mesh, fem.RingMesh) and self._linear_solver(mesh) == "conjugate_gradients":
+            return memory.of_iteration(mesh)
+        return memory.of_elimination(mesh)
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh, and the solver and why."""

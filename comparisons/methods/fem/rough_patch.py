@@ -8,7 +8,8 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.fem.indenter import BYTES_PER_UNKNOWN, FAR, TRUNCATION_GRID, FemSolver
+from comparisons.methods.fem import memory
+from comparisons.methods.fem.indenter import FAR, TRUNCATION_GRID, FemSolver
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
@@ -44,8 +45,9 @@ class FemPatch(FemSolver[RoughGeometry]):
         return f"{points} points per side, more than {LARGEST_PATCH}: the mesh would be too large"
 
     def memory(self, task: Task[RoughGeometry]) -> float:
-        """Bytes of the elimination, from the number of unknowns expected."""
-        return BYTES_PER_UNKNOWN * fem.TensorMesh(*_map_lines(task)).unknowns
+        """Bytes of the elimination, and of the compliance between all points."""
+        x, y = _map_lines(task)
+        return memory.of_elimination(fem.TensorMesh(x, y)) + memory.of_surface(len(x) * len(y))
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the mesh."""

@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.fem import memory
 from comparisons.methods.fem.indenter import (
-    BYTES_PER_UNKNOWN,
     FemSolver,
     contact_stretch,
     elongated,
@@ -30,8 +30,6 @@ from reference.loads import Load
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.
 COVERED = 1.45
-# Of one body, measured from 2 to 6 elements per radius.
-UNKNOWNS_PER_SQUARE = 2_200
 
 
 class FemPair(FemSolver[IndenterGeometry]):
@@ -60,8 +58,9 @@ class FemPair(FemSolver[IndenterGeometry]):
         return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of the elimination of the larger of the two bodies."""
-        return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * (task.resolution + 1) ** 2
+        """Bytes of the elements of one body, and of the elimination of the other, the larger."""
+        first, second = (_mesh(task, cells) for cells in _cells(task))
+        return memory.of_elements(first) + memory.of_elimination(second)
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Say what is solved."""
@@ -78,20 +77,11 @@ class FemPair(FemSolver[IndenterGeometry]):
 
     def _pair(self, task: Task[IndenterGeometry]) -> BodyPair:
         """Return both bodies; the pressures live on the half-space of the scene."""
-        bodies = []
-        for cells, table in (
-            (task.resolution, self.scene.half_space),
-            (task.resolution + 1, self.counter_body),
-        ):
-            share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
-            half_x, half_y = task.geometry.reach
-            modulus, nu = table.elastic_constants
-            bodies.append(
-                fem.half_space_body(
-                    fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2),
-                    fem.Material(modulus, nu),
-                )
-            )
+        tables = self.scene.half_space, self.counter_body
+        bodies = [
+            fem.half_space_body(_mesh(task, cells), fem.Material(*table.elastic_constants))
+            for cells, table in zip(_cells(task), tables, strict=True)
+        ]
         return couple(*bodies, coupling=self.options.coupling)
 
     def _steps(
@@ -115,6 +105,17 @@ class FemPair(FemSolver[IndenterGeometry]):
         # The fields in the half-space of the scene.
         inside = partial(_inside, pair, contact)
         return contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+
+
+def _cells(task: Task[IndenterGeometry]) -> tuple[int, int]:
+    """Return elements per contact radius of both bodies, whose grids do not match."""
+    return task.resolution, task.resolution + 1
+
+
+def _mesh(task: Task[IndenterGeometry], cells: int) -> fem.TensorMesh:
+    share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
+    half_x, half_y = task.geometry.reach
+    return fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2)
 
 
 def _inside(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:

@@ -11,7 +11,8 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.methods.fem.indenter import BYTES_PER_UNKNOWN, FemSolver
+from comparisons.methods.fem import memory
+from comparisons.methods.fem.indenter import FemSolver
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
@@ -69,8 +70,10 @@ class FemBody(FemSolver[BodyGeometry]):
         return ""
 
     def memory(self, task: Task[BodyGeometry]) -> float:
-        """Bytes of the elimination."""
-        return BYTES_PER_UNKNOWN * unknowns(task.geometry, task.resolution)
+        """Bytes of element matrices and elimination."""
+        solid, finer = task.geometry.solid, task.resolution**3
+        elements = 72.0 * solid.cells.shape[1] ** 2 * len(solid.cells) * finer
+        return elements + memory.fronts(3.0 * (len(solid.points) * finer) ** (2 / 3))
 
     def model(self, geometry: BodyGeometry) -> str:
         """Say what is solved."""

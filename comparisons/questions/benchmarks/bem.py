@@ -18,7 +18,7 @@ from pathlib import Path
 from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.peers import press
-from comparisons.questions.benchmarks import bem_cases, bem_cost
+from comparisons.questions.benchmarks import bem_cases, bem_cost, memory
 from comparisons.questions.benchmarks.bem_cases import LIGHT, MEDIUM, Case
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.questions.study import Study
@@ -46,7 +46,8 @@ A_MINUTE = 60.0
 def measure() -> list[Measurement]:
     """Run all measurements; about ten minutes, mostly for the peers."""
     rows = [against_peers(case) for case in cases()]
-    return [*rows, whole_study(), *bem_cost.rows()]
+    rows += [whole_study(), *bem_cost.rows()]
+    return [*rows, *memory.rows(memory.CASES["bem"])]
 
 
 def cases() -> list[Case]:

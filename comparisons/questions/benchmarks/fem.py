@@ -21,7 +21,9 @@ from threadpoolctl import threadpool_limits
 from comparisons.facts.methods import METHODS
 from comparisons.machine import free_memory
 from comparisons.methods import runner
+from comparisons.methods.fem.memory import of_elimination
 from comparisons.methods.registry import solver_of
+from comparisons.questions.benchmarks import memory
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.plan import task_of
@@ -39,7 +41,6 @@ PRESSURE_LEVEL = 6
 ORDER_LEVELS = (2, 3, 4, 6)
 SIZES = (3, 4, 6, 8, 10, 12, 14)
 LARGEST_PARDISO = 150_000  # largest number of unknowns; beyond it, the yardstick takes minutes
-BYTES_PER_UNKNOWN = 16_000
 NO_PARDISO = "no pypardiso: pip install 'roughline[fast]'"
 FACTORISATION = "one Pardiso factorisation of the same matrix"
 WHOLE, FIXED, ITERATIVE, PEER = 2.0, 3.0, 1.0, 1 / 20
@@ -50,7 +51,8 @@ PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 def measure() -> list[Measurement]:
     """Run all measurements; takes minutes."""
     rows = [*hertz(2e-4), *hertz(2e-5), *accuracy(), order(), fixed_mesh(5e-4), iterative()]
-    return [*rows, against_peer("ngsolve"), *sizes(), beyond_factorisation()]
+    rows += [against_peer("ngsolve"), *sizes(), beyond_factorisation()]
+    return [*rows, *memory.rows(memory.CASES["fem"])]
 
 
 @dataclass(frozen=True)
@@ -207,9 +209,7 @@ def sizes() -> list[Measurement]:
     """Return cost and memory against the number of unknowns, and the exponent of the cost."""
     rows, seconds_by_unknowns = [], {}
     for elements in SIZES:
-        free = free_memory()
-        expected = 115 * elements**3
-        if expected * BYTES_PER_UNKNOWN > free:
+        if of_elimination(fem.RingMesh(1.0, elements=elements, edge=1.0)) > free_memory():
             break
         before = _peak_memory()
         job, spent = _timed(elements)

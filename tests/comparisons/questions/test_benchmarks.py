@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions import benchmarks
-from comparisons.questions.benchmarks import bem, bem_cases, bem_cost, reduced
+from comparisons.questions.benchmarks import bem, bem_cases, bem_cost, memory, reduced
 from comparisons.questions.benchmarks import fem as fem_benchmark
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough.press import press
@@ -210,6 +210,30 @@ def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed(monkeypa
     rows = fem_benchmark.accuracy()
     assert [row.met for row in rows] == [True, True, True]
     assert fem_benchmark.order().met
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "title", "resolutions"),
+    [
+        ("fem", "fem, paraboloid", (4, 5, 6)),
+        ("fem", "fem by iteration, paraboloid", (6, 8, 10)),
+        ("bem", "bem_dense, one force", (16, 18, 20)),
+    ],
+)
+def test_the_plan_knows_the_memory_of_a_solve(kind, title, resolutions):
+    """Peak of a fresh process, to a fifth (measured: 12 %); the C library rounds and keeps some."""
+    (case,) = (case for case in memory.CASES[kind] if case.title == title)
+    rows = memory.rows((case._replace(resolutions=resolutions),))
+    assert len(rows) == 3
+    assert [row.name for row in rows if not row.met] == []
+
+
+def test_memory_of_a_scene_without_answer_has_a_row_that_says_so():
+    case = memory.Case("nothing", "nobody", "", (1,))
+    (row,) = memory.rows((case,))
+    assert row.met is None
+    assert "nothing" in row.name
 
 
 def test_cost_of_the_square_has_exponent_two():

@@ -117,7 +117,7 @@ def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
 
 
 def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeypatch):
-    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e8))
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=5.5e7))
     for shape in ('shape = "paraboloid"\nradius = 1.0', polygon(ANGLE)):
         (fem,) = (method for method in plan_of(shape).methods if method.method == "fem")
         assert "needs about" in fem.reason
