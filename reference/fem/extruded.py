@@ -124,8 +124,8 @@ def plane_matrices(lattice: Lattice, points: int) -> Plane:
         return sparse.csr_array((blocks.ravel(), pairs), shape=(count, count))
 
     return Plane(
-        slopes=[[summed(one, other) for other in gradients] for one in gradients],
-        slope=[summed(one, steady) for one in gradients],
+        slopes=[[summed(row, column) for column in gradients] for row in gradients],
+        slope=[summed(row, steady) for row in gradients],
         mass=summed(steady, steady),
     )
 

@@ -97,15 +97,15 @@ def _rows(case: Case) -> list[Measurement]:
     if not outcome.ok:
         text = f"memory of {case.title}: {outcome.reason}"
         return [Measurement(text, float("nan"), yardstick, None, None, WITHIN)]
-    found = []
+    measured = []
     for resolution, (plan, taken, spent) in zip(
         case.resolutions, outcome.answer["memory"], strict=True
     ):
         text = f"memory of {case.title}, {resolution}: {taken / 1e6:.0f} MB, "
         text += f"{plan / 1e6:.0f} MB by the plan"
         ratio = float(max(plan / taken, taken / plan))
-        found.append(Measurement(text, spent, yardstick, None, ratio, WITHIN))
-    return found
+        measured.append(Measurement(text, spent, yardstick, None, ratio, WITHIN))
+    return measured
 
 
 def expected_and_taken(*case: Any) -> dict[str, list[list[float]]]:
@@ -113,7 +113,7 @@ def expected_and_taken(*case: Any) -> dict[str, list[list[float]]]:
 
     The first solve compiles.
     """
-    described, found = Case(*case), []
+    described, measured = Case(*case), []
     for resolution in described.resolutions:
         scene = parse_scene(described.text(resolution), "memory", Path())
         (plan, *_) = plan_scene(scene, "full")
@@ -121,5 +121,5 @@ def expected_and_taken(*case: Any) -> dict[str, list[list[float]]]:
         _, solution = execute(task, 1), execute(task, 1)
         if not solution.converged.all():
             raise RuntimeError(f"{described.title}, {resolution}: no answer")
-        found.append([solver_of(task).memory(task), solution.memory, solution.seconds])
-    return {"memory": found}
+        measured.append([solver_of(task).memory(task), solution.memory, solution.seconds])
+    return {"memory": measured}
