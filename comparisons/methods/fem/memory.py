@@ -13,7 +13,7 @@ from reference import fem
 _BESIDE = 14e6
 # Fronts of the elimination: this many matrices of the unknowns on the smallest section of a body
 # that is as long as it is wide, and more in proportion of an elongated one.
-_FRONTS = 9.0
+_FRONTS = 9.5
 # Dense matrices of the surface: stiffness, compliance, their factors.
 _DENSE = 4
 # Conjugate gradients: mesh and vectors for each unknown, and four sets of band factors in single
