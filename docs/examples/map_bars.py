@@ -118,20 +118,20 @@ def ratios(geometry: RoughGeometry) -> dict[str, float]:
 # %%
 def main(half: str, maps: list[str]) -> None:
     """Print how many bars cover the true error, and their median width over it."""
-    found: dict[str, list[dict[str, float]]] = {}
+    parts: dict[str, list[dict[str, float]]] = {}
     for kind, geometry in surfaces(half, maps):
-        found.setdefault(kind, []).append(ratios(geometry))
+        parts.setdefault(kind, []).append(ratios(geometry))
         print(
             kind,
             geometry.points,
-            {n: round(r, 2) for n, r in found[kind][-1].items()},
+            {n: round(r, 2) for n, r in parts[kind][-1].items()},
             file=sys.stderr,
             flush=True,
         )
-    found["all"] = [row for rows in found.values() for row in rows]
+    parts["all"] = [row for rows in parts.values() for row in rows]
     print(f"| {half}: surfaces | cases |", " | ".join(ORDERS), "|")
     print("|---|---|" + "---|" * len(ORDERS))
-    for kind, rows in found.items():
+    for kind, rows in parts.items():
         cells = []
         for name in ORDERS:
             own = np.array([row[name] for row in rows])
