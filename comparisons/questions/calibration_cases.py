@@ -36,7 +36,8 @@ class Case:
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
     `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
     share of the changes was measured for (`uncertainty.ShareRule`). `counted` (steps), of an area:
-    that of the cells of the finest grid, which its bar is from then (`judging.located`).
+    that of the cells of the finest grid, which its bar is from then (`judging.located`). The grid's
+    bar is taken `widened` times.
     """
 
     half: str
@@ -54,6 +55,7 @@ class Case:
     areas: np.ndarray | None = None
     rule: ShareRule = SHARE_RULE
     counted: np.ndarray | None = None
+    widened: float = 1.0
 
     @property
     def rough(self) -> bool:
@@ -69,7 +71,7 @@ class Case:
         else:
             periodic = self.kind == "periodic"
             grid = located_uncertainty(self.curves, self.counted, levels[-1], periodic=periodic)
-        return combined(grid, self.bars_beside_grid)
+        return combined(self.widened * grid, self.bars_beside_grid)
 
     @property
     def missed(self) -> int | None:

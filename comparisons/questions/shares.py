@@ -66,8 +66,7 @@ def fitted_rule(cases: Iterable[Case]) -> ShareRule:
 
 def scaled(cases: Iterable[Case], by: float) -> list[Case]:
     """Return the cases with the grid's part of their bars so much wider."""
-    rule = replace(SHARE_RULE, factors=tuple((q, by * f) for q, f in SHARE_RULE.factors))
-    return [with_rule(case, rule) for case in cases]
+    return [replace(case, widened=by) for case in cases]
 
 
 def _narrowest(

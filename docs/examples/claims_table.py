@@ -164,7 +164,7 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
     """Return one block of a page.
 
     The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all, each
-    with a line that says when and on what it was made; two blocks have texts of their own.
+    with a line that says at what cost and on what it was made; two blocks have texts of their own.
     """
     by_id = {claim.id: claim for claim in record.claims}
     if kind == "choices":
@@ -173,8 +173,8 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
         return known(by_id)
     ids = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
     table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in ids)])
-    cost = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
-    origin = f"(Most of them by {cost}, {machine_text(record.machine)}.)"
+    cost = duration(sum(claim.seconds for claim in record.claims))
+    origin = f"(From stored full runs, {cost} of solves in all, {machine_text(record.machine)}.)"
     return f"{table}\n\n{tally(record)} {origin}\n"
 
 

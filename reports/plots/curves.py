@@ -294,8 +294,8 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
     if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
         hidden = " (thinner than its line)" if float(bar) < VISIBLE else ""
         parts.append(
-            "Light band and error bars: uncertainty of the reference, at most "
-            f"{fmt.relative(bar)}{hidden}."
+            "Light band and error bars: uncertainty of the reference, "
+            f"{fmt.relative(bar)} in the rms over the loads{hidden}."
         )
     proved = scene.reference.get("proved")
     # the rows of a study have the columns of all of its scenes

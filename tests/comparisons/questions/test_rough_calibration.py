@@ -10,7 +10,7 @@ import pytest
 from comparisons.judging.uncertainty import SHARE_RULE, share_uncertainty
 from comparisons.questions.calibration_cases import Case
 from comparisons.questions.rough_calibration import FITTING, LEVELS, QUANTITIES, REPORTED, TRUTH
-from comparisons.questions.shares import ROUGH, fitted_rule, with_rule
+from comparisons.questions.shares import ROUGH, fitted_rule, scaled, with_rule
 from reports.pages.calibration import calibration_page
 
 
@@ -57,6 +57,13 @@ def test_a_counted_area_beside_the_located_one_is_what_its_bar_is_from():
     close, strip = replace(area, curves=np.array([[1.0], [1.0], [1.0]])), 0.17465 / 64
     assert close.bar == pytest.approx(0.45 * 0.06**1.5 + 2 * strip)
     assert replace(close, kind="free").bar - close.bar == pytest.approx(2 * strip)
+
+
+def test_other_widths_are_those_of_all_bars_whatever_their_rule():
+    made = [case(name, 0.05) for name in QUANTITIES]
+    made.append(replace(case("contact_area", 0.05), counted=np.array([1.06])))
+    for before, after in zip(made, scaled(made, 1.2), strict=True):
+        assert after.bar == pytest.approx(1.2 * before.bar)
 
 
 def test_one_grid_leaves_the_bar_unknown():

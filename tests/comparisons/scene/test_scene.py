@@ -363,6 +363,9 @@ def test_files_that_are_no_scene(tmp_path):
     assert "a folder, not a scene file" in refusal(tmp_path)
     assert "no such file" in refusal(tmp_path / "missing.toml")
     assert "see `roughline list scenes`" in refusal("no-such-scene")
+    deep = tmp_path / "deep.toml"
+    deep.write_text("x = " + "[" * 50_000)
+    assert "not valid TOML" in refusal(deep)
 
 
 def test_a_map_in_place_of_a_scene_is_told_where_it_belongs(tmp_path):
@@ -370,9 +373,6 @@ def test_a_map_in_place_of_a_scene_is_told_where_it_belongs(tmp_path):
         (tmp_path / name).write_bytes(content)
         said = f'a scene names its map of heights: [surface] kind = "map", file = "{name}"'
         assert said in refusal(tmp_path / name)
-    deep = tmp_path / "deep.toml"
-    deep.write_text("x = " + "[" * 50_000)
-    assert "not valid TOML" in refusal(deep)
 
 
 def test_a_scene_error_names_file_and_problems_and_survives_a_pickle(tmp_path):
