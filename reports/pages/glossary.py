@@ -41,8 +41,9 @@ TERMS = {
     ),
     "contact-area": (
         "contact area",
-        "The area that carries pressure. Counting cells overestimates it; the value shown is "
-        "corrected for the perimeter, and the counted value is kept as 'raw'.",
+        "The area that carries pressure. Counting cells overestimates it; the value shown ends at "
+        "the contact line, located inside the cells from pressure and gap (with friction, adhesion "
+        "or memory it is corrected for the perimeter), and the counted value is kept as 'raw'.",
     ),
     "stiffness": (
         "contact stiffness",
