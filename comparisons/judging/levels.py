@@ -132,17 +132,25 @@ class Levels:
         last = list(self.solutions.values())[-1]
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
-        series = np.array(list(curves.values()))
         if name == "contact_area" and self._located:
-            finest = max(curves)
-            counted = self.curves(finest)["contact_area_raw"]
-            return located_uncertainty(
-                series, counted, finest, periodic=self._contact == "periodic"
-            )
+            return self._located_bar(curves)
+        series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
         areas = None if self.finest is None else self.curves(self.finest).get("contact_area")
         grids = np.array(list(curves))
         return discretisation(grids, series, (name, self.kind), sizes=sizes, areas=areas)
+
+    def _located_bar(self, areas: dict[int, np.ndarray]) -> np.ndarray:
+        """Return the bar of the area of the finest grid that has any."""
+        solved = [n for n, area in areas.items() if np.isfinite(area).any()]
+        finest = max(solved, default=max(areas))
+        counted = self.curves(finest)["contact_area_raw"]
+        cells = self.solutions[finest].unknowns or finest**2
+        sides = finest, cells / finest
+        periodic = self._contact == "periodic"
+        return located_uncertainty(
+            np.array(list(areas.values())), counted, sides, periodic=periodic
+        )
 
     @property
     def _located(self) -> bool:

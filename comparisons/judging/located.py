@@ -25,7 +25,7 @@ FACTOR, ORDER, CHANGE = 0.45, 1.5, 0.25
 
 
 def located_uncertainty(
-    areas: np.ndarray, counted: np.ndarray, resolution: float, *, periodic: bool
+    areas: np.ndarray, counted: np.ndarray, sides: tuple[float, float], *, periodic: bool
 ) -> np.ndarray:
     """Return the relative uncertainty of the area on the finest of several grids, per load, (k,).
 
@@ -35,8 +35,8 @@ def located_uncertainty(
         Located areas on grids, coarse to fine.
     counted : ndarray, shape (k,)
         Area of the cells in contact on the finest.
-    resolution : float
-        Cells to a side of that.
+    sides : (float, float)
+        Cells to the sides of that.
     periodic : bool
         Whether the surface has no rim.
 
@@ -48,7 +48,7 @@ def located_uncertainty(
     Examples
     --------
     >>> areas = np.array([[1.02], [1.0]])
-    >>> bar = located_uncertainty(areas, np.array([1.06]), 512, periodic=True)
+    >>> bar = located_uncertainty(areas, np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
     0.0073
     """
@@ -59,7 +59,7 @@ def located_uncertainty(
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.where(areas[-1] > 0, np.maximum(counted / areas[-1] - 1, 0.0), np.nan)
         change = np.abs(areas[-2] / areas[-1] - 1)
-    rim = (2 if periodic else 4) * EDGE_OFFSET / resolution
+    rim = (1 if periodic else 2) * EDGE_OFFSET * (1 / sides[0] + 1 / sides[1])
     return np.fmax(
         FACTOR * excess**ORDER + rim, np.where(np.isnan(excess), np.nan, CHANGE * change)
     )

@@ -70,7 +70,8 @@ class Case:
             grid = discretisation(levels, self.curves, known, rule=self.rule, areas=self.areas)
         else:
             periodic = self.kind == "periodic"
-            grid = located_uncertainty(self.curves, self.counted, levels[-1], periodic=periodic)
+            sides = (levels[-1],) * 2
+            grid = located_uncertainty(self.curves, self.counted, sides, periodic=periodic)
         return combined(self.widened * grid, self.bars_beside_grid)
 
     @property

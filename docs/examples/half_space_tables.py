@@ -99,7 +99,9 @@ def kernel_choice() -> list[list[str]]:
         contacts = [
             fft.solve(Press(operator, gap), Load("force", 0.1 * SLOPE)) for operator in operators
         ]
-        base, *finer = [(located_area(contact), contact.penetration) for contact in contacts]
+        base, *finer = [
+            (located_area(contact, patch=True), contact.penetration) for contact in contacts
+        ]
         cells = [
             f"{100 * (value / reference - 1):+.2f} %"
             for measured in finer

@@ -83,7 +83,7 @@ def solved(geometry: RoughGeometry) -> np.ndarray:
         values.append(
             [
                 (
-                    located_area(contact),
+                    located_area(contact, patch=True),
                     contact.penetration,
                     contact.mean_gap,
                     areas.contact_stiffness(operator, contact.mask, 1e-4),
@@ -105,9 +105,8 @@ def ratios(geometry: RoughGeometry) -> dict[str, float]:
         error = rms_and_maximum(curves[SOLVED - 1] / true - 1)[0]
         if name == "contact area":
             counted = values[SOLVED - 1, :, -1]
-            bar = located_uncertainty(
-                curves[:SOLVED], counted, grids[-1], periodic=geometry.periodic
-            )
+            sides = tuple(FACTORS[SOLVED - 1] * n for n in geometry.points)
+            bar = located_uncertainty(curves[:SOLVED], counted, sides, periodic=geometry.periodic)
         else:
             kind = "periodic" if geometry.periodic else "free"
             bar = share_uncertainty(grids, curves[:SOLVED], (name.replace(" ", "_"), kind))

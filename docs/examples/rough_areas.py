@@ -46,7 +46,7 @@ def measured(contact: Contact) -> list[float]:
     return [
         areas.raw_area(mask, operator.spacing),
         areas.corrected_area(mask, operator.spacing, operator.periodic),
-        located_area(contact),
+        located_area(contact, patch=True),
         contact.penetration,
         areas.contact_stiffness(operator, mask, tolerance=1e-4),
         contact.mean_gap,

@@ -66,12 +66,12 @@ _PLACES = np.linspace(1.0, -BEYOND, 4001)[:-1]
 _VALUES = (1 - _PLACES) ** 1.5 / (_PLACES + BEYOND)
 
 
-def located_area(contact: Contact, hardness: float = np.inf) -> float:
+def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = False) -> float:
     """Return the area inside the contact line, which is located inside cells.
 
     Of second order on smooth surfaces. At the end of the material, at edges sharper than the grid
-    and beside cells under the hardness, contact ends between two cells; on the rim of a free patch,
-    but under the hardness, a known part of a cell inside. Only without adhesion, because the
+    and beside cells under the hardness, contact ends between two cells; on the rim of a rough free
+    patch, but under the hardness, a known part of a cell inside. Only without adhesion, because the
     pressure must vanish at the line.
 
     Parameters
@@ -80,6 +80,9 @@ def located_area(contact: Contact, hardness: float = np.inf) -> float:
         A solved contact of either solver.
     hardness : float
         Pressure at which the body yields.
+    patch : bool
+        Whether the grid is a patch of a rough surface, whose rim cuts contacts off. The rim of
+        another grid is the end of the material.
 
     Examples
     --------
@@ -109,7 +112,9 @@ def located_area(contact: Contact, hardness: float = np.inf) -> float:
     )
     # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
-    shift -= operator.rim_excess * rim + EDGE_OFFSET * ends * _growth(cells / mask.size)
+    shift -= operator.rim_excess * rim
+    if patch:
+        shift -= EDGE_OFFSET * ends * _growth(cells / mask.size)
     area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
     return float(area) * contact.operator.cell_area
 

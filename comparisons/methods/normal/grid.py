@@ -269,7 +269,7 @@ def contact_quantities(
         "penetration": contact.penetration,
         "force": contact.force,
         "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
-        "contact_area": located_area(contact),
+        "contact_area": located_area(contact, patch=isinstance(task.geometry, RoughGeometry)),
     }
     if isinstance(task.geometry, RoughGeometry):
         values["mean_gap"] = contact.mean_gap

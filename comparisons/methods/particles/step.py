@@ -43,7 +43,8 @@ def contact_step(
         "contact_area": counted,
     }
     if not contact.flowed.any():  # elastic: the pressure falls to zero at the edge as a root
-        values |= {"contact_area": located_area(cells), "energy": contact.energy}
+        area = located_area(cells, patch=isinstance(task.geometry, RoughGeometry))
+        values |= {"contact_area": area, "energy": contact.energy}
     face = None if task.scene.indenter is None else task.scene.indenter.face_area
     if face is not None:
         values["contact_area"] = face

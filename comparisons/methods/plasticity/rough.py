@@ -64,7 +64,7 @@ class GridPlasticity(BemFft):
     def _dented(self, task: Task, operator: HalfSpace, dent: capped.Dent, grid: Grid) -> Step:
         """Return the step of the elastic contact with the dented surface, and what has yielded."""
         # first, as the step may forget the displacement
-        area = located_area(dent.contact, self.plasticity.hardness)
+        area = located_area(dent.contact, self.plasticity.hardness, patch=True)
         elastic = contact_step(task, operator, dent.contact, grid)
         yielded = {
             "contact_area": area,

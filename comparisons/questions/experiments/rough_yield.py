@@ -51,12 +51,12 @@ def _compared(
 ) -> dict[str, tuple[float, float]]:
     """Return what is stated and what is true of one surface on one grid."""
     dent, elastic, hardness = _pressed(surface, points, index, load)
-    area = located_area(dent.contact, hardness)
+    area = located_area(dent.contact, hardness, patch=True)
     pressure = elastic.contact.pressure
     over = np.count_nonzero(pressure >= hardness) / np.count_nonzero(pressure)
     return {
         "hardness_area": (dent.contact.force / hardness, area),
-        "elastic_area": (located_area(elastic.contact), area),
+        "elastic_area": (located_area(elastic.contact, patch=True), area),
         "plastic_share": (over, dent.plastic_share),
     }
 

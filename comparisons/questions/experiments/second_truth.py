@@ -120,7 +120,7 @@ def _curves(contacts: list[Contact]) -> dict[str, Array]:
 
 def _quantities(contact: Contact) -> dict[str, float]:
     return {
-        "contact_area": located_area(contact),
+        "contact_area": located_area(contact, patch=True),
         "penetration": contact.penetration,
         "mean_gap": contact.mean_gap,
         "stiffness": areas.contact_stiffness(contact.operator, contact.mask),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
+from reference.halfspace.edge_cells import EDGE_OFFSET
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
 CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}
@@ -376,6 +379,29 @@ def test_a_closed_form_is_in_doubt_where_a_check_is_far_beyond_its_bar(bars, dou
     truth = chosen(solved)
     assert len(truth.disagreements(COMPARABLE)) == 1
     np.testing.assert_allclose(truth.disputed("force"), bars * bar if doubted else 0, rtol=0.05)
+
+
+def test_the_bar_of_a_located_area_is_of_the_finest_grid_that_has_any():
+    """The finest of three grids lost every load: as if the other two were all."""
+
+    def grid(side, area):
+        curves = {name: np.array([[value]]) for name, value in area.items()}
+        made = solution(curves)
+        return replace(made, contact="free", unknowns=side * side // 4)
+
+    two = {
+        64: grid(64, {"contact_area": 1.05, "contact_area_raw": 1.2}),
+        128: grid(128, {"contact_area": 1.0, "contact_area_raw": 1.06}),
+    }
+    lost = grid(256, {"contact_area": np.nan, "contact_area_raw": np.nan})
+    bar = Levels("bem_fft", two).discretisation("contact_area")
+    assert np.isfinite(bar).all()
+    np.testing.assert_array_equal(
+        Levels("bem_fft", {**two, 256: lost}).discretisation("contact_area"), bar
+    )
+    # 128 x 32 cells: two ends of 0.175 cells on either side
+    strip = 2 * EDGE_OFFSET * (1 / 128 + 1 / 32)
+    np.testing.assert_allclose(bar, 0.45 * 0.06**1.5 + strip)
 
 
 # --- pressures ------------------------------------------------------------------------------
