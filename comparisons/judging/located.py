@@ -51,7 +51,7 @@ def located_uncertainty(
     >>> areas = np.array([[1.02], [1.0]])
     >>> bar = located_uncertainty(areas, np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
-    0.0073
+    0.0076
     """
     areas = np.asarray(areas, dtype=float)
     areas = areas[np.isfinite(areas).any(axis=1)]
