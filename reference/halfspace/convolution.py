@@ -83,9 +83,18 @@ class Convolution:
         """Return the convolution of a field of the right shape and precision.
 
         `out` receives the result, by default a new array; it may be the field itself.
+
+        Raises
+        ------
+        ValueError
+            If the field or `out` has another shape.
         """
         if out is None:
             out = np.empty(self.shape, self.transfer.dtype)
+        for array in (field, out):
+            # compiled loops would read and write beyond its end
+            if array.shape != self.shape:
+                raise ValueError(f"fields must have shape {self.shape}, not {array.shape}")
         if self._plan is not None:
             self._convolve_vectors(field, out, self._plan)
         elif self.padded[0] * self.padded[1] > _ONE_BLOCK:
@@ -102,7 +111,8 @@ class Convolution:
     def _convolve_vectors(self, field: Array, out: Array, plan: transforms.Plan) -> None:
         rows, width, dtype = self.shape[0], self.padded[1], self.transfer.dtype
         source = np.ascontiguousarray(field, dtype)
-        target = out if out.flags.c_contiguous else np.empty(self.shape, dtype)
+        fits = out.flags.c_contiguous and out.dtype == dtype
+        target = out if fits else np.empty(self.shape, dtype)
         modes = transforms.modes(rows, width, dtype)
 
         def forward(part: slice) -> None:

@@ -7,6 +7,7 @@ interpreter's lock.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -64,8 +65,12 @@ def over(length: int, step: int, work: Callable[[slice], Answer]) -> list[Answer
     numbers = iter(range(len(parts)))
 
     def share() -> None:
-        for number in numbers:
-            answers[number] = work(parts[number])
+        try:
+            for number in numbers:
+                answers[number] = work(parts[number])
+        except BaseException:
+            deque(numbers, maxlen=0)  # none is left for the other threads
+            raise
 
     others = [_Threads.pool.submit(share) for _ in range(_Threads.others)]
     try:

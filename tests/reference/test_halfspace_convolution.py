@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import threading
+import time
 import tracemalloc
 from unittest import mock
 
@@ -206,6 +208,40 @@ def test_transforms_in_vectors_are_shared_by_threads(padded, monkeypatch):
     np.testing.assert_array_equal(shared, alone)
     np.testing.assert_array_equal(inside, vectors(alone))
     assert shared is field
+
+
+@pytest.mark.parametrize("vectors", [0, 10**9])
+def test_fields_of_another_shape_are_refused_and_other_precisions_cast(vectors, monkeypatch):
+    monkeypatch.setattr(convolution, "_VECTORS", vectors)
+    rng = np.random.default_rng(9)
+    padded = (16, 512)
+    convolve = Convolution((10, 20), padded, even_transfer(padded, rng), np.float32)
+    field = rng.standard_normal((10, 20)).astype(np.float32)
+    for shape in ((5, 20), (10, 100), (200,)):
+        with pytest.raises(ValueError, match=r"shape \(10, 20\)"):
+            convolve(np.ones(shape, np.float32))
+        with pytest.raises(ValueError, match=r"shape \(10, 20\)"):
+            convolve(field, np.empty(shape, np.float32))
+    double = convolve(field, np.empty((10, 20)))
+    assert double.dtype == np.float64
+    np.testing.assert_array_equal(double, convolve(field))
+
+
+def test_an_error_in_one_piece_ends_the_others():
+    """The other thread is in a piece of its own by then, and takes at most a few more."""
+    failed, done = threading.Event(), []
+
+    def work(part):
+        if part.start == 0:
+            failed.set()
+            raise ValueError("piece 0")
+        failed.wait()
+        time.sleep(1e-3)
+        done.append(part.start)
+
+    with pieces.threads(2), pytest.raises(ValueError, match="piece 0"):
+        pieces.over(2000, 1, work)
+    assert len(done) < 1000
 
 
 def test_sides_with_other_prime_factors_have_no_transform_in_vectors():
