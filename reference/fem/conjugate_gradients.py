@@ -93,7 +93,7 @@ class IterativeFlexibility:
         Raises
         ------
         ConvergenceError
-            If conjugate gradients need more than a thousand steps.
+            If conjugate gradients break down, or need more than a thousand steps.
         """
         if np.any(softness):
             raise ValueError("conjugate gradients solve contact = 'active_set' only")
@@ -124,9 +124,10 @@ class IterativeFlexibility:
     def _with(self, inside: NDArray[np.int64], span: _Span, column: Array) -> _Span:
         """Add the field of a prescribed displacement, unless it is a combination of known ones."""
         basis, fields, images = span
+        column = column / _unit(column)
         remainder = column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]
         size = np.linalg.norm(remainder)
-        if fields.shape[1] and size <= IN_SPAN * np.linalg.norm(column):
+        if size <= IN_SPAN * np.linalg.norm(column):
             return span
         remainder /= size
         field = np.zeros(len(self.free))
@@ -163,10 +164,14 @@ class IterativeFlexibility:
         """Solve for the free unknowns by conjugate gradients, others zero (Saad 2003, alg. 9.1)."""
         values = np.zeros_like(load)
         residual = np.where(free, load, 0.0)
+        unit = _unit(residual)
+        residual /= unit
         direction = upward = self._precondition(residual, free)
         size = start = float(residual @ upward)
         history = [1.0]
-        while history[-1] > TOLERANCE and size > 0.0:
+        while residual.any() and not history[-1] <= TOLERANCE:
+            if not size > 0.0:  # NaN, or a preconditioner that rounding made indefinite
+                raise ConvergenceError("conjugate gradients broke down", history)
             if len(history) > LARGEST_COUNT:
                 raise ConvergenceError("conjugate gradients did not converge", history)
             image = np.where(free, self._image(direction), 0.0)
@@ -176,6 +181,15 @@ class IterativeFlexibility:
             upward = self._precondition(residual, free)
             size, last = float(residual @ upward), size
             direction = upward + (size / last) * direction
-            history.append(float(np.sqrt(max(size, 0.0) / start)))
+            history.append(float(np.sqrt(size / start)) if size > 0.0 else np.nan)
         self.iterations.append(len(history) - 1)
-        return values
+        return values * unit
+
+
+def _unit(values: Array) -> float:
+    """Return the power of two of the largest value, 1 of none: units that round nothing.
+
+    The preconditioner is in single precision, which has no numbers below 1e-45.
+    """
+    largest = np.abs(values).max(initial=0.0)
+    return float(np.ldexp(1.0, np.frexp(largest)[1] - 1)) if 0.0 < largest < np.inf else 1.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reference.errors import ConvergenceError
 from reference.fem import (
     Enforcement,
     Material,
@@ -123,6 +124,46 @@ def test_conjugate_gradients_recover_the_interior():
     _, step = next(indent(bodies[0], paraboloid, Load("penetration", 1.0)))
     exact, result = (recover(body, step.reactions).displacement for body in bodies)
     np.testing.assert_allclose(result, exact, atol=1e-5 * np.abs(exact).max())
+
+
+def test_conjugate_gradients_recover_the_interior_under_any_load():
+    """Units of a power of two change no digit, though single precision ends at 1e-45."""
+    body = half_space_body(
+        RingMesh(1.0, elements=2), Material(1.0, 0.3), solver="conjugate_gradients"
+    )
+    reactions = np.zeros(len(body.nodes))
+    reactions[3] = 1.0
+    field = body.flexibility.interior(reactions)
+    for unit in (2.0**-150, 2.0**150):
+        np.testing.assert_array_equal(body.flexibility.interior(unit * reactions), unit * field)
+    assert not body.flexibility.interior(0.0 * reactions).any()
+    with pytest.raises(ConvergenceError, match="broke down"):
+        body.flexibility.interior(np.nan * reactions)
+
+
+def test_a_contact_that_is_not_moved_carries_nothing():
+    """A column of zeros needs no solve, and leaves those beside it alone."""
+    body = half_space_body(
+        RingMesh(1.0, elements=2), Material(1.0, 0.3), solver="conjugate_gradients"
+    )
+    inside, rigid = np.arange(4), np.zeros(4)
+    alone, _ = body.flexibility.respond(inside, np.ones((4, 1)), rigid)
+    right = np.stack([np.zeros(4), np.ones(4)], axis=1)
+    body.flexibility.solved.clear()
+    forces, field = body.flexibility.respond(inside, right, rigid)
+    np.testing.assert_allclose(forces[:, 1], alone[:, 0], rtol=1e-14)
+    assert not forces[:, 0].any()
+    assert not field[:, 0].any()
+
+
+def test_a_preconditioner_that_is_not_definite_is_no_convergence(monkeypatch):
+    body = half_space_body(
+        RingMesh(1.0, elements=2), Material(1.0, 0.3), solver="conjugate_gradients"
+    )
+    monkeypatch.setattr(body.flexibility, "_precondition", lambda residual, free: -residual)
+    with pytest.raises(ConvergenceError, match="broke down") as caught:
+        body.flexibility.interior(np.ones(len(body.nodes)))
+    assert caught.value.history == [1.0]
 
 
 def test_conjugate_gradients_refuse_springs_between_the_bodies():
