@@ -79,7 +79,8 @@ class FemOptions(Options):
     "effective_modulus" puts both compliances into one.
     solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or
     "conjugate_gradients", which condense nothing and take rigid single contacts; "automatic" is
-    nested dissection up to 300 000 unknowns, and conjugate gradients where they can above.
+    nested dissection up to 300 000 unknowns, and conjugate gradients where they can above, with
+    nu up to 0.499.
     mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     condensed like any other mesh (free patches of up to 32 points a side).
     element: of a repeating mesh: quadratic "splines", bilinear ("linear") in the plane, or

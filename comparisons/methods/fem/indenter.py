@@ -28,6 +28,8 @@ G = TypeVar("G", bound=Geometry)
 LARGEST_POISSON = 0.4999
 # A factorisation of more takes more than 4 GB and a minute: conjugate gradients take its place.
 MOST_CONDENSED = 300_000
+# Steps of conjugate gradients grow as (1/2 - nu)^(-1/2): 250 here, 700 of at most 1000 at 0.4999.
+LARGEST_POISSON_ITERATED = 0.499
 LARGEST_ASPECT = 50
 # What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
 # rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
@@ -138,6 +140,9 @@ class Fem(FemSolver[IndenterGeometry]):
         if chosen == "conjugate_gradients":
             return "solved by conjugate gradients"
         if chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
+            if self._nearly_incompressible:
+                why = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
+                return f"condensed by nested dissection ({why})"
             most = f"{MOST_CONDENSED // 1000} 000 unknowns"
             return f"condensed by nested dissection (above {most} solved by conjugate gradients)"
         return f"condensed by {_direct(chosen).replace('_', ' ')}"
@@ -146,9 +151,14 @@ class Fem(FemSolver[IndenterGeometry]):
         """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
         chosen = self.options.solver
         large = chosen == "automatic" and mesh.unknowns > MOST_CONDENSED
+        large = large and not self._nearly_incompressible
         if large and not solver_problem(self.scene, "conjugate_gradients"):
             return "conjugate_gradients"
         return _direct(chosen)
+
+    @property
+    def _nearly_incompressible(self) -> bool:
+        return self.scene.half_space.elastic_constants[1] > LARGEST_POISSON_ITERATED
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Build and condense the body once."""

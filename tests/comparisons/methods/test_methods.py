@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparisons.methods import Solver
-from comparisons.methods.registry import solver_for
+from comparisons.methods.registry import solver_for, solver_of
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -425,6 +425,18 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
     assert force == pytest.approx(plan.loads.values[-1], rel=0.05)
 
 
+@pytest.mark.parametrize(("poisson_ratio", "iterated"), [(0.499, True), (0.4991, False)])
+def test_large_meshes_are_iterated_unless_nearly_incompressible(
+    poisson_ratio, iterated, monkeypatch
+):
+    """Above nu = 0.499 steps come near their limit; the plan has the memory of what is chosen."""
+    plan = plan_scene(load_scene("paraboloid", {"half_space.poisson_ratio": poisson_ratio}))[0]
+    task = task_of(plan, "fem", 4)
+    eliminated = solver_of(task).memory(task)
+    monkeypatch.setattr("comparisons.methods.fem.indenter.MOST_CONDENSED", 0)
+    assert (solver_of(task).memory(task) != eliminated) == iterated
+
+
 @pytest.mark.slow
 def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
     """Forces to 1e-8 of the direct ones; refusals with reasons, the solver in the plan."""
@@ -436,6 +448,9 @@ def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
     assert "solved by conjugate gradients" in model
     model = solver_for("fem", plans[0].scene).model(plans[0].geometry)
     assert "nested dissection (above 300 000 unknowns solved by conjugate gradients)" in model
+    nearly = plan_scene(load_scene("paraboloid", {"half_space.poisson_ratio": 0.4999}))[0]
+    solver = solver_for("fem", nearly.scene)
+    assert "nested dissection (nu above 0.499" in solver.model(nearly.geometry)
     for name, more, reason in (
         ("square-punch", {}, "single contacts"),
         ("paraboloid", {"half_space.poisson_ratio": 0.5}, "definite matrix"),
