@@ -145,12 +145,12 @@ class Cells:
 
     def _coefficients(self, loaded: Indices, targets: Indices) -> Field:
         places = self.rows[loaded], self.columns[loaded], self.rows[targets], self.columns[targets]
-        return _matrix(*places, self.table)
+        return pairs(*places, self.table)
 
 
 @njit(cache=True)
-def _matrix(rows, columns, other_rows, other_columns, table):
-    """Return the coefficients of all pairs of cells, looked up by offset."""
+def pairs(rows, columns, other_rows, other_columns, table):
+    """Return the coefficients of all pairs of cells, looked up by offset: one matrix, no copies."""
     result = np.empty((rows.size, other_rows.size))
     for i in range(rows.size):
         for k in range(other_rows.size):

@@ -31,6 +31,7 @@ from scipy.linalg import cho_factor, cho_solve
 from reference.arguments import refuse
 from reference.errors import ConvergenceError
 from reference.halfspace import kernels
+from reference.halfspace.contact_block import pairs
 from reference.halfspace.operators import FreeOperator
 
 Field = NDArray[np.float64]
@@ -161,12 +162,14 @@ def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
     table = kernels.love(
         np.arange(nx)[:, None], np.arange(ny), operator.spacing, operator.effective_modulus
     )
-    matrix = table[np.abs(rows[:, None] - rows), np.abs(columns[:, None] - columns)]
-    matrix[np.diag_indices_from(matrix)] += extra[mask]
     # In units of a power of two, so that the roots in the factor round equally in all units.
     unit = 2.0 ** np.round(np.log2(table[0, 0]))
+    matrix = pairs(rows, columns, rows, columns, table / unit)
+    matrix[np.diag_indices_from(matrix)] += extra[mask] / unit
+    # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+    factor = cho_factor(matrix.T, lower=True, overwrite_a=True)
     pressure = np.zeros(operator.shape)
-    pressure[mask] = cho_solve(cho_factor(matrix / unit, lower=True), np.ones(len(rows))) / unit
+    pressure[mask] = cho_solve(factor, np.ones(len(rows))) / unit
     return _response(operator, mask, extra, pressure, 1)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -131,6 +133,18 @@ def test_conjugate_gradients_agree_with_the_factorisation(seed):
     # More of a cell under the face is stiffer: the law of the compliance falls with phi.
     more = respond_dense(operator, np.minimum(1.2 * fraction, 1.0))
     assert more.stiffness > other.stiffness
+
+
+def test_the_factorisation_holds_one_matrix():
+    """8 bytes of an entry, one more while they are checked; the rest is of the cells."""
+    cells = 24
+    operator, fraction = FreeOperator((cells, cells), (1.0, 1.0), 1.0), np.ones((cells, cells))
+    respond_dense(operator, fraction)  # compiles
+    tracemalloc.start()
+    respond_dense(operator, fraction)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 10 * cells**4
 
 
 @pytest.mark.parametrize("solver", [respond, respond_dense])

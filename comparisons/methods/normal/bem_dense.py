@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import (
     Grid,
     GridSolver,
@@ -15,7 +15,7 @@ from comparisons.methods.normal.grid import (
     make_grid,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import Respond
+from comparisons.methods.normal.grid_punches import Respond, face_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -31,6 +31,8 @@ from reference.loads import Load
 _LATER = 3.7
 # Of the fields and transforms on the grid.
 _BYTES_OF_CELL = 250.0
+# Of the matrix of a flat face: a number, and whether it is finite.
+_BYTES_OF_ENTRY = 9.0
 
 
 class BemDense(GridSolver[FreeOperator]):
@@ -71,6 +73,12 @@ class BemDense(GridSolver[FreeOperator]):
     def memory(self, task: Task) -> float:
         """Bytes of the factor of the contact cells, the largest of all loads, and of the grid."""
         geometry = task.geometry
+        if isinstance(geometry, IndenterGeometry) and geometry.indenter.face_area is not None:
+            modulus = task.scene.effective_modulus
+            area = geometry.indenter.face_area
+            _, fractions, _ = face_grid(geometry, area, task.resolution, modulus)
+            entries = np.count_nonzero(fractions) ** 2
+            return float(_BYTES_OF_ENTRY * entries + _BYTES_OF_CELL * fractions.size)
         rough = isinstance(geometry, RoughGeometry)
         grid = make_grid(geometry, geometry.points[0] if rough else task.resolution)
         total = cells(geometry, task.resolution)

@@ -80,6 +80,12 @@ CASES = {
             _pressed(_BALL, "loading = { force = 1e-3 }"),
             (18, 22, 27),
         ),
+        Case(
+            "bem_dense, cylinder",
+            "bem_dense",
+            _pressed('shape = "cylinder", radius = 1.0'),
+            (20, 25, 30),
+        ),
         Case("bem_dense, patch", "bem_dense", _ROUGH, (64, 96, 128)),
     ),
 }

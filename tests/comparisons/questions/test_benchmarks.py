@@ -219,6 +219,7 @@ def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed(monkeypa
         ("fem", "fem, paraboloid", (4, 5, 6)),
         ("fem", "fem by iteration, paraboloid", (6, 8, 10)),
         ("bem", "bem_dense, one force", (16, 18, 20)),
+        ("bem", "bem_dense, cylinder", (18, 21, 24)),
     ],
 )
 def test_the_plan_knows_the_memory_of_a_solve(kind, title, resolutions):
