@@ -141,8 +141,8 @@ class Fem(FemSolver[IndenterGeometry]):
             return "solved by conjugate gradients"
         if chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
             if self._nearly_incompressible:
-                why = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
-                return f"condensed by nested dissection ({why})"
+                stiff = f"nu above {LARGEST_POISSON_ITERATED:g}: many steps for conjugate gradients"
+                return f"condensed by nested dissection ({stiff})"
             most = f"{MOST_CONDENSED // 1000} 000 unknowns"
             return f"condensed by nested dissection (above {most} solved by conjugate gradients)"
         return f"condensed by {_direct(chosen).replace('_', ' ')}"
