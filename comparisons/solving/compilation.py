@@ -79,8 +79,8 @@ def _cache_folder() -> Path:
 
 def _digest(kind: tuple[Any, ...]) -> str:
     """Name a kind of task of this very source, with these packages, on such a processor."""
-    from llvmlite import binding
+    from numba.core.registry import cpu_target
 
     identity = (repr(kind), source_digest(), repr(sorted(versions().items())))
-    processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
+    processor = cpu_target.target_context.codegen().magic_tuple()  # as Numba's cache names it
     return hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]

@@ -6,13 +6,11 @@ T(q_x, q_y) real and even in both wavenumbers: influence coefficients, or |q|. A
 separately, so that rows of zeros and cropped rows are never transformed. Single precision takes
 half the time of double.
 
-Of T only q_x, q_y >= 0 are kept. A large field has modes of its own beside it, and nothing else: 4
-bytes per cell of a periodic field in single precision, 8 in double; twice that of a free one.
-Where the sides suit, it is transformed in vectors (`transforms`). Other large fields are
-transformed in blocks: rows into one array of modes, there some columns at a time forth and back, as
-many as the cache holds, and rows of it into the result. Padding exists in one block at a time.
-
-These and small ones are SciPy's transforms; docs/half-space.md compares the alternatives.
+Of T only q_x, q_y >= 0 are kept. A large field is transformed in blocks: rows into one array of
+modes, there some columns at a time forth and back, as many as the cache holds, and rows of it into
+the result. Padding exists in one block at a time, and the modes are all that is held beside field
+and result: 4 bytes per cell of a periodic field in single precision, 8 in double; twice that of a
+free one.
 """
 
 from __future__ import annotations
@@ -22,14 +20,12 @@ from numba import njit
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
-from reference.halfspace import pieces, transforms
+from reference.halfspace import pieces
 
 Array = NDArray[np.floating]
 
 # Up to this many padded cells the field is one block: its modes stay in the processor's cache.
 _ONE_BLOCK = 600**2
-# From so many padded cells on transforms in vectors are worth their compilation.
-_VECTORS = 512**2
 # Numbers in a block of columns, and the fewest columns: several fill a line of the cache.
 _COLUMNS, _FEWEST = 2**17, 16
 
@@ -75,12 +71,9 @@ class Convolution:
         self.shape = shape
         self.padded = padded
         self.transfer = np.array(np.asarray(transfer)[: padded[0] // 2 + 1], dtype, order="C")
-        large = padded[0] * padded[1] >= _VECTORS
-        fits = large and transforms.suits(padded, dtype)
-        self._plan = transforms.plan(padded, dtype) if fits else None
 
     def __call__(self, field: Array, out: Array | None = None) -> Array:
-        """Return the convolution of a field of the right shape and precision.
+        """Return the convolution of a field of the right shape, in the precision of the kernel.
 
         `out` receives the result, by default a new array; it may be the field itself.
 
@@ -92,12 +85,10 @@ class Convolution:
         if out is None:
             out = np.empty(self.shape, self.transfer.dtype)
         for array in (field, out):
-            # compiled loops would read and write beyond its end
             if array.shape != self.shape:
                 raise ValueError(f"fields must have shape {self.shape}, not {array.shape}")
-        if self._plan is not None:
-            self._convolve_vectors(field, out, self._plan)
-        elif self.padded[0] * self.padded[1] > _ONE_BLOCK:
+        field = np.asarray(field, self.transfer.dtype)
+        if self.padded[0] * self.padded[1] > _ONE_BLOCK:
             self._convolve_blocks(field, out)
         else:
             modes = fft.rfft(field, self.padded[1], axis=1, workers=1)
@@ -107,33 +98,6 @@ class Convolution:
     def set_mean_factor(self, value: float) -> None:
         """Change the transfer function at zero wavenumber."""
         self.transfer[0, 0] = value
-
-    def _convolve_vectors(self, field: Array, out: Array, plan: transforms.Plan) -> None:
-        rows, width, dtype = self.shape[0], self.padded[1], self.transfer.dtype
-        source = np.ascontiguousarray(field, dtype)
-        fits = out.flags.c_contiguous and out.dtype == dtype
-        target = out if fits else np.empty(self.shape, dtype)
-        modes = transforms.modes(rows, width, dtype)
-
-        def forward(part: slice) -> None:
-            work = transforms.work(plan)
-            transforms.rows_forth(source, modes, plan, work, part.start, part.stop)
-
-        def columnwise(part: slice) -> None:
-            vectors = transforms.room(plan)
-            transforms.columns(modes, self.transfer, plan, vectors, part.start, part.stop)
-
-        def backward(part: slice) -> None:
-            work = transforms.work(plan)
-            transforms.rows_back(modes, target, plan, work, part.start, part.stop)
-
-        pieces.over(rows, pieces.rows_of(width), forward)
-        edges = transforms.edges(modes, self.transfer, plan)
-        pieces.over(len(modes), pieces.rows_of(modes.shape[1]), columnwise)
-        transforms.shared(modes)[:] = edges
-        pieces.over(rows, pieces.rows_of(width), backward)
-        if target is not out:
-            out[:] = target
 
     def _convolve_blocks(self, field: Array, out: Array) -> None:
         rows, (length, width) = self.shape[0], self.padded

@@ -19,7 +19,7 @@ FINE, LOST = 0, 1
 DEFAULT_FOLDER = Path("roughline-results")
 
 
-def run(
+def run(  # noqa: PLR0913 (the options on the command line)
     *scenes: str,
     methods: str | None = None,
     option: tuple[str, ...] = (),

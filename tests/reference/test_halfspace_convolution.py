@@ -6,7 +6,6 @@ import pickle
 import threading
 import time
 import tracemalloc
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -23,7 +22,6 @@ from reference.halfspace import (
     convolution,
     fft,
     pieces,
-    transforms,
 )
 from reference.halfspace.conjugate_gradients import _Stage
 from reference.halfspace.convolution import Convolution
@@ -169,50 +167,9 @@ def test_large_fields_are_convolved_in_blocks_with_the_same_result(padding, dtyp
     np.testing.assert_array_equal(shared, alone)
 
 
-# Of the lengths that vectors have: rows of any factors 2, 3 and 5, columns as many as squares need.
-ROWS = st.sampled_from([2, 3, 5, 6, 8, 15, 16, 27, 30, 32, 50, 64, 81, 96, 125, 128])
-WIDTHS = {np.float32: [512, 1024, 1536], np.float64: [128, 256, 384, 512, 640, 768]}
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.data(), ROWS, st.sampled_from([np.float32, np.float64]), st.integers(0, 1000))
-def test_transforms_in_vectors_are_plain_transforms(data, length, dtype, seed):
-    """Periodic fields, and free ones that end anywhere; tolerance as above."""
-    padded = length, data.draw(st.sampled_from(WIDTHS[dtype]))
-    shape = (
-        data.draw(st.sampled_from([length, (length + 1) // 2, 1])),
-        data.draw(st.sampled_from([padded[1], padded[1] // 2 - 3, 1])),
-    )
-    rng = np.random.default_rng(seed)
-    transfer, field = even_transfer(padded, rng), rng.standard_normal(shape).astype(dtype)
-    spectrum = scipy.fft.rfft2(field.astype(float), s=padded) * transfer
-    expected = scipy.fft.irfft2(spectrum, s=padded)[: shape[0], : shape[1]]
-    with mock.patch.object(convolution, "_VECTORS", 0):
-        result = Convolution(shape, padded, transfer, dtype)(field)
-    scale = np.abs(transfer).max() * np.linalg.norm(field)
-    assert np.abs(result - expected).max() <= 4 * np.finfo(dtype).eps * scale
-
-
-@pytest.mark.parametrize("padded", [(60, 128), (72, 256)])
-def test_transforms_in_vectors_are_shared_by_threads(padded, monkeypatch):
-    """A few rows and one block of columns a piece; into the field itself, and one cut from it."""
-    rng = np.random.default_rng(8)
-    transfer, field = even_transfer(padded, rng), rng.standard_normal((60, 128))
-    monkeypatch.setattr(convolution, "_VECTORS", 0)
-    monkeypatch.setattr(pieces, "SIZE", 500)
-    vectors = Convolution(field.shape, padded, transfer, np.float64)
-    alone = vectors(field)
-    with pieces.threads(2):
-        shared = vectors(field.copy(), out=field)
-        inside = vectors(np.asfortranarray(alone), out=np.zeros((128, 60)).T)
-    np.testing.assert_array_equal(shared, alone)
-    np.testing.assert_array_equal(inside, vectors(alone))
-    assert shared is field
-
-
-@pytest.mark.parametrize("vectors", [0, 10**9])
-def test_fields_of_another_shape_are_refused_and_other_precisions_cast(vectors, monkeypatch):
-    monkeypatch.setattr(convolution, "_VECTORS", vectors)
+@pytest.mark.parametrize("one_block", [0, 10**9])
+def test_fields_of_another_shape_are_refused_and_other_precisions_cast(one_block, monkeypatch):
+    monkeypatch.setattr(convolution, "_ONE_BLOCK", one_block)
     rng = np.random.default_rng(9)
     padded = (16, 512)
     convolve = Convolution((10, 20), padded, even_transfer(padded, rng), np.float32)
@@ -225,6 +182,7 @@ def test_fields_of_another_shape_are_refused_and_other_precisions_cast(vectors, 
     double = convolve(field, np.empty((10, 20)))
     assert double.dtype == np.float64
     np.testing.assert_array_equal(double, convolve(field))
+    np.testing.assert_array_equal(convolve(field.astype(float)), double)
 
 
 def test_an_error_in_one_piece_ends_the_others():
@@ -242,12 +200,6 @@ def test_an_error_in_one_piece_ends_the_others():
     with pieces.threads(2), pytest.raises(ValueError, match="piece 0"):
         pieces.over(2000, 1, work)
     assert len(done) < 1000
-
-
-def test_sides_with_other_prime_factors_have_no_transform_in_vectors():
-    """481 = 13 x 37; a row of 640 is no whole number of squares of 16 vectors."""
-    sides = [(480, 512), (481, 512), (512, 640), (405, 1536)]
-    assert [transforms.suits(each, np.float32) for each in sides] == [True, False, False, True]
 
 
 def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):

@@ -25,12 +25,12 @@ from reference.halfspace.solution import Press
 from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 
-# Bytes per cell that a solve holds at most, the gap and the answer included: 58 and 93, measured
+# Bytes per cell that a solve holds at most, the gap and the answer included: 61 and 89, measured
 # (`roughline bench bem`; the free half-space pads each direction to twice its cells).
 BYTES_PERIODIC = 64
 BYTES_FREE = 128
 # More, on a period, where a load before is there to extrapolate from, and while the stiffness of a
-# contact is solved for beside it: 67 and 88 in all, measured. A free half-space has room for both.
+# contact is solved for beside it: 65 and 73 in all, measured. A free half-space has room for both.
 EXTRAPOLATED, STIFFNESS = 8, 20
 # Where single precision stalls the fallback in double holds 38 and 51 more (2048 points a side).
 _DOUBLE_PERIODIC, _DOUBLE_FREE = 42, 56

@@ -27,8 +27,8 @@ TOLERANCE = 1e-8
 LARGE = (1024, 2048, 4096)
 # Most of the time of one thread that two may take.
 SHARED = 1 / 1.7
-# Largest acceptable multiple of the processor's floor for a convolution.
-FLOOR = 2.0
+# Largest acceptable multiple of the processor's floor for a convolution: SciPy's take some four.
+FLOOR = 5.0
 # Points a side of a grid that compiles all; side of matrices and length of copies that measure the
 # machine (128 MB: beyond the caches of most).
 _WARM, _SQUARE, _COPIED = 512, 1024, 2**25

@@ -21,7 +21,7 @@ _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 _LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
-def measure_area(
+def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     effort: str,
     *,
     load: float = 0.01,
