@@ -153,7 +153,7 @@ def with_unit(value: object, unit: str, digits: int = 3) -> str:
 
 
 def relative(value: object, digits: int = 2) -> str:
-    """Write a relative error: per cent, ppm, or a power of ten.
+    """Write a share, a bar or the size of an error: per cent, ppm, or a power of ten.
 
     >>> relative(0.0123), relative(-1e-5), relative(0.0), relative(None)
     ('1.2\u202f%', '−10\u202fppm', '0\u202f%', '–')
@@ -162,6 +162,22 @@ def relative(value: object, digits: int = 2) -> str:
     """
     text, unit = _relative_parts(value, digits)
     return _join(text, unit)
+
+
+def signed_error(error: object, *, ratio: bool = False) -> str:
+    """Write a relative error with its sign; of a `ratio` minus 1, factors from 2 on beside it.
+
+    >>> signed_error(0.0123), signed_error(-0.021), signed_error(3.08, ratio=True)
+    ('+1.2\u202f%', '−2.1\u202f%', '+310\u202f% (4.1\u202ftimes)')
+    """
+    return _with_sign(error, relative(error), ratio)
+
+
+def _with_sign(error: object, text: str, ratio: bool) -> str:
+    if not finite(error) or not float(error) > 0.0 or text.split()[0] in ("0", "round-off"):
+        return text
+    large = ratio and float(error) >= 1.0
+    return f"+{text}" + (f" ({_join(number(1 + float(error), 2), 'times')})" if large else "")
 
 
 def tolerance(value: object) -> str:
@@ -194,19 +210,24 @@ def unpadded(value: float, unit: str) -> str:
     return _join(without_padding(number(value * scale.factor, 4)), scale.unit)
 
 
-def plus_minus(error: object, uncertainty: object) -> str:
+def plus_minus(
+    error: object, uncertainty: object, *, signed: bool = True, ratio: bool = False
+) -> str:
     """Write an error with the half-width of its bar: one unit, both to the same decimal place.
 
     That is the place of the bar's second digit, or of its first where the error would need more
-    than three digits. An error above a tenth of its bar keeps at least two.
+    than three digits. An error above a tenth of its bar keeps at least two. The size of an error
+    has no sign; the error of a `ratio` is that minus 1, and has factors from 2 on beside it.
 
-    >>> plus_minus(0.0123, 0.0004), plus_minus(4.004, 0.028), plus_minus(0.01, 6e-5)
-    ('1.23 ± 0.04\u202f%', '400 ± 3\u202f%', '1.000 ± 0.006\u202f%')
-    >>> plus_minus(0.02, None), plus_minus(0.0012, 0.05), plus_minus(2e-4, 3e-6)
-    ('2.0\u202f% ± ?', '0.1 ± 5.0\u202f%', '0.0200 ± 0.0003\u202f%')
+    >>> plus_minus(0.0123, 0.0004), plus_minus(3.08, 0.04, ratio=True), plus_minus(-0.01, 6e-5)
+    ('+1.23 ± 0.04\u202f%', '+308 ± 4\u202f% (4.1\u202ftimes)', '−1.000 ± 0.006\u202f%')
+    >>> plus_minus(0.02, None), plus_minus(0.0012, 0.05), plus_minus(2e-4, 3e-6, signed=False)
+    ('+2.0\u202f% ± ?', '+0.1 ± 5.0\u202f%', '0.0200 ± 0.0003\u202f%')
     >>> plus_minus(4e-16, 1e-12), plus_minus(4e-16, 1e-6)
     ('round-off', '0 ± 1.0\u202fppm')
     """
+    if signed:
+        return _with_sign(error, plus_minus(error, uncertainty, signed=False), ratio)
     if not finite(error):
         return MISSING
     if not finite(uncertainty):

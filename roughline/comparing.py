@@ -26,8 +26,8 @@ from roughline.scenes import scene_of
 if TYPE_CHECKING:
     from reports.paper.style import PaperFigure
 
-COLUMNS = ["method", "resolution", "quantity", "at", "step", "maximum", "uncertainty"]
-COLUMNS += ["rms", "verdict", "seconds", "unknowns"]
+COLUMNS = ["method", "resolution", "quantity", "at", "step", "error", "uncertainty"]
+COLUMNS += ["maximum", "rms", "verdict", "seconds", "unknowns"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,9 +98,10 @@ class Comparison:
     def table(self) -> pd.DataFrame:
         """Return one row per method, resolution and compared quantity.
 
-        ``maximum`` is the largest relative error over the load steps, bar included, ``uncertainty``
-        the 95 % half-width of that bar, ``step`` (from 0) where it is, ``rms`` the root mean
-        square; ``at`` says at which equal load. `judged` tells which rows decide.
+        ``error`` is the relative error at the load step that decides, with its sign (NaN: the
+        distance of two fields has none), ``uncertainty`` the 95 % half-width of its bar, ``step``
+        (from 0) where it is, ``maximum`` its size, ``rms`` the root mean square; ``at`` says at
+        which equal load. `judged` tells which rows decide.
         """
         measures = selection.compared_measures(self.record)
         return measures.reindex(columns=COLUMNS).reset_index(drop=True)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
+from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
 from comparisons.judging.bands import steps_outside
 from comparisons.judging.distributions import distribution_rows
 from comparisons.judging.fields import field_bar, field_measures
@@ -207,6 +207,7 @@ def _measure_rows(
         rows += [
             {"quantity": measure["quantity"], "at": "last load"}
             | _measure(plan, np.array([measure["error"]]), np.array([measure["bar"]]))
+            | ({"error": np.nan} if quantity(measure["quantity"]).norm else {})
             for measure in field_measures(plan, solved, method, resolution, truth)
         ]
     for name in plan.compared:
@@ -231,11 +232,12 @@ def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
 
 
 def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
-    """Return the verdict on all steps, and size and bar of the error at the step that decided."""
+    """Return the verdict on all steps, and the error with its bar at the step that decided."""
     decided = judged(error, bar, plan.scene.compare.tolerance)
     return {
         "rms": rms_and_maximum(error)[0],
-        "maximum": decided.error,
+        "maximum": abs(decided.error),
+        "error": decided.error,
         "uncertainty": decided.uncertainty,
         "verdict": decided.word,
         "step": decided.step,

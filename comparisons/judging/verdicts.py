@@ -35,7 +35,7 @@ def severity(word: str, low: float, high: float, error: float = 0.0) -> tuple[in
     return (
         WORST_FIRST.index(word),
         -(size if np.isfinite(size) else unknown),
-        -(error if np.isfinite(error) else 0.0),
+        -(abs(error) if np.isfinite(error) else 0.0),
     )
 
 
@@ -50,7 +50,7 @@ class Judgement:
     step : int
         The load step that decided, counted from 0; -1 where there is no result.
     error, uncertainty : float
-        |e| and u at that step; u is NaN where it is not known.
+        e, with its sign, and u at that step; u is NaN where it is not known.
     low, high : float
         The largest |e| - u and |e| + u over the steps: a tolerance below `low` is missed, one
         from `high` on is held. `high` is NaN where a step has no error or no bar.
@@ -82,7 +82,8 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     0
     """
     nan = float("nan")
-    errors = np.abs(np.atleast_1d(np.asarray(error, dtype=float)))
+    signed = np.atleast_1d(np.asarray(error, dtype=float))
+    errors = np.abs(signed)
     bars = np.broadcast_to(np.asarray(uncertainty, dtype=float), errors.shape)
     finite = np.isfinite(errors)
     if not finite.any():
@@ -96,7 +97,7 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     if not np.isfinite(high):
         high = nan
     bar = float(bars[step]) if np.isfinite(bars[step]) else nan
-    return Judgement(word, step, float(errors[step]), bar, low if np.isfinite(low) else nan, high)
+    return Judgement(word, step, float(signed[step]), bar, low if np.isfinite(low) else nan, high)
 
 
 def _first_largest(values: np.ndarray, errors: np.ndarray) -> int:

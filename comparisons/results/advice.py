@@ -77,7 +77,7 @@ class Setting:
     @property
     def worst(self) -> float:
         """The largest error over the quantities, of the truth its bar; NaN if one is missing."""
-        sizes = [verdict.high if self.is_truth else verdict.error for verdict in self.counted]
+        sizes = [verdict.high if self.is_truth else abs(verdict.error) for verdict in self.counted]
         return float(np.max(sizes)) if sizes else math.nan
 
     @property

@@ -40,7 +40,10 @@ class Verdict:
     step : int
         The load step that decided, counted from 0; -1 where it is not known.
     error, uncertainty : float
-        |e| at that step and the 95 % half-width of its bar (NaN: no result; bar not known).
+        The error at that step and the 95 % half-width of its bar (NaN: no result; bar not known).
+    signed, ratio : bool
+        Whether `error` has its sign, or is a size (norms, folders older than signs); and whether it
+        is a ratio minus 1 (along paths errors are relative to the largest value).
     low, high : float
         The largest |e| - u and |e| + u over the load steps; NaN where unknown.
     rms : float
@@ -66,6 +69,8 @@ class Verdict:
     rms: float = NAN
     reason: str = ""
     resolution: float = NAN
+    signed: bool = True
+    ratio: bool = True
     counts: bool = True
     outside_band: str = ""
 
@@ -86,7 +91,7 @@ class Verdict:
     @property
     def number(self) -> str:
         """The error with its bar, as everything prints it."""
-        return fmt.plus_minus(self.error, self.uncertainty)
+        return fmt.plus_minus(self.error, self.uncertainty, signed=self.signed, ratio=self.ratio)
 
     @property
     def when(self) -> str:
@@ -236,7 +241,7 @@ def setting_verdicts(record: SceneRecord, method: str, resolution: int) -> tuple
     judgements = []
     for name in record.quantities:
         row = _judged_rows(record).get((name, method, float(resolution)))
-        verdict = None if row is None else _verdict(record, row)
+        verdict = None if row is None else verdict_of(record, row)
         if name in nothing:
             verdict = _no_result(record, name, nothing[name], resolution, counts=False)
         elif verdict is None or verdict.word == NO_RESULT:
@@ -264,7 +269,7 @@ def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
     table = selection.compared_measures(record, method)
     level = finest(record, method)
     matching = table[_is_setting(table, method, -1 if level is None else level)]
-    judgements = [_verdict(record, row) for row in matching.to_dict("records")]
+    judgements = [verdict_of(record, row) for row in matching.to_dict("records")]
     return [v for v in judgements if v.at != equal_at(record, v.quantity) and v.word != NO_RESULT]
 
 
@@ -282,16 +287,20 @@ def _is_setting(table: pd.DataFrame, method: str, resolution: int) -> np.ndarray
     return (names == method) & (selection.column(table, "resolution") == resolution)
 
 
-def _verdict(record: SceneRecord, row: dict) -> Verdict:
+def verdict_of(record: SceneRecord, row: dict) -> Verdict:
+    """Return the verdict in a row of measures.csv."""
     word, low, high = _decided(record, row)
-    step = _float(row.get("step"))
+    step, error = _float(row.get("step")), _float(row.get("error"))
+    signed = math.isfinite(error)
     return Verdict(
         quantity=str(row["quantity"]),
         at=str(row.get("at", "") or ""),
         word=word,
         tolerance=record.tolerance,
         step=int(step) if math.isfinite(step) else -1,
-        error=_float(row.get("maximum")),
+        error=error if signed else _float(row.get("maximum")),
+        signed=signed,
+        ratio=not record.is_path,
         uncertainty=_float(row.get("uncertainty")),
         low=low,
         high=high,

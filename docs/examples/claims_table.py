@@ -119,7 +119,7 @@ def largest(claim: ClaimRecord) -> str:
     if not measured:
         return "–"
     point = max(measured, key=lambda point: abs(point.error))
-    return error_text(point.error, point.uncertainty, claim.factor)
+    return error_text(point, claim.factor)
 
 
 def _cells(texts: tuple[str, ...]) -> list[str]:
@@ -214,8 +214,7 @@ class Numbers:
         stated = [point for point in claim.points if point.error is not None]
         ordered = sorted(stated, key=lambda point: abs(point.error))
         self.least, self.most = (
-            error_text(point.error, point.uncertainty, claim.factor)
-            for point in (ordered[0], ordered[-1])
+            error_text(point, claim.factor) for point in (ordered[0], ordered[-1])
         )
         self.tolerance = limit_words(claim.tolerance, claim.factor)
         self.verdict = claim.verdict
@@ -231,7 +230,7 @@ class Numbers:
         self.beyond = ""
         if sized:
             worst = max(sized, key=lambda point: abs(point.error))
-            self.beyond = error_text(worst.error, worst.uncertainty, claim.factor)
+            self.beyond = error_text(worst, claim.factor)
 
 
 def tally(record: ClaimsRecord) -> str:

@@ -49,6 +49,7 @@ class ClaimGroup:
 class Deciding:
     """The deciding number of a claim: the largest error, with its bar."""
 
+    text: str
     error: float
     uncertainty: float
     tolerance: float
@@ -68,7 +69,6 @@ def claims_page(record: ClaimsRecord) -> str:
         drawn,
         record=record,
         limit_words=limit_words,
-        error_text=error_text,
         views=views,
         groups=_groups(views) if len(views) > MOST_UNFOLDED else [],
         tally=_tally(record.claims),
@@ -92,6 +92,7 @@ def _view(claim: ClaimRecord) -> ClaimView:
     largest = max(claim.measured, key=_size)
     nan = float("nan")
     deciding = Deciding(
+        text=error_text(largest, claim.factor),
         error=nan if largest.error is None else largest.error,
         uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
         tolerance=claim.tolerance,

@@ -54,7 +54,7 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "quantity": verdict.quantity,
         "low": verdict.low,
         "high": verdict.high,
-        "error": verdict.error,
+        "error": abs(verdict.error),
         "missing": verdict.word == NO_RESULT,
         "counts": verdict.counts,
         "text": verdict.text,

@@ -16,7 +16,7 @@ from comparisons.questions.claims.record import (
     RangeRecord,
     RowRecord,
 )
-from comparisons.questions.claims.wording import value
+from comparisons.questions.claims.wording import error_text, value
 from reports.plots.axes import error_axis, error_range, tolerance_line
 from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker
@@ -140,7 +140,7 @@ def _boundaries(rows: Sequence[RowRecord]) -> Series:
 
 
 def _hover(point: PointRecord) -> str:
-    lines = [f"{value(point.parameter or 0.0)}: {fmt.plus_minus(point.error, point.uncertainty)}"]
+    lines = [f"{value(point.parameter or 0.0)}: {error_text(point)}"]
     lines += [f"{key}: {detail(number)}" for key, number in point.details.items()]
     return "\n".join(lines)
 

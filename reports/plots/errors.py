@@ -17,11 +17,13 @@ from reports.plots.axes import error_axis, error_range, tolerance_line, value_ax
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Series
 from reports.plots.gutter import NOTE, parted, with_foot
+from reports.plots.signs import NOTE as SIGNS
+from reports.plots.signs import sign_marks
 from reports.plots.style import CIRCLE, CROSS, INK, drawing_order, look
 
 CAPTION = (
     "Each method at its finest resolution. Horizontal line: tolerance. Shaded: below the "
-    f"uncertainty of the reference. Ring: the error that decided. {NOTE}"
+    f"uncertainty of the reference. Ring: the error that decided. {SIGNS} {NOTE}"
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
 
@@ -49,7 +51,11 @@ def _figure(
     series = [
         part
         for method, rows in tables.items()
-        for part in parted(_series(scene, method, rows, name), low)
+        for whole in (_series(scene, method, rows, name),)
+        for part in (
+            *parted(whole, low),
+            *sign_marks(whole, selection.column(rows, f"error_{name}"), low, high),
+        )
     ]
     upright = error_axis(low, high, "relative error", quantity(name).label)
     return Figure(
@@ -102,7 +108,7 @@ def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str) -> S
     loads, unit = selection.compared_along(scene, rows), quantity(scene.along).unit
     level = fmt.count(selection.column(rows, "resolution")[0])
     texts = (
-        f"{style.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"
+        f"{style.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.signed_error(value)}"
         for load, value in zip(loads, error, strict=True)
     )
     return Series(

@@ -18,11 +18,13 @@ from reports.plots.curves import TRUTH_BAR
 from reports.plots.errors import failed, refusal
 from reports.plots.figure import Band, Figure, Guide, Series
 from reports.plots.gutter import NOTE, parted, with_foot
+from reports.plots.signs import NOTE as SIGNS
+from reports.plots.signs import sign_marks
 from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 PLOTTED = (
-    *("resolution", "maximum", "uncertainty", "rms"),
+    *("resolution", "maximum", "error", "uncertainty", "rms"),
     *("seconds", "setup_seconds", "unknowns"),
 )
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
@@ -30,7 +32,7 @@ CAPTION = (
     "Largest relative error over all load steps against the time for the whole scene; lower left "
     "is better. One marker per resolution N; hollow: without the set-up, which other loads could "
     "reuse. Dashed: Pareto front. Horizontal line: tolerance. "
-    f"{NOTE}"
+    f"{SIGNS} {NOTE}"
 )
 
 
@@ -86,6 +88,7 @@ def _figure(
     for method, settings in _by_method(points).items():
         for whole in _method_series(method, settings):
             series += parted(whole, low)
+        series += sign_marks(whole, settings["error"], low, high)
     equal = f" at equal {quantity(at).label}" if at in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
@@ -145,10 +148,12 @@ def _method_series(method: str, settings: dict[str, np.ndarray]) -> list[Series]
 
 
 def _hover(label: str, row: dict[str, float]) -> str:
+    signed = np.isfinite(row["error"])
+    error = row["error" if signed else "maximum"]
     return "\n".join(
         [
             f"{label}, N = {fmt.count(row['resolution'])}",
-            f"largest error {fmt.plus_minus(row['maximum'], row['uncertainty'])}",
+            f"largest error {fmt.plus_minus(error, row['uncertainty'], signed=signed)}",
             f"rms {fmt.relative(row['rms'])}",
             f"time {fmt.duration(row['seconds'])}, "
             f"of which set-up {fmt.duration(row['setup_seconds'])}",

@@ -19,8 +19,8 @@ from reports.plots.style import CROSS, INK, Look, Marker, look
 LOW, HIGH = 1e-3, 1e3  # of error over tolerance: what lies beyond is an arrow at the edge
 CAPTION = (
     "Largest |e| over all load steps at equal prescribed load, with its bar u, over the tolerance "
-    "that was asked for; a marker for each quantity. Left of the dotted line with the whole bar: "
-    "within. Arrows: beyond the axis. Crosses: no result."
+    "that was asked for; a marker for each quantity, hollow where the model is too low. Left of "
+    "the dotted line with the whole bar: within. Arrows: beyond the axis. Crosses: no result."
 )
 MARKERS = (
     *(Marker("circle", "o"), Marker("square", "s"), Marker("triangle-up", "^")),
@@ -72,10 +72,13 @@ def _quantity_series(style: Look, items: list[tuple[float, Verdict]]) -> list[Se
     sizes = np.array([abs(item.error) / item.tolerance for _, item in known])
     bars = np.nan_to_num([item.uncertainty / item.tolerance for _, item in known])
     heights = np.array([height for height, _ in known])
+    low = np.array([item.error < 0 for _, item in known], dtype=bool)
     hover = tuple(f"{item.text}\n{item.because}: {item.word}" for _, item in known)
     inside = (sizes > LOW) & (sizes < HIGH)
     series = [
-        Series(style, np.where(inside, sizes, np.nan), heights, line=False, hover=hover),
+        Series(
+            style, np.where(inside, sizes, np.nan), heights, line=False, hollow=low, hover=hover
+        ),
         _bars(style, sizes, bars, heights),
     ]
     for marker, edge, beyond in ((UNDER, LOW, sizes <= LOW), (OVER, HIGH, sizes >= HIGH)):

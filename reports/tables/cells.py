@@ -33,13 +33,18 @@ def duration(seconds: float) -> Cell:
 
 
 def relative(value: float) -> Cell:
-    """Return a relative error without its bar."""
+    """Return a share, or the size of an error."""
     return number(fmt.relative(value), value)
 
 
-def error(value: float, bar: float) -> Cell:
-    """Return a relative error with its bar."""
-    return Cell(fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
+def signed_error(value: float) -> Cell:
+    """Return a relative error with its sign, without its bar."""
+    return number(fmt.signed_error(value), value)
+
+
+def error(value: float, bar: float, text: str = "") -> Cell:
+    """Return a relative error with its bar; `text` is how a verdict prints it."""
+    return Cell(text or fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
 
 
 def verdict(*badges: str, text: str = "") -> Cell:

@@ -89,7 +89,7 @@ def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
 def _error(verdict: Verdict) -> Cell:
     if verdict.word == NO_RESULT:
         return cells.NOTHING
-    return cells.error(verdict.error, verdict.uncertainty)
+    return cells.error(verdict.error, verdict.uncertainty, verdict.number)
 
 
 def _verdict_text(verdict: Verdict, reasons: bool) -> str:

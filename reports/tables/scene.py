@@ -11,7 +11,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.results import selection
 from comparisons.results.confidence import confidence
-from comparisons.results.decisions import equal_at
+from comparisons.results.decisions import Verdict, equal_at, verdict_of
 from comparisons.results.store import SceneRecord, once
 from reports.plots.style import look
 from reports.tables import cells
@@ -63,7 +63,7 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
         label = quantity(name).label
         suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
-    errors = _errors_by_setting(measures)
+    errors = _errors_by_setting(scene, measures)
     rows = (
         _setting_row(scene, *setting, [errors.get((*setting, *pair)) for pair in pairs])
         for setting in _all_settings(scene)
@@ -72,9 +72,9 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
 
 
 def _errors_by_setting(
-    measures: pd.DataFrame,
-) -> dict[tuple[str, float, str, str], tuple[float, float]]:
-    """Return (method, resolution, quantity, at) -> the largest error and its bar."""
+    scene: SceneRecord, measures: pd.DataFrame
+) -> dict[tuple[str, float, str, str], Verdict]:
+    """Return (method, resolution, quantity, at) -> the verdict on it."""
     names = (selection.texts(measures, key) for key in ("quantity", "at"))
     settings = zip(
         selection.texts(measures, "method"),
@@ -82,8 +82,8 @@ def _errors_by_setting(
         *names,
         strict=True,
     )
-    numbers = (selection.column(measures, key) for key in ("maximum", "uncertainty"))
-    pairs = list(zip(settings, zip(*numbers, strict=True), strict=True))
+    verdicts = (verdict_of(scene, row) for row in measures.to_dict("records"))
+    pairs = list(zip(settings, verdicts, strict=True))
     return dict(reversed(pairs))  # the first of several rows counts
 
 
@@ -105,7 +105,7 @@ def _setting_row(
     scene: SceneRecord,
     method: str,
     level: float,
-    errors: list[tuple[float, float] | None],
+    errors: list[Verdict | None],
 ) -> tuple[Cell, ...]:
     rows = selection.setting_rows(scene, method, level)
     first = {
@@ -125,10 +125,12 @@ def _setting_row(
     )
 
 
-def _error_cell(error: tuple[float, float] | None, truth: bool) -> Cell:
+def _error_cell(error: Verdict | None, truth: bool) -> Cell:
     if truth:
         return cells.number("reference", 0.0)
-    return cells.NOTHING if error is None else cells.error(*error)
+    if error is None:
+        return cells.NOTHING
+    return cells.error(error.error, error.uncertainty, error.number)
 
 
 def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
@@ -238,6 +240,6 @@ def _step_rows(
         columns.append([cells.number(fmt.number(v), v) for v in scaled])
     for name in errors:
         values = selection.column(rows, f"error_{name}")
-        columns.append([cells.relative(v) for v in values])
+        columns.append([cells.signed_error(v) for v in values])
     columns.append([cells.count(v) for v in selection.column(rows, "iterations")])
     return list(zip(*columns, strict=True))

@@ -40,7 +40,7 @@ class Cell:
     method : str
         The method whose colour precedes the text.
     bar : float, optional
-        Half-width of the error bar if `key` is an error; papers format both themselves.
+        Half-width of the error bar if `key` is an error.
     badges : tuple of str
         Verdict words to show instead of the text, each in the colour of its tone.
     """

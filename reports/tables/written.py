@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from reports.tables.notation import error_with_bar, markdown, tex
-from reports.tables.table import Cell, Table
+from reports.tables.notation import markdown, tex
+from reports.tables.table import Table
 
 
 def latex(table: Table, label: str) -> str:
@@ -19,7 +19,7 @@ def latex(table: Table, label: str) -> str:
         r"    \toprule",
         f"    {_row(_heads(table), tex)}",
         r"    \midrule",
-        *(f"    {_row(map(printed, row), tex)}" for row in table.rows),
+        *(f"    {_row((cell.text for cell in row), tex)}" for row in table.rows),
         r"    \bottomrule",
         r"  \end{tabular}",
         r"\end{table}",
@@ -35,7 +35,7 @@ def in_markdown(table: Table) -> str:
         "",
         _bars(map(markdown, _heads(table))),
         _bars(rules),
-        *(_bars(markdown(printed(cell)) for cell in row) for row in table.rows),
+        *(_bars(markdown(cell.text) for cell in row) for row in table.rows),
     ]
     return "\n".join(lines) + "\n"
 
@@ -49,11 +49,6 @@ def alignment(table: Table) -> str:
 
 def _heads(table: Table) -> list[str]:
     return [head.short or head.text for head in table.heads]
-
-
-def printed(cell: Cell) -> str:
-    """Return the printed text of a cell; errors and their bars are in parentheses."""
-    return cell.text if cell.bar is None else error_with_bar(cell.key, cell.bar)
 
 
 def _row(cells: Iterable[str], escaped: Callable[[str], str]) -> str:

@@ -10,6 +10,7 @@ ROWS = (
         "m2",
         comparable=True,
         field=True,
+        norm=True,
         bins=Bins("area", 1e-8, 1.0),
     ),
 )

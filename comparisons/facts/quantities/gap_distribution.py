@@ -10,6 +10,7 @@ ROWS = (
         "m",
         comparable=True,
         field=True,
+        norm=True,
         bins=Bins("height", 1e-6, 1e2),
     ),
 )

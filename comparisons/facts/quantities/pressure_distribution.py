@@ -10,6 +10,7 @@ ROWS = (
         "Pa",
         comparable=True,
         field=True,
+        norm=True,
         bins=Bins("pressure", 1e-5, 1e2),
     ),
 )

@@ -96,6 +96,8 @@ class Quantity:
         Where it is prescribed itself: at which other load it is compared, and all else once more.
     field : bool
         It is compared as a field at the last load, not as a curve.
+    norm : bool
+        Its error is the distance of two fields, which has no sign.
     single : bool
         It is one value of a whole scene, the same at every step.
     signed : bool
@@ -115,6 +117,7 @@ class Quantity:
     load: Literal["", "normal", "tangential"] = ""
     counterpart: str = ""
     field: bool = False
+    norm: bool = False
     single: bool = False
     signed: bool = False
     derived: Derived | None = None

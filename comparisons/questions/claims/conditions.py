@@ -72,8 +72,7 @@ def _stretches(row: Row) -> str:
 def _outcome(claim: Claim, point: Point) -> str:
     if point.word == NO_RESULT:
         return point.word
-    measured = point.measurement
-    return f"{error_text(measured.error, measured.uncertainty, claim.factor)} ({point.word})"
+    return f"{error_text(point.measurement, claim.factor)} ({point.word})"
 
 
 def _draws(claim: Claim, draws: list[Draw]) -> str:
@@ -85,11 +84,10 @@ def _draws(claim: Claim, draws: list[Draw]) -> str:
     counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
     size = [np.nan_to_num(abs(draw.point.measurement.error), nan=-1.0) for draw in draws]
     worst = draws[int(np.argmax(size))]
-    measured = worst.point.measurement
     place = [f"{name} {text}" for name, text in in_words(claim, worst.setting).items()]
     if claim.parameter:
         place.insert(0, f"{claim.parameter} {value(worst.point.parameter)}")
-    error = error_text(measured.error, measured.uncertainty, claim.factor)
+    error = error_text(worst.point.measurement, claim.factor)
     return (
         f" Of {len(draws)} draws over all of it: {counted}; the largest error is {error} "
         f"({', '.join(place)})."

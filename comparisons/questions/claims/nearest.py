@@ -141,7 +141,9 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
     """Return what is known before a scene is solved, in one sentence; "" where nothing is."""
     groups: dict[tuple[str, str, str], list[str]] = {}
     for answer in sorted(answers, key=lambda answer: WORST_FIRST.index(answer.word)):
-        number = fmt.plus_minus(answer.error, answer.uncertainty)
+        number = fmt.plus_minus(
+            answer.error, answer.uncertainty, signed=not quantity(answer.quantity).norm
+        )
         label = quantity(answer.quantity).label
         groups.setdefault((answer.word, number, answer.place), []).append(label)
     parts = [

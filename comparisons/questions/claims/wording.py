@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from comparisons.facts.quantities import quantity
 from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
@@ -14,6 +15,8 @@ from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
 if TYPE_CHECKING:
     from comparisons.questions.claims.boundaries import Point, Range
     from comparisons.questions.claims.claim import Claim
+    from comparisons.questions.claims.record import PointRecord
+    from comparisons.questions.experiments.base import Measurement
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
@@ -69,14 +72,17 @@ def limit_words(limit: float, factor: float | None) -> str:
 WRONG_SIGN = -1e9  # the error of a factor where stated and true differ in sign
 
 
-def error_text(error: object, uncertainty: object, factor: float | None = None) -> str:
-    """Return an error with its bar, or as a factor.
+def error_text(measured: Measurement | PointRecord, factor: float | None = None) -> str:
+    """Return an error with its bar, or as a factor; distances of two fields have no sign.
 
-    >>> error_text(3.9, 0.01, 10.0), error_text(-1.5, 0.01, 10.0), error_text(WRONG_SIGN, 0.0, 10.0)
-    ('a factor of 4.9', 'a factor of 0.4', 'of the other sign')
+    >>> from comparisons.questions.experiments.base import Measurement
+    >>> [error_text(Measurement(None, e, 0.01), 10.0) for e in (3.9, -1.5, WRONG_SIGN)]
+    ['a factor of 4.9', 'a factor of 0.4', 'of the other sign']
     """
+    error = measured.error
     if factor is None or not finite(error):
-        return plus_minus(error, uncertainty)
+        signed = not quantity(str(measured.details.get("quantity"))).norm
+        return plus_minus(error, measured.uncertainty, signed=signed)
     if error <= WRONG_SIGN:
         return "of the other sign"
     return f"a factor of {value(1 + error if error >= 0 else 1 / (1 - error))}"
@@ -94,14 +100,13 @@ def value(parameter: float) -> str:
 def _single(point: Point, limit: str, factor: float | None) -> str:
     if point.word == NO_RESULT:
         return f"No result: {_reason(point)}."
-    error = error_text(point.measurement.error, point.measurement.uncertainty, factor)
+    error = error_text(point.measurement, factor)
     phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
     return f"Error {error}: {phrases.get(point.word, f'the bar is wider than {limit} can bear')}."
 
 
 def _at(point: Point, factor: float | None) -> str:
-    measured = point.measurement
-    return f"{error_text(measured.error, measured.uncertainty, factor)} at {value(point.parameter)}"
+    return f"{error_text(point.measurement, factor)} at {value(point.parameter)}"
 
 
 def _size(point: Point) -> float:
@@ -150,7 +155,7 @@ def _open(points: list[Point]) -> str:
         detail = f"no result at {value(widest.parameter)}: {_reason(widest)}"
     else:
         detail = f"at {value(widest.parameter)} the error is "
-        detail += plus_minus(widest.measurement.error, widest.measurement.uncertainty)
+        detail += error_text(widest.measurement)
     return f"; {len(left)} of {len(points)} points are not resolved ({detail})"
 
 

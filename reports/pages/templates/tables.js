@@ -33,7 +33,9 @@ const sortable = (table) => {
       else head.removeAttribute("aria-sort");
     });
     if (!wanted) return body.append(...original);
-    const keys = new Map(original.map((row) => [row, valueOf(row.cells[index] ?? row.cells[0])]));
+    // Errors, which have a bar, are sorted by size.
+    const keyOf = (cell) => cell.dataset.bar === undefined ? valueOf(cell) : valueOf(cell).replace(/^-/, "");
+    const keys = new Map(original.map((row) => [row, keyOf(row.cells[index] ?? row.cells[0])]));
     body.append(...[...original].sort((a, b) => {
       const [x, y] = [keys.get(a), keys.get(b)];
       if (missing(x) !== missing(y)) return missing(x) ? 1 : -1; // unknown values stay last

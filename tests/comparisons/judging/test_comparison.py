@@ -106,6 +106,7 @@ def test_measures_are_rms_and_maximum_over_the_steps(plan):
     measure = measure_of(compare(plan, solved, CONSTANTS), "reduced", "force", "penetration")
     assert measure["rms"] == pytest.approx(np.sqrt((1e-4 + 4e-4 + 1e-4) / 4), rel=1e-9)
     assert measure["maximum"] == pytest.approx(0.02, rel=1e-9)
+    assert measure["error"] == pytest.approx(-0.02, rel=1e-9)  # the sign of the step that decides
     assert measure["verdict"] == "outside"  # of the default tolerance of 1 %
 
 

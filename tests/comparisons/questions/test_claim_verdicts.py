@@ -196,7 +196,7 @@ def test_the_words_come_from_the_numbers(monkeypatch):
     single = experiment_claim(
         monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
     )
-    assert judge_claim(single, "quick").sentence == ("Error 3.00 ± 0.10\u202f%: outside 1\u202f%.")
+    assert judge_claim(single, "quick").sentence == ("Error +3.00 ± 0.10\u202f%: outside 1\u202f%.")
 
 
 def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):
