@@ -13,6 +13,7 @@ from comparisons import formatting as fmt
 from comparisons.questions import study
 from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results.decisions import judged_methods
+from comparisons.results.folder import held
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
@@ -80,7 +81,8 @@ class Results:
         from reports.pages.study import write_report
 
         path = self.folder / "report.html"
-        write_report(self.record, path, pictures=pictures)
+        with held(self.folder):
+            write_report(self.record, path, pictures=pictures)
         return path
 
     def paper(

@@ -18,13 +18,14 @@ import datetime
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
 from comparisons.results.crate import describe
-from comparisons.results.folder import Layout, open_folder
+from comparisons.results.folder import Layout, held, open_folder
 from comparisons.results.header import Header
 from comparisons.results.store import SceneRecord
 from comparisons.solving.answers import Answers
@@ -123,10 +124,15 @@ class Campaign(ABC, Generic[A, R]):
         Raises
         ------
         ResultsError
-            If the folder has results and neither `resume` nor `overwrite` is set.
+            If the folder has results and neither `resume` nor `overwrite` is set, or another
+            process writes into it.
         KeyboardInterrupt, LostWorkError
             After writing the completed work.
         """
+        with nullcontext() if self.layout is None else held(self.directory):
+            return self._run()
+
+    def _run(self) -> R:
         started = time.perf_counter()
         executor = self.executor or executor_for(self.workers)
         spent = self._open()

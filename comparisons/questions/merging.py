@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -16,8 +15,9 @@ from comparisons.facts.methods import METHODS
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.questions.study import Study
+from comparisons.results.folder import filled
 from comparisons.results.runs import MOVED
-from comparisons.results.store import FIELDS, StudyRecord, load_study, save_study
+from comparisons.results.store import FIELDS, STUDY, StudyRecord, load_study, save_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.solving.planning import plan_from
@@ -69,24 +69,20 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
     InputError
         Lists all differences and errors.
     """
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise ResultsError(f"{out}: expected a new folder for the merged results")
-    runs = [load_study(folder) for folder in directories]
-    problems = list(_unlike(runs))
-    if problems:
-        raise InputError("\n  ".join(["these runs cannot be merged:", *problems]))
-    merged = _Merge()
-    for run in runs:
-        _gather(run, files, merged)
-    plans = [_merged(name, plans, merged.conflicts) for name, plans in merged.plans.items()]
-    if merged.conflicts:
-        raise InputError("\n  ".join(["these runs contradict each other:", *merged.conflicts]))
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
-        study = Study([p for p in plans if p is not None], Path(name) / "run", command=command)
+    with filled(out, STUDY) as folder:
+        runs = [load_study(path) for path in directories]
+        problems = list(_unlike(runs))
+        if problems:
+            raise InputError("\n  ".join(["these runs cannot be merged:", *problems]))
+        merged = _Merge()
+        for run in runs:
+            _gather(run, files, merged)
+        plans = [_merged(name, plans, merged.conflicts) for name, plans in merged.plans.items()]
+        if merged.conflicts:
+            raise InputError("\n  ".join(["these runs contradict each other:", *merged.conflicts]))
+        study = Study([p for p in plans if p is not None], folder, command=command)
         study.effort = "full" if runs[0].effort == "full" else "quick"
         _write(study, merged, runs)
-        (Path(name) / "run").replace(out)
     study.directory = out
     return study
 

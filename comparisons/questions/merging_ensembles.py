@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
-from comparisons.errors import InputError, ResultsError
+from comparisons.errors import InputError
 from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.merging import other_versions
 from comparisons.results.crate import describe
@@ -22,6 +21,7 @@ from comparisons.results.ensemble import (
     save_ensemble,
     survey,
 )
+from comparisons.results.folder import filled
 from comparisons.results.header import Header
 from comparisons.scene.scene import parse_scene
 from comparisons.tasks.bundles import Bundle
@@ -48,20 +48,16 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
     InputError
         Listing all differences; nothing is written then.
     """
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise ResultsError(f"{out}: expected a new or empty folder for the merged results")
-    runs = {folder: load_ensemble(folder) for folder in directories}
-    problems = list(_unlike(runs))
-    if problems:
-        raise InputError("\n  ".join(["these ensembles cannot be merged:", *problems]))
-    settings = [bundles for folder in runs for bundles in survey(folder / SURFACES).values()]
-    clashes = list(_clashes([item for bundles in settings for item in bundles.items()]))
-    if clashes:
-        raise InputError("\n  ".join(["surfaces are in more than one folder:", *clashes]))
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
-        folder = Path(name) / "run"
-        (folder / SURFACES).mkdir(parents=True)
+    with filled(out, RECORD) as folder:
+        runs = {path: load_ensemble(path) for path in directories}
+        problems = list(_unlike(runs))
+        if problems:
+            raise InputError("\n  ".join(["these ensembles cannot be merged:", *problems]))
+        settings = [bundles for path in runs for bundles in survey(path / SURFACES).values()]
+        clashes = list(_clashes([item for bundles in settings for item in bundles.items()]))
+        if clashes:
+            raise InputError("\n  ".join(["surfaces are in more than one folder:", *clashes]))
+        (folder / SURFACES).mkdir()
         for path in (path for bundles in settings for path in bundles):
             _copy(path, folder / SURFACES / path.name)
         first = next(iter(runs.values()))
@@ -69,7 +65,6 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         merged = result_of(ensemble, _header(runs, command), runs=_parts(runs))
         save_ensemble(folder, merged)
         describe(folder, merged.record.created, command)
-        folder.replace(out)
     return merged
 
 

@@ -1,9 +1,14 @@
-"""Preparation of a results folder: ownership, existing results, leftovers of a killed run."""
+"""Preparation of a results folder: its lock, ownership, existing results, leftovers of a kill."""
 
 from __future__ import annotations
 
+import contextlib
+import datetime
+import errno
+import os
 import re
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +17,8 @@ from comparisons.errors import ResultsError
 PAGE = "report.html"
 # What a folder says of itself to archives (`comparisons.results.crate`).
 CRATE, CODEMETA = "ro-crate-metadata.json", "codemeta.json"
+# Held by the process that writes the folder, whom it names.
+LOCK = ".roughline.lock"
 # What tells a folder of one command from those of the others.
 RECORDS = ("study.json", "claims.json", "hard-cases.json", "calibration.csv", "ensemble.json")
 # Names that jobs give to their files; nothing else in a folder is ours to delete.
@@ -41,8 +48,61 @@ class Layout:
     answers: str = ""
 
 
+@contextlib.contextmanager
+def held(directory: Path) -> Iterator[None]:
+    """Keep other processes out of a folder, created if missing, while a command writes into it.
+
+    A process may hold a folder several times, one within the other. The system takes the lock from
+    a process that is killed.
+
+    Raises
+    ------
+    ResultsError
+        If another process holds the folder, or it is a file.
+    """
+    from filelock import FileLock, Timeout
+
+    if directory.exists() and not directory.is_dir():
+        raise ResultsError(f"{directory}: expected a folder for the results, got a file")
+    new = not directory.exists()
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory.resolve() / LOCK
+    lock = FileLock(path, timeout=0.0, is_singleton=True)
+    try:
+        lock.acquire()
+    except Timeout as error:
+        raise ResultsError(f"{directory}: in use by {_holder(path)}") from error
+    except OSError as error:
+        if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks
+            raise
+    try:
+        if lock.lock_counter == 1:
+            now = datetime.datetime.now(datetime.UTC).astimezone().isoformat(" ", "seconds")
+            _name_holder(path, f"process {os.getpid()} since {now}")
+        yield
+    finally:
+        if lock.lock_counter == 1:
+            with contextlib.suppress(OSError):  # Windows deletes no open file
+                path.unlink()
+                if new:
+                    directory.rmdir()  # where nothing was written
+        lock.release()
+
+
+def _name_holder(path: Path, holder: str) -> None:
+    with contextlib.suppress(OSError):  # a full disk; Windows, where others read no locked file
+        path.write_text(holder, encoding="utf-8")
+
+
+def _holder(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8").strip() or "another process"
+    except OSError:
+        return "another process"
+
+
 def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
-    """Make a folder ready for a run.
+    """Make a folder that is held ready for a run.
 
     A used one needs `resume` or `overwrite`, and must have no results of others. Overwriting
     deletes old answers; temporary files that a killed run left are deleted in any case; other
@@ -53,11 +113,9 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
     ResultsError
         If the folder cannot be used as asked; nothing is changed then.
     """
-    if directory.exists() and not directory.is_dir():
-        raise ResultsError(f"{directory}: expected a folder for the results, got a file")
     if resume and overwrite:
         raise ResultsError("--resume and --overwrite: expected at most one")
-    used = directory.exists() and any(directory.iterdir())
+    used = is_used(directory)
     if used and not (resume or overwrite):
         state = "has results already" if (directory / layout.record).exists() else "is not empty"
         raise ResultsError(
@@ -74,6 +132,31 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
         for old in answers.iterdir() if overwrite else ():
             if OWN_FILE.fullmatch(old.name):
                 old.unlink()
+
+
+def is_used(directory: Path) -> bool:
+    """Return whether a folder holds anything besides its lock."""
+    return any(path.name != LOCK for path in directory.iterdir())
+
+
+@contextlib.contextmanager
+def filled(out: Path, record: str) -> Iterator[Path]:
+    """Yield a new folder; what is in it moves to `out`, a new or empty one, the record last.
+
+    Raises
+    ------
+    ResultsError
+        If `out` holds anything, or another process holds it.
+    """
+    with held(out):
+        if is_used(out):
+            raise ResultsError(f"{out}: expected a new or empty folder for the merged results")
+        with tempfile.TemporaryDirectory(prefix=".merged.", dir=out) as name:
+            folder = Path(name) / out.resolve().name  # the name by which it describes itself
+            folder.mkdir()
+            yield folder
+            for path in sorted(folder.iterdir(), key=lambda path: path.name == record):
+                path.replace(out / path.name)
 
 
 def clear_leftovers(folder: Path, names: Iterable[str]) -> None:

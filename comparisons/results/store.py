@@ -4,6 +4,7 @@ Layout of a folder::
 
     results.csv      one row per scene, method, resolution, realisation and load step
     measures.csv     one row per scene, method, resolution, quantity: rms and largest error
+                     (rows of all tables have the hash of their scene's text)
     study.json       what was asked, plans, references, machine, versions
     fields/KEY.npz   arrays of one finished task (also what --resume finds)
     fields/*.vtu     the same fields for ParaView
@@ -15,9 +16,10 @@ whole files or none. Nothing is ever unpickled.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
@@ -37,6 +39,9 @@ MEASURES = "measures.csv"
 DISTRIBUTIONS = "distributions.csv"
 STUDY = "study.json"
 FIELDS = "fields"
+# The tables by what they hold, and the column by which a row is known as its scene's.
+TABLES = {RESULTS: "rows", MEASURES: "measures", DISTRIBUTIONS: "distributions"}
+HASH = "scene_hash"
 STUDY_KEYS = (
     *("created", "command", "effort", "seconds", "machine", "versions", "interrupted"),
     *("source", "part", "runs"),
@@ -51,7 +56,8 @@ SCENE_KEYS = (
 _AS_WRITTEN: dict[str, Any] = {
     "keep_default_na": False,
     "na_values": [""],
-    "dtype": dict.fromkeys(("scene", "method", "quantity", "at"), str),
+    "dtype": dict.fromkeys(("scene", "method", "quantity", "at", HASH), str),
+    "low_memory": False,
 }
 
 
@@ -230,11 +236,10 @@ class StudyRecord:
 def save_study(record: StudyRecord) -> None:
     """Write study.json and the tables of a study (fields are there already)."""
     root = record.directory
-    write_table(root / RESULTS, _stacked([scene.rows for scene in record.scenes]))
-    write_table(root / MEASURES, _stacked([scene.measures for scene in record.scenes]))
-    distributions = _stacked([scene.distributions for scene in record.scenes])
-    if len(distributions):
-        write_table(root / DISTRIBUTIONS, distributions)
+    for name, kind in TABLES.items():
+        table = _stacked(record.scenes, kind)
+        if len(table) or name != DISTRIBUTIONS:
+            write_table(root / name, table)
     document = {name: getattr(record, name) for name in STUDY_KEYS}
     document["scenes"] = [_scene_document(scene, root) for scene in record.scenes]
     write_text(root / STUDY, json.dumps(document, indent=1, allow_nan=False))
@@ -251,21 +256,15 @@ def load_study(directory: str | Path) -> StudyRecord:
     root = Path(directory)
     try:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        rows = with_columns(pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN), "rows")
-        measures = with_columns(pd.read_csv(root / MEASURES, **_AS_WRITTEN), "measures")
-        distributions = pd.DataFrame(columns=["scene"])
-        if (root / DISTRIBUTIONS).exists():
-            distributions = pd.read_csv(root / DISTRIBUTIONS, **_AS_WRITTEN)
-        tables = {"rows": rows, "measures": measures, "distributions": distributions}
-        problems = [
-            f"{name}: {problem}"
-            for name, kind in (
-                (RESULTS, "rows"),
-                (MEASURES, "measures"),
-                (DISTRIBUTIONS, "distributions"),
-            )
-            for problem in table_problems(tables[kind], kind)
-        ]
+        tables, problems = {}, []
+        for name, kind in TABLES.items():
+            if name == DISTRIBUTIONS and not (root / name).exists():
+                tables[kind] = pd.DataFrame(columns=["scene"])
+                continue
+            table = with_columns(pd.read_csv(root / name, **_AS_WRITTEN), kind)
+            found = table_problems(table, kind) or _foreign(table, document["scenes"])
+            problems += [f"{name}: {problem}" for problem in found]
+            tables[kind] = table.drop(columns=HASH, errors="ignore")
         if problems:
             raise ValueError("; ".join(problems))
         scenes = tuple(_scene_record(item, root, tables) for item in document["scenes"])
@@ -284,9 +283,30 @@ def load_study(directory: str | Path) -> StudyRecord:
         raise ResultsError(f"{root}: damaged results ({error})") from error
 
 
-def _stacked(frames: list[pd.DataFrame]) -> pd.DataFrame:
-    filled = [frame for frame in frames if len(frame)]
+def _stacked(scenes: Iterable[SceneRecord], kind: str) -> pd.DataFrame:
+    """Return the tables of all scenes as one, each row with the hash of its scene."""
+    tables = [(getattr(scene, kind), _hash(scene.text)) for scene in scenes]
+    filled = [table.assign(**{HASH: digest}) for table, digest in tables if len(table)]
     return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:12]
+
+
+def _foreign(table: pd.DataFrame, scenes: list[dict[str, Any]]) -> list[str]:
+    """Return which rows are of another run; earlier versions wrote no hash.
+
+    A run that was killed before its end has rows and no scene yet.
+    """
+    if HASH not in table or not scenes:
+        return []
+    hashes = {scene["name"]: _hash(scene["text"]) for scene in scenes}
+    others = table[table[HASH] != table["scene"].map(hashes)]
+    return [
+        f"rows of another scene {name} than {STUDY} has: run it again with --resume or --overwrite"
+        for name in others["scene"].unique()
+    ]
 
 
 def _scene_document(scene: SceneRecord, root: Path) -> dict[str, Any]:

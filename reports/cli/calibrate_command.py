@@ -37,18 +37,19 @@ def calibrate(
     from comparisons.questions.calibration import Calibration
     from comparisons.questions.calibration_cases import summary
     from comparisons.questions.shares import fitted_rule
-    from comparisons.results.folder import PAGE
+    from comparisons.results.folder import PAGE, held
     from reports.cli.live import watching
     from reports.cli.terminal import print_line, print_table
     from reports.pages.calibration import write_calibration_report
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule
 
     command = shlex.join(["roughline", *sys.argv[1:]])
-    with watching() as watch:
-        executor = workers.executor(default=2)
-        record = Calibration(out, command=command, executor=executor, watch=watch).run()
-    cases = record.cases
-    write_calibration_report(cases, command, out / PAGE)
+    with held(out):
+        with watching() as watch:
+            executor = workers.executor(default=2)
+            record = Calibration(out, command=command, executor=executor, watch=watch).run()
+        cases = record.cases
+        write_calibration_report(cases, command, out / PAGE)
     reported = [case for case in cases if case.half == "reported"]
     print_line(
         "Cases that were not used to fit the rule: coverage, and median of bar over true error, "

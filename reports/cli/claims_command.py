@@ -50,6 +50,7 @@ def claims(
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
+    from comparisons.results.folder import held
     from reports.cli import terminal
     from reports.cli.live import watched
     from reports.pages.claims import write_claims_report
@@ -70,8 +71,9 @@ def claims(
         overwrite=overwrite,
     )
     page = directory / "report.html"
-    record = watched(run, lambda: write_claims_report(load_claims_record(directory), page))
-    write_claims_report(record, page)
+    with held(directory):
+        record = watched(run, lambda: write_claims_report(load_claims_record(directory), page))
+        write_claims_report(record, page)
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, page)

@@ -32,6 +32,7 @@ def compare(
         Folder for comparison.html.
     """
     from comparisons.errors import InputError
+    from comparisons.results.folder import held
     from comparisons.results.runs import compare_runs
     from comparisons.results.store import load_study
     from reports.cli import terminal
@@ -44,13 +45,11 @@ def compare(
         for name, number, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
         if not least < number < float("inf")
     ]
-    if out.exists() and not out.is_dir():
-        problems.append(f"{out}: expected a folder for the page, got a file")
     if problems:
         raise InputError("\n".join(problems))
     record = compare_runs(load_study(before), load_study(after), moved, slower)
-    out.mkdir(parents=True, exist_ok=True)
     page = out / "comparison.html"
-    write_comparison_page(record, shlex.join(["roughline", *sys.argv[1:]]), page)
+    with held(out):
+        write_comparison_page(record, shlex.join(["roughline", *sys.argv[1:]]), page)
     terminal.print_run_comparison(record, page)
     return MOVED_SOMETHING if record.failed else FINE

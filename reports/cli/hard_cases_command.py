@@ -43,7 +43,7 @@ def hard_cases(
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.questions.hard_cases.record import load_record
     from comparisons.questions.hard_cases.run import HardCases
-    from comparisons.results.folder import PAGE
+    from comparisons.results.folder import PAGE, held
     from reports.cli import terminal
     from reports.cli.live import watched
     from reports.pages.hard_cases import write_hard_cases_report
@@ -71,8 +71,9 @@ def hard_cases(
         executor=workers.executor(),
     )
     page = out / PAGE
-    record = watched(run, lambda: write_hard_cases_report(load_record(out), page))
-    write_hard_cases_report(record, page)
+    with held(out):
+        record = watched(run, lambda: write_hard_cases_report(load_record(out), page))
+        write_hard_cases_report(record, page)
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_hard_cases(record, page)

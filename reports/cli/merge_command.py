@@ -39,6 +39,7 @@ def merge(
     """
     from comparisons.questions.merging import merge as merged
     from comparisons.questions.merging_ensembles import are_ensembles, merge_ensembles
+    from comparisons.results.folder import held
     from comparisons.results.store import load_study
     from reports.cli import terminal
     from reports.pages.study import write_report
@@ -49,9 +50,10 @@ def merge(
         ensemble = merge_ensembles(runs, out, command)
         terminal.print_ensemble(ensemble, out)
         return LOST if ensemble.record.missing else FINE
-    study = merged(runs, out, command, files)
-    record = load_study(out)
-    write_report(record, out / "report.html", pictures=pictures)
+    with held(out):
+        study = merged(runs, out, command, files)
+        record = load_study(out)
+        write_report(record, out / "report.html", pictures=pictures)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost else FINE

@@ -30,17 +30,15 @@ def paper(
         Comma-separated names of figures, or patterns: "ball-*", "*-error-force", "*" for all.
         Default: the figure of all verdicts, and one of each scene. The index lists the others.
     """
-    from comparisons.errors import InputError
+    from comparisons.results.folder import held
     from comparisons.results.store import load_study
     from reports.cli.live import counting
 
     study = load_study(run)
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: expected a folder for the figures, got a file")
     from reports.paper.files import write_paper
 
     chosen = [name.strip() for name in figures.split(",")]
-    with counting("drawn") as advance:
+    with held(out), counting("drawn") as advance:
         written = write_paper(study, out, format.split(","), figures=chosen, advance=advance)
     say(f"{len(written)} files; {out / 'index.md'}")
     return FINE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 
 from reports.printable import say
@@ -33,10 +34,12 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     say(sheet_text(sheet))
     print_table(sheet_table(sheet))
     if out is not None:
+        from comparisons.results.folder import held
         from reports.cli.problem_files import write_problem
 
-        for path in write_problem(sheet, out):
-            say(path)
+        with held(out):
+            paths = write_problem(sheet, out)
+        say("\n".join(map(str, paths)))
     return FINE
 
 
@@ -56,6 +59,7 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     from comparisons.questions.problems.board import add_entry, judge_entry
     from comparisons.questions.problems.entry import read_entry
     from comparisons.questions.problems.sheet import sheet_of
+    from comparisons.results.folder import held
     from reports.cli.terminal import print_table
     from reports.tables.entries import judged_table, judged_text
 
@@ -65,8 +69,9 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     print_table(judged_table(judged, sheet))
     say(judged_text(judged, sheet))
     if leaderboard is not None:
-        say(add_entry(leaderboard, entry))
-        _write_page(leaderboard)
+        with held(leaderboard):
+            say(add_entry(leaderboard, entry))
+            _write_page(leaderboard)
     return FINE if judged.verdicts[judged.worst].word == WITHIN else OUTSIDE
 
 
@@ -80,7 +85,10 @@ def leaderboard(directory: Path) -> int:
     directory
         Folder with entries/*.json, as `roughline submit FILE --leaderboard DIR` fills it.
     """
-    return OUTSIDE if _write_page(directory) else FINE
+    from comparisons.results.folder import held
+
+    with held(directory) if directory.is_dir() else nullcontext():
+        return OUTSIDE if _write_page(directory) else FINE
 
 
 def _write_page(directory: Path) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     """
     from comparisons.questions.study import WHOLE, Study
     from comparisons.results.decisions import asked_in_vain
+    from comparisons.results.folder import held
     from comparisons.solving.planning import plan_all
     from reports.cli import terminal
     from reports.cli.live import watched
@@ -88,8 +90,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
         resume=resume,
         overwrite=overwrite,
     )
-    record = watched(study, lambda: _write_page(directory, pictures=False))
-    _write_page(directory, pictures)
+    with held(directory):
+        record = watched(study, lambda: _write_page(directory, pictures=False))
+        _write_page(directory, pictures)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost or asked_in_vain(record.scenes) else FINE
@@ -118,7 +121,10 @@ def report(directory: Path, *, pictures: bool = True) -> int:
     pictures
         Render 3-D pictures.
     """
-    say(_write_page(directory, pictures))
+    from comparisons.results.folder import held
+
+    with held(directory) if directory.is_dir() else nullcontext():
+        say(_write_page(directory, pictures))
     return FINE
 
 

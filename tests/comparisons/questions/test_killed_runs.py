@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.errors import ResultsError
 from comparisons.questions.study import Study
+from comparisons.results.folder import LOCK
 from comparisons.results.store import FIELDS, STUDY, load_study
 from comparisons.solving.planning import plan_scene
 
@@ -82,6 +84,34 @@ def test_a_folder_is_known_as_ours_from_the_first_moment(scene, tmp_path, monkey
     assert (tmp_path / "out" / STUDY).exists()
     Study(plans, tmp_path / "out", resume=True).run()
     assert not load_study(tmp_path / "out").interrupted
+
+
+HOLDER = """
+import signal, sys
+from pathlib import Path
+from comparisons.results.folder import held
+with held(Path(sys.argv[1])), held(Path(sys.argv[1])):
+    print("held", flush=True)
+    signal.pause()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_one_process_writes_a_folder_and_a_killed_one_lets_go(scene, tmp_path, monkeypatch):
+    """The other one is told who has it, nothing is touched, and what a kill leaves is no result."""
+    monkeypatch.setenv("PYTHONPATH", str(EXAMPLES.parents[1]))
+    plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
+    out = tmp_path / "out"
+    command = [sys.executable, "-c", HOLDER, out]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as holder:
+        assert holder.stdout.readline() == "held\n"
+        for options in ({}, {"overwrite": True}, {"resume": True}):
+            with pytest.raises(ResultsError, match=f"in use by process {holder.pid} since 2"):
+                Study(plans, out, **options).run()
+        holder.kill()
+    assert [path.name for path in out.iterdir()] == [LOCK]
+    Study(plans, out).run()
+    assert not (out / LOCK).exists()
 
 
 @pytest.mark.slow

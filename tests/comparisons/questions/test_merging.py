@@ -187,7 +187,7 @@ def test_another_scene_of_the_same_name_is_a_conflict(rough, tmp_path):
 
 def test_a_used_folder_and_a_single_run_are_refused(parts, tmp_path):
     whole, folders = parts
-    with pytest.raises(InputError, match="expected a new folder"):
+    with pytest.raises(InputError, match="expected a new or empty folder"):
         merge(folders, whole)
     with pytest.raises(InputError, match="expected two runs or more, got 1"):
         merge(folders[:1], tmp_path / "merged")

@@ -133,7 +133,7 @@ def test_tables_are_plain_comma_separated_text(record):
     """results.csv is read by others: first line names, numbers in full, one line end."""
     save_study(record)
     text = (record.directory / RESULTS).read_bytes()
-    assert text.startswith(b"scene,method,resolution,step,force,converged,reason\n")
+    assert text.startswith(b"scene,method,resolution,step,force,converged,reason,scene_hash\n")
     assert b"0.30000000000000004" in text
     assert b"\r" not in text
 
@@ -353,11 +353,24 @@ def test_a_tolerance_that_no_scene_may_have_is_damage(record, tolerance):
 
 def test_a_scene_may_be_called_nan(record):
     """Words that pandas takes for missing values are names like others."""
-    named = replace(record.scenes[0], name="nan", rows=record.scenes[0].rows.assign(scene="nan"))
+    scene = record.scenes[0]
+    tables = {kind: getattr(scene, kind).assign(scene="nan") for kind in ("rows", "measures")}
+    named = replace(scene, name="nan", **tables)
     save_study(replace(record, scenes=(named,)))
     (scene,) = load_study(record.directory).scenes
     assert scene.name == "nan"
     assert len(scene.rows) == 3
+
+
+def test_rows_of_another_scene_are_refused(record):
+    """As where two runs, of one scene at two moduli, wrote into one folder."""
+    save_study(record)
+    rows = (record.directory / RESULTS).read_bytes()
+    save_study(replace(record, scenes=(replace(record.scenes[0], text="[half_space]\n"),)))
+    load_study(record.directory)
+    (record.directory / RESULTS).write_bytes(rows)
+    with pytest.raises(ResultsError, match=r"results\.csv: rows of another scene a than study"):
+        load_study(record.directory)
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_parts_on_the_command_line_merge(tmp_path, capsys):
     assert run_command(["merge", *names, "--out", str(merged), "--no-pictures"]) == 0
     assert (merged / "report.html").exists()
     assert run_command(["merge", *names, "--out", str(merged)]) == 2
-    assert "expected a new folder" in capsys.readouterr().err
+    assert "expected a new or empty folder" in capsys.readouterr().err
     page = (merged / "report.html").read_text(encoding="utf-8")
     assert "<dt>merged run 2</dt>" in page
     assert "<strong>Part" not in page
