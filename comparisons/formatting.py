@@ -250,6 +250,20 @@ def plus_minus(
     return _join(f"{_to_place(value, finer)} ± {_to_place(bar, place)}", unit)
 
 
+def between(low: object, high: object) -> str:
+    """Write the ends of a band of relative errors, each with its sign.
+
+    >>> between(-0.31, 0.372), between(0.004, 0.01), between(None, 1.0)
+    ('−31 to +37\u202f%', '+0.40 to +1.0\u202f%', '–')
+    """
+    if not (finite(low) and finite(high)):
+        return MISSING
+    factor, unit = _relative_unit(max(abs(low), abs(high)))
+    ends = [number(end * (factor or 1.0), 2) for end in (low, high)]
+    signed = [f"+{text}" if end > 0 else text for text, end in zip(ends, (low, high), strict=True)]
+    return _join(" to ".join(signed), unit)
+
+
 def _exponent(value: float, digits: int) -> int:
     """Return the power of ten of the leading digit, once rounded to some digits."""
     return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from reports.paper.style import PaperFigure
 
 COLUMNS = ["method", "resolution", "quantity", "at", "step", "error", "uncertainty"]
-COLUMNS += ["maximum", "rms", "verdict", "seconds", "unknowns"]
+COLUMNS += ["maximum", "rms", "verdict", "seconds", "surfaces", "seconds_all", "unknowns"]
+COLUMNS += ["single_low", "single_high", "single_step"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,7 +102,9 @@ class Comparison:
         ``error`` is the relative error at the load step that decides, with its sign (NaN: the
         distance of two fields has none), ``uncertainty`` the 95 % half-width of its bar, ``step``
         (from 0) where it is, ``maximum`` its size, ``rms`` the root mean square; ``at`` says at
-        which equal load. `judged` tells which rows decide.
+        which equal load. `judged` tells which rows decide. Of random surfaces the errors are
+        those of means, which took ``seconds_all``; ``seconds`` is the time of one surface or line,
+        whose own errors lie from ``single_low`` to ``single_high`` (5 to 95 %, at ``single_step``).
         """
         measures = selection.compared_measures(self.record)
         return measures.reindex(columns=COLUMNS).reset_index(drop=True)

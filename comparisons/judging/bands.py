@@ -1,7 +1,8 @@
-"""The one surface of a measured map against the band of single lines, beside their mean.
+"""Single lines and surfaces beside their mean: the band that 90 % of them lie in.
 
-Lines are samples of surfaces with the map's spectrum, and the map is one such surface: where its
-value lies among those of single lines, the error of their mean may be no more than scatter.
+A time of one line belongs to the errors of single lines, which scatter. And the one surface of a
+measured map is a sample like the lines with its spectrum: where its value lies among theirs, the
+error of their mean may be no more than scatter.
 """
 
 from __future__ import annotations
@@ -16,6 +17,20 @@ from comparisons.judging.truth import Truth
 BAND = (0.05, 0.95)
 # Fewer lines have no such quantiles.
 FEWEST = 20
+
+
+def single_errors(errors: np.ndarray) -> dict[str, float]:
+    """Return the band of single realisations' errors (m, k), at the step where it reaches furthest.
+
+    Steps count from 0. Empty where too few realisations have an error.
+    """
+    known = np.isfinite(errors).sum(axis=0) >= FEWEST
+    if not known.any():
+        return {}
+    low, high = np.full((2, errors.shape[1]), np.nan)
+    low[known], high[known] = np.nanquantile(errors[:, known], BAND, axis=0)
+    step = int(np.nanargmax(np.fmax(np.abs(low), np.abs(high))))
+    return {"single_low": low[step], "single_high": high[step], "single_step": step}
 
 
 def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
-from comparisons.judging.bands import steps_outside
+from comparisons.judging.bands import single_errors, steps_outside
 from comparisons.judging.distributions import distribution_rows
 from comparisons.judging.fields import field_bar, field_measures
 from comparisons.judging.levels import Levels
@@ -22,7 +22,7 @@ from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.solving.plan import Plan
-from comparisons.tasks.solution import Solution, Solved
+from comparisons.tasks.solution import Solved
 
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
 MOST_REALISATIONS = 450
@@ -100,7 +100,7 @@ def _solution_tables(
     solution = levels.solutions[resolution]
     count = len(solution.converged)
     shown = slice(min(count, MOST_REALISATIONS))
-    common = _common(plan, levels.method, resolution, solution)
+    common = _common(plan, levels, resolution)
     curves = {name: values[shown] for name, values in solution.quantities.items()}
     names = [str(k) for k in range(count)][shown]
     reasons = np.full(solution.converged[shown].shape, "", dtype=object)
@@ -122,8 +122,9 @@ def _solution_tables(
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth) | own)
 
 
-def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dict[str, Any]:
-    """Return what all rows of a solution share; times are those of one surface or line."""
+def _common(plan: Plan, levels: Levels, resolution: int) -> dict[str, Any]:
+    """Return what all rows of a solution share; times are of one surface or line, unless "all"."""
+    method, solution = levels.method, levels.solutions[resolution]
     where = {"machine": solution.machine} if solution.machine else {}
     count = len(solution.converged)
     return where | {
@@ -134,6 +135,7 @@ def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dic
         "surfaces": count,
         "seconds": solution.seconds / count,
         "setup_seconds": solution.setup_seconds / count,
+        **levels.cost(resolution),
         "compile_seconds": solution.compile_seconds,
         "unknowns": solution.unknowns,
         "memory": solution.memory,
@@ -199,7 +201,7 @@ def _measure_rows(
     if truth is None or (method, resolution) == (truth.method, truth.resolution):
         return []
     curves = levels.curves(resolution)
-    common = _common(plan, method, resolution, solution)
+    common = _common(plan, levels, resolution)
     del common["compile_seconds"], common["options"]
     common["converged"] = bool(solution.converged.all())
     rows = []
@@ -216,7 +218,8 @@ def _measure_rows(
         for at in _compared_at(plan, name):
             error = truth.errors(curves, name, at)
             bar = combined(*truth.error_sources(levels, resolution, name, at).values())
-            rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
+            single = single_errors(truth.errors(solution.quantities, name, at))
+            rows.append({"quantity": name, "at": at} | _measure(plan, error, bar) | single)
             beyond = steps_outside(levels, resolution, truth, name)
             if beyond is not None and at == main_axis(truth.axis, name):
                 rows[-1]["outside_band"] = " ".join(str(k + 1) for k in beyond) or "never"

@@ -86,6 +86,16 @@ class Levels:
             return mean_curves(solution)
         return {name: self._means(name, resolution).mean for name in solution.quantities}
 
+    def cost(self, resolution: int) -> dict[str, float]:
+        """Return the seconds, with those of the set-up, of all solves that a mean stands on."""
+        coarsest = 0 if self.anchor is None and not self._single(resolution) else resolution
+        own = [s for n, s in self.solutions.items() if coarsest <= n <= resolution]
+        below = {} if self.anchor is None else self.anchor.cost(self._nearest(resolution))
+        return {
+            f"{name}_all": below.get(f"{name}_all", 0.0) + sum(getattr(s, name) for s in own)
+            for name in ("seconds", "setup_seconds")
+        }
+
     def scatter(self, name: str, resolution: int) -> np.ndarray:
         """Return the relative 95 % half-width of a mean, for the surfaces are a sample of many.
 

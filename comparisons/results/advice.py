@@ -7,30 +7,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from comparisons.facts.methods import CLOSED_FORM, title_of
+from comparisons.facts.methods import CLOSED_FORM, METHODS, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
-from comparisons.formatting import duration, relative, tolerance
-from comparisons.judging.multilevel import in_words
+from comparisons.formatting import MISSING, count, duration, relative, tolerance
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
 from comparisons.results import selection
+from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import (
     Verdict,
     equal_at,
     finest,
+    judged_methods,
     levels,
     setting_verdicts,
     unanswered,
+    verdicts,
     worst,
 )
 from comparisons.results.runs import SLOWER
 from comparisons.results.store import SceneRecord, once
+
+# Its errors are against a finer grid of its own.
+ITSELF = "* same method as the reference"
 
 
 @dataclass(frozen=True)
@@ -40,18 +44,27 @@ class Setting:
     Attributes
     ----------
     method, resolution : str, int
-    seconds : float
+    cost : Cost
+        Of all solves that the errors stand on, and of one surface or line.
     verdicts : tuple of Verdict
         One per asked quantity. Of the truth itself: no error, and its bar.
     is_truth : bool
         Whether this is the solution that the others were compared with.
+    judges_itself : bool
+        Whether its method is that of the truth: it was compared with its own finest solution.
     """
 
     method: str
     resolution: int
-    seconds: float
+    cost: Cost
     verdicts: tuple[Verdict, ...]
     is_truth: bool = False
+    judges_itself: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """The time of all solves that the stated errors stand on."""
+        return self.cost.seconds
 
     @property
     def deciding(self) -> Verdict:
@@ -71,8 +84,25 @@ class Setting:
     @property
     def text(self) -> str:
         """Method, time and resolution."""
-        truth = ", the truth itself" if self.is_truth else ""
-        return f"{self.title} {duration(self.seconds)} (N = {self.resolution}{truth})"
+        return f"{self.title} {duration(self.seconds)} ({self.place})"
+
+    @property
+    def brief(self) -> str:
+        """The same, where a note explains the star."""
+        star = "*" if self.judges_itself and not self.is_truth else ""
+        return f"{self.title}{star} {duration(self.seconds)} (N = {self.resolution})"
+
+    @property
+    def place(self) -> str:
+        """Resolution, surfaces, and how it stands to the truth."""
+        return ", ".join(filter(None, [f"N = {self.resolution}", self.cost.solves, self.bias]))
+
+    @property
+    def bias(self) -> str:
+        """What a reader must know of its errors: it is the truth, or judges itself."""
+        if self.is_truth:
+            return "the truth itself"
+        return ITSELF.removeprefix("* ") if self.judges_itself else ""
 
     @property
     def worst(self) -> float:
@@ -107,6 +137,8 @@ class Advice:
         Method -> the resolution that its verdict stands on; none for the truth alone.
     unanswered : dict
         Asked quantities that nothing here can answer -> why.
+    single : str
+        What one line, or surface, of the judged method takes and errs by; "" without an ensemble.
     """
 
     quantities: tuple[str, ...]
@@ -115,6 +147,7 @@ class Advice:
     sentence: str = ""
     finest: dict[str, int] = field(default_factory=dict)
     unanswered: dict[str, str] = field(default_factory=dict)
+    single: str = ""
 
     @property
     def cheapest(self) -> Setting | None:
@@ -174,15 +207,20 @@ class Advice:
 
 def _document(setting: Setting) -> dict[str, Any]:
     names = ("quantity", "at", "step", "error", "uncertainty", "rms", "word", "reason")
+    single = ("single_low", "single_high", "single_step")
     return {
         "method": setting.method,
         "resolution": setting.resolution,
         "seconds": setting.seconds,
+        "surfaces": setting.cost.surfaces,
+        "seconds_each": setting.cost.each,
         "verdict": setting.verdict,
         "decided_by": setting.deciding.quantity,
         "is_truth": setting.is_truth,
+        "judges_itself": setting.judges_itself,
         "verdicts": [
-            {name: getattr(verdict, name) for name in names} for verdict in setting.verdicts
+            {name: getattr(verdict, name) for name in (*names, *single)}
+            for verdict in setting.verdicts
         ],
     }
 
@@ -205,25 +243,19 @@ def advise(record: SceneRecord) -> Advice:
     depths = {name: finest(record, name) for name in selection.methods(record)}
     deepest = {name: level for name, level in depths.items() if level is not None}
     advice = Advice(judged_quantities, record.tolerance, settings, "", deepest, nothing)
-    return Advice(
-        judged_quantities, record.tolerance, settings, _sentence(record, advice), deepest, nothing
-    )
+    return replace(advice, sentence=_sentence(record, advice), single=_single(record))
 
 
 def _settings(record: SceneRecord) -> Iterable[Setting]:
     for method in selection.methods(record):
         for level in levels(record, method):
-            verdicts = setting_verdicts(record, method, level)
-            yield Setting(method, level, _seconds(record, method, level), verdicts)
+            judgements = setting_verdicts(record, method, level)
+            own = method == selection.reference(record)[0]
+            spent = cost(record, method, level)
+            yield Setting(method, level, spent, judgements, judges_itself=own)
     truth = _truth(record)
     if truth is not None:
         yield truth
-
-
-def _seconds(record: SceneRecord, method: str, resolution: float) -> float:
-    """Return the time of a setting; NaN where there is none (folders may be a stranger's)."""
-    values = selection.column(selection.setting_rows(record, method, resolution), "seconds")
-    return float(values[0]) if len(values) else math.nan
 
 
 def _truth(record: SceneRecord) -> Setting | None:
@@ -231,7 +263,7 @@ def _truth(record: SceneRecord) -> Setting | None:
     if not method or not math.isfinite(resolution):
         return None
     bars = tuple(_truth_verdict(record, name) for name in record.quantities)
-    return Setting(method, int(resolution), _seconds(record, method, resolution), bars, True)
+    return Setting(method, int(resolution), cost(record, method, resolution), bars, True, True)
 
 
 def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
@@ -313,6 +345,25 @@ def _failing(advice: Advice) -> dict[str, list[str]]:
     return failures
 
 
+def _single(record: SceneRecord) -> str:
+    method = judged_methods(record)[0]
+    known = [verdict for verdict in verdicts(record, method) if verdict.single != MISSING]
+    if not known:
+        return ""
+    level = int(known[0].resolution)
+    spent = cost(record, method, level)
+    noun = "line" if METHODS[method].dimension == 1 else "surface"
+    errors = [f"{quantity(v.quantity).label} {v.single}{_at(v)}" for v in known]
+    return (
+        f"One {noun} of the {title_of(method)} takes {duration(spent.each)} (N = {level}); 90 % of "
+        f"the {count(spent.surfaces)} {noun}s err within: {', '.join(errors)}."
+    )
+
+
+def _at(verdict: Verdict) -> str:
+    return f" (load step {verdict.single_step + 1})" if verdict.single_step >= 0 else ""
+
+
 def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
     """Return how well the truth is known in the worst of some quantities, NaN where unknown."""
     uncertainties = record.reference.get("uncertainty", {})
@@ -327,8 +378,9 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
         return "closed form"
     bar = truth_known_to(record, quantities)
     accuracy = f"known to {relative(bar)}" if math.isfinite(bar) else _unknown(record, method)
-    ensemble = _ensemble(selection.solved_rows(record, method))
-    level = f"mean over {ensemble}" if ensemble else f"N = {record.reference['resolution']}"
+    level = f"N = {record.reference['resolution']}"
+    if ensemble := cost(record, method, record.reference["resolution"]).solves:
+        level += f", mean over {ensemble}"
     return f"{title_of(method)} ({level}), {accuracy}"
 
 
@@ -337,15 +389,6 @@ def _unknown(record: SceneRecord, method: str) -> str:
     grids = set(selection.column(selection.solved_rows(record, method), "resolution"))
     alone = ": only one resolution was run" if len(grids) == 1 else ""
     return f"its error is not known{alone}"
-
-
-def _ensemble(rows: pd.DataFrame) -> str:
-    """Return how many surfaces a method solved on which grid; "" where there is one surface."""
-    means = rows[[text == selection.MEAN for text in selection.texts(rows, "realisation")]]
-    if means.empty or "surfaces" not in means:
-        return ""
-    numbers = means.groupby("resolution")["surfaces"].first()
-    return in_words([int(n) for n in numbers], [int(n) for n in numbers.index])
 
 
 def _enumeration(names: tuple[str, ...]) -> str:

@@ -55,6 +55,8 @@ class Verdict:
     outside_band : str
         Load steps, from 1, at which the one surface of a map is outside the band of single lines,
         or "never"; "" where there is no such band. The error is that of the lines' mean.
+    single_low, single_high, single_step : float, float, int
+        5 and 95 % quantiles of single realisations' errors, at the step where they reach furthest.
     """
 
     quantity: str
@@ -73,6 +75,14 @@ class Verdict:
     ratio: bool = True
     counts: bool = True
     outside_band: str = ""
+    single_low: float = NAN
+    single_high: float = NAN
+    single_step: int = -1
+
+    @property
+    def single(self) -> str:
+        """The band of single realisations' errors: "−31 to +37 %"; "–" where there is none."""
+        return fmt.between(self.single_low, self.single_high)
 
     @property
     def band(self) -> str:
@@ -290,14 +300,14 @@ def _is_setting(table: pd.DataFrame, method: str, resolution: int) -> np.ndarray
 def verdict_of(record: SceneRecord, row: dict) -> Verdict:
     """Return the verdict in a row of measures.csv."""
     word, low, high = _decided(record, row)
-    step, error = _float(row.get("step")), _float(row.get("error"))
+    error = _float(row.get("error"))
     signed = math.isfinite(error)
     return Verdict(
         quantity=str(row["quantity"]),
         at=str(row.get("at", "") or ""),
         word=word,
         tolerance=record.tolerance,
-        step=int(step) if math.isfinite(step) else -1,
+        step=_step(row.get("step")),
         error=error if signed else _float(row.get("maximum")),
         signed=signed,
         ratio=not record.is_path,
@@ -307,6 +317,9 @@ def verdict_of(record: SceneRecord, row: dict) -> Verdict:
         rms=_float(row.get("rms")),
         resolution=_float(row.get("resolution")),
         outside_band=_text(row.get("outside_band")),
+        single_low=_float(row.get("single_low")),
+        single_high=_float(row.get("single_high")),
+        single_step=_step(row.get("single_step")),
     )
 
 
@@ -373,6 +386,11 @@ def _text(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.0f}" if math.isfinite(value) else ""
     return "" if value is None else str(value)
+
+
+def _step(value: object) -> int:
+    number = _float(value)
+    return int(number) if math.isfinite(number) else -1
 
 
 def _float(value: object) -> float:

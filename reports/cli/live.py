@@ -204,7 +204,7 @@ def drawn(scene: SceneRecord) -> str:
     if not plot:
         return ""
     against = f", against {truth[0]} for now" if truth else ""
-    return f"\n{scene.name}: largest error over the time of a solve{against}\n{plot}"
+    return f"\n{scene.name}: largest error over time{against}\n{plot}"
 
 
 def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> str:

@@ -74,6 +74,7 @@ def print_study(
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import CHECK
     from comparisons.judging.proofs import tally
+    from comparisons.results.advice import advise
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.finding import lines as finding_lines
     from comparisons.results.measured import modulus_sentence
@@ -96,6 +97,8 @@ def print_study(
         console.print(drawn(lines, tight=True))
     console.print(lines.note, style="dim", markup=False, highlight=False)
     for scene in record.scenes:
+        if single := advise(scene).single:
+            console.print(f"{scene.name}: {single}", markup=False, highlight=False)
         if sentence := modulus_sentence(scene):
             console.print(f"{scene.name}: {sentence}", markup=False, highlight=False)
     for line in asked_in_vain(record.scenes):
@@ -250,7 +253,8 @@ def print_advice(advices: list[tuple[str, Advice]]) -> None:
 
     console = _console()
     for name, advice in advices:
-        console.print(f"{name}: {advice.sentence}", markup=False, highlight=False)
+        for text in filter(None, (f"{name}: {advice.sentence}", advice.single)):
+            console.print(text, markup=False, highlight=False)
         console.print(drawn(measured_settings(advice)))
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
 

@@ -66,7 +66,7 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
     deepest = advice.finest.get(setting.method, -1)
     return {
         "method": setting.method,
-        "text": setting.text,
+        "text": setting.brief,
         "colour": look(setting.method).colour,
         "n": setting.resolution,
         "seconds": setting.seconds,

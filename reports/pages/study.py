@@ -14,9 +14,9 @@ from typing import Any
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.results import selection
-from comparisons.results.advice import Advice, advise
+from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.confidence import confidence
+from comparisons.results.cost import spent
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
 from comparisons.results.finding import lines
@@ -142,6 +142,8 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         claims_folder=record.directory.parent / FOLDER,
         seeds=_seeds(record),
         glossary=glossary,
+        itself=ITSELF,
+        of_means=tables.OF_MEANS,
     )
 
 
@@ -247,7 +249,7 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),
         steps=tables.load_steps(scene),
-        seconds=_spent(scene),
+        seconds=spent(scene),
     )
 
 
@@ -260,13 +262,6 @@ def _seeds(record: StudyRecord) -> dict[str, int]:
             if isinstance(table, dict):
                 seeds[f"{scene.name}{surface}"] = table.get("seed", 0)
     return seeds
-
-
-def _spent(scene: SceneRecord) -> float:
-    """Return the total time of all solves of a scene (each solve has many rows)."""
-    rows = scene.rows.assign(seconds=selection.column(scene.rows, "seconds"))
-    keys = [name for name in ("method", "options", "resolution") if name in rows]
-    return float(rows.groupby(keys, dropna=False)["seconds"].max().sum()) if keys else 0.0
 
 
 def _columns(views: list[SceneView]) -> list[str]:

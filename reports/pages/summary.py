@@ -12,7 +12,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, ours
 from comparisons.facts.quantities import quantity
 from comparisons.results import selection
-from comparisons.results.advice import Advice, Setting, truth_known_to
+from comparisons.results.advice import ITSELF, Advice, Setting, truth_known_to
 from comparisons.results.decisions import Verdict, worst
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
@@ -77,7 +77,7 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     note = (
         "Measured time of the cheapest setting that was run with |e| + u below this value in "
         f"{quantities}, at every load step, for this setting and all finer ones of the method. "
-        "–: none. The reference counts with its own error bar."
+        f"–: none. {ITSELF}; the reference counts with its own error bar."
     )
     return table(("method", *heads), rows, note=note)
 
@@ -85,5 +85,6 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
 def _time_cell(setting: Setting | None) -> Cell:
     if setting is None:
         return cells.NOTHING
-    text = f"{fmt.duration(setting.seconds)} (N = {setting.resolution})"
+    star = "*" if setting.judges_itself else ""
+    text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
     return cells.number(text, setting.seconds)

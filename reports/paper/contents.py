@@ -38,7 +38,10 @@ def index(
     lines += ["Tables: [verdicts](verdicts.md), [settings](settings.md); LaTeX beside them.", ""]
     for scene in study.scenes:
         shown = [_shown(entry, suffixes) for entry in entries if entry.scene == scene.name]
-        lines += [f"## {markdown(scene.name)}", "", markdown(advise(scene).sentence), "", *shown]
+        advice = advise(scene)
+        lines += [f"## {markdown(scene.name)}", "", markdown(advice.sentence), ""]
+        lines += [markdown(advice.single), ""] if advice.single else []
+        lines += shown
     lines += [f"`figures.tex` includes every figure with its caption ({PAGE:.0f} mm wide or less)."]
     if left:
         names = ", ".join(f"`{name}`" for name in left)

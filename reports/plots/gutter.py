@@ -39,9 +39,12 @@ def parted(series: Series, low: float, *, always: bool = False) -> list[Series]:
 
 def with_foot(axis: Axis, drawn: list[Series]) -> Axis:
     """Return the axis with "≤" at its lowest tick, if any arrow stands there."""
-    if not axis.limits or not any(series.look.marker is ARROW for series in drawn):
+    if not axis.limits:
         return axis
     low = axis.limits[0]
+    arrows = [series.y for series in drawn if series.look.marker is ARROW]
+    if not any((y <= low).any() for y in arrows):
+        return axis
     ticks = tuple(
         (value, f"≤ {text}" if value <= 1.001 * low else text) for value, text in axis.ticks
     )

@@ -8,38 +8,47 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.judging.metrics import front
 from comparisons.results import selection
+from comparisons.results.advice import ITSELF
+from comparisons.results.cost import cost
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import error_axis, error_range, padded, time_axis, tolerance_line
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.errors import failed, refusal
 from reports.plots.figure import Band, Figure, Guide, Series
-from reports.plots.gutter import NOTE, parted, with_foot
+from reports.plots.gutter import parted, with_foot
 from reports.plots.signs import NOTE as SIGNS
 from reports.plots.signs import sign_marks
 from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 PLOTTED = (
-    *("resolution", "maximum", "error", "uncertainty", "rms"),
-    *("seconds", "setup_seconds", "unknowns"),
+    *("resolution", "maximum", "error", "uncertainty", "rms", "unknowns"),
+    *("seconds", "setup_seconds", "each", "surfaces", "single_low", "single_high"),
 )
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
     "Largest relative error over all load steps against the time for the whole scene; lower left "
-    "is better. One marker per resolution N; hollow: without the set-up, which other loads could "
-    "reuse. Dashed: Pareto front. Horizontal line: tolerance. "
-    f"{SIGNS} {NOTE}"
+    "is better. One marker per resolution N; hollow: {hollow}. Dashed: Pareto front, which ends at "
+    "the bar of the reference (shaded). Horizontal line: tolerance. "
+    f"{SIGNS} Large arrows: at or below the bar, or the foot. {ITSELF}."
+)
+REUSED = "without the set-up, which other loads could reuse"
+SINGLE = (
+    "one line or surface, at the larger end of the band that 90 % of single errors lie in; filled: "
+    "the mean, with the time of all solves that it stands on"
 )
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
     """Return error against time, one figure per compared quantity."""
     timed = {key: points for key, points in timed_points(scene).items() if not points.empty}
-    sizes = [selection.column(points, "maximum") for points in timed.values()]
+    ends = ("maximum", "single_low", "single_high")
+    sizes = [np.abs(selection.column(points, end)) for points in timed.values() for end in ends]
     if not sizes:
         return []
     limits = error_range(np.concatenate(sizes), scene.tolerance)
@@ -61,12 +70,12 @@ def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
 
 
 def _timed(scene: SceneRecord, part: pd.DataFrame) -> pd.DataFrame:
-    finite = np.isfinite(selection.column(part, "seconds"))
-    finite &= np.isfinite(selection.column(part, "maximum"))
-    points = part[finite]
-    settings = zip(points["method"], selection.column(points, "resolution"), strict=True)
-    truth = [selection.is_reference(scene, method, level) for method, level in settings]
-    return points[~np.array(truth, dtype=bool)]
+    settings = list(zip(part["method"], selection.column(part, "resolution"), strict=True))
+    costs = [cost(scene, *setting) for setting in settings]
+    names = ("seconds", "setup_seconds", "each", "surfaces")
+    part = part.assign(**{name: [float(getattr(c, name)) for c in costs] for name in names})
+    drawn = np.isfinite(selection.column(part, "seconds") + selection.column(part, "maximum"))
+    return part[drawn & [not selection.is_reference(scene, *setting) for setting in settings]]
 
 
 def _figure(
@@ -76,25 +85,26 @@ def _figure(
     low, high = limits
     span = time_range(scene, points)
     bar = _truth_bar(scene, name, points)
-    sizes = np.maximum(sizes, low)
+    known_to = max(low, bar)
+    sizes = np.maximum(sizes, known_to)
     corners = front(times, sizes)
-    best = Series(
-        *(FRONT, np.append(times[corners], span[1]), np.append(sizes[corners], sizes[corners[-1]])),
-        marks=False,
-        width=1.5,
-        stairs=True,
-    )
+    along, reached = times[corners], sizes[corners]
+    if reached[-1] > known_to:
+        along, reached = np.append(along, span[1]), np.append(reached, reached[-1])
+    best = Series(FRONT, along, reached, marks=False, width=1.5, stairs=True)
     series = [*_reference_mark(scene, span, bar, low), best]
     for method, settings in _by_method(points).items():
-        for whole in _method_series(method, settings):
-            series += parted(whole, low)
-        series += sign_marks(whole, settings["error"], low, high)
+        itself = method == selection.reference(scene)[0]
+        for whole in _method_series(method, settings, bar, itself=itself):
+            series += parted(whole, known_to)
+        series += sign_marks(whole, settings["error"], known_to, high)
+    several = bool((selection.column(points, "surfaces") > 1).any())
     equal = f" at equal {quantity(at).label}" if at in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
         f"speed-{name}",
         f"Error of {quantity(name).label}{equal}",
-        CAPTION,
+        CAPTION.format(hollow=SINGLE if several else REUSED),
         time_axis("time for the whole scene", span),
         with_foot(error_axis(low, high, "largest error", quantity(name).label), series),
         (*series, *_failures(scene, span, high)),
@@ -108,9 +118,9 @@ def _figure(
 def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
     """Return the limits of a time axis that shows every solve."""
     lost = [item.seconds for item in selection.failures(scene)]
-    total = selection.column(points, "seconds")
+    total, each = (selection.column(points, key) for key in ("seconds", "each"))
     solve_times = total - np.nan_to_num(selection.column(points, "setup_seconds"))
-    times = np.concatenate([total, solve_times, lost, _reference_cost(scene)])
+    times = np.concatenate([total, each, solve_times, lost, [_reference_cost(scene)]])
     times = times[np.isfinite(times) & (times > 0)]
     return padded(times, 0.06, 0.3) if len(times) else (1e-3, 1.0)
 
@@ -129,36 +139,61 @@ def _by_method(points: pd.DataFrame) -> dict[str, dict[str, np.ndarray]]:
     }
 
 
-def _method_series(method: str, settings: dict[str, np.ndarray]) -> list[Series]:
+def _method_series(
+    method: str, settings: dict[str, np.ndarray], bar: float, *, itself: bool
+) -> list[Series]:
+    """Return the settings of a method, filled, and hollow its single surfaces or the bare solves.
+
+    `itself` says that it is the method of the reference, `bar` how well that is known.
+    """
     style = look(method)
+    if itself:
+        style = style.labelled(f"{style.label}*")
     total, errors = settings["seconds"], settings["maximum"]
     setup = np.nan_to_num(settings["setup_seconds"])
-    rows = zip(*settings.values(), strict=True)
-    hover = tuple(_hover(style.label, dict(zip(settings, row, strict=True))) for row in rows)
-    shared: dict[str, Any] = {"hover": hover, "group": method, "width": 1.5}
-    filled = Series(style, total, errors, size=9, **shared)
+    rows = [dict(zip(settings, row, strict=True)) for row in zip(*settings.values(), strict=True)]
+    shared: dict[str, Any] = {"group": method, "width": 1.5}
+    hover = tuple(_hover(style.label, row, bar) for row in rows)
+    filled = Series(style, total, errors, size=9, hover=hover, **shared)
+    shared |= {"line": False, "hollow": True, "size": 8}
+    if (settings["surfaces"] > 1).any():
+        ends = np.fmax(np.abs(settings["single_low"]), np.abs(settings["single_high"]))
+        single = style.labelled(f"{style.label}, one")
+        shared |= {
+            "legend": method == MODEL,
+            "hover": tuple(_single_hover(style.label, row) for row in rows),
+        }
+        return [Series(single, settings["each"], ends, **shared), filled]
     if not (setup > 0).any():
         return [filled]
     solve_times = np.where((setup > 0) & (total > setup), total - setup, np.nan)
     renamed = style.labelled(f"{style.label}, without set-up")
-    hollow = Series(
-        renamed, solve_times, errors, line=False, hollow=True, legend=False, size=8, **shared
-    )
-    return [hollow, filled]
+    return [Series(renamed, solve_times, errors, legend=False, hover=hover, **shared), filled]
 
 
-def _hover(label: str, row: dict[str, float]) -> str:
+def _hover(label: str, row: dict[str, float], bar: float) -> str:
     signed = np.isfinite(row["error"])
-    error = row["error" if signed else "maximum"]
+    error = fmt.plus_minus(row["error" if signed else "maximum"], row["uncertainty"], signed=signed)
+    if row["maximum"] <= bar:
+        error = f"≤ {fmt.relative(bar)}, the bar of the reference: {error}"
+    several = f" of {fmt.count(row['surfaces'])} at this N" if row["surfaces"] > 1 else ""
     return "\n".join(
         [
-            f"{label}, N = {fmt.count(row['resolution'])}",
-            f"largest error {fmt.plus_minus(error, row['uncertainty'], signed=signed)}",
+            f"{label}, N = {fmt.count(row['resolution'])}{several}",
+            f"largest error {error}",
             f"rms {fmt.relative(row['rms'])}",
             f"time {fmt.duration(row['seconds'])}, "
             f"of which set-up {fmt.duration(row['setup_seconds'])}",
             f"unknowns {fmt.count(row['unknowns'])}",
         ]
+    )
+
+
+def _single_hover(label: str, row: dict[str, float]) -> str:
+    return (
+        f"{label}, N = {fmt.count(row['resolution'])}: one of {fmt.count(row['surfaces'])}\n"
+        f"90 % err within {fmt.between(row['single_low'], row['single_high'])}\n"
+        f"time {fmt.duration(row['each'])}"
     )
 
 
@@ -176,24 +211,22 @@ def _reference_mark(
 ) -> list[Series]:
     """Mark the cost of the reference at its own error bar."""
     method, level = selection.reference(scene)
-    cost = _reference_cost(scene)
-    if bar <= low or not len(cost) or not span[0] < cost[0] < span[1]:
+    seconds = _reference_cost(scene)
+    if bar <= low or not span[0] < seconds < span[1]:
         return []
     style = look(method)
     text = (
-        f"the reference, N = {fmt.count(level)}: {fmt.duration(cost[0])}, "
+        f"the reference, N = {fmt.count(level)}: {fmt.duration(seconds)}, "
         f"known to {fmt.relative(bar)}"
     )
     renamed = style.labelled(f"reference ({style.label})")
-    place = cost, np.array([bar])
+    place = np.array([seconds]), np.array([bar])
     return [Series(renamed, *place, line=False, outlined=True, size=9, hover=(text,))]
 
 
-def _reference_cost(scene: SceneRecord) -> np.ndarray:
-    """Return the time of the reference, empty if unknown."""
-    method, level = selection.reference(scene)
-    rows = selection.curve(scene, method, level if np.isfinite(level) else None)
-    return selection.column(rows, "seconds")[:1]
+def _reference_cost(scene: SceneRecord) -> float:
+    """Return the time of the reference, NaN if unknown."""
+    return cost(scene, *selection.reference(scene)).seconds
 
 
 def _failures(scene: SceneRecord, span: tuple[float, float], high: float) -> list[Series]:

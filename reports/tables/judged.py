@@ -10,8 +10,9 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
-from comparisons.results.advice import Advice, advise
+from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.confidence import WHERE
+from comparisons.results.cost import cost
 from comparisons.results.decisions import (
     Verdict,
     judged_methods,
@@ -53,12 +54,15 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
     rows: list[tuple[Cell | str, ...]] = []
     told_of: dict[str, str] = {}
     tolerances: set[float] = set()
+    itself = False
     for scene in scenes:
         cheapest = advise(scene).cheapest
         best: list[Cell | str] = [cells.method("", "none"), "", ""]
         if cheapest is not None:
+            itself |= cheapest.judges_itself
             level = cells.count(cheapest.resolution)
-            best = [cells.method(cheapest.method), cells.duration(cheapest.seconds), level]
+            star = f"{cheapest.title}{ITSELF[0] * cheapest.judges_itself}"
+            best = [cells.method(cheapest.method, star), cells.duration(cheapest.seconds), level]
         tolerances.add(scene.tolerance)
         for method in judged_methods(scene):
             decisive = worst(verdicts(scene, method))
@@ -69,7 +73,7 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
             rows.append((name, cells.verdict(decisive.word), row.symbol or row.label, error, *best))
     symbols = ", ".join(f"{symbol} {label}" for symbol, label in told_of.items() if symbol != label)
     levels = fmt.listed([fmt.tolerance(value) for value in sorted(tolerances)])
-    note = f"worst: {symbols}; verdicts at {levels}"
+    note = f"worst: {symbols}; verdicts at {levels}" + (f"; {ITSELF}" if itself else "")
     heads = ("scene", "verdict", "worst", "error", "cheapest", "time", "N")
     return table(heads, rows, note=note)
 
@@ -120,8 +124,7 @@ def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]
         truth = selection.reference(scene)[0]
         word = "reference" if method == truth else NO_RESULT
         return [(label, "", "", "", "", cells.verdict(word))]
-    solved = selection.curve(scene, method, judged[0].resolution)
-    time = cells.duration(selection.column(solved, "seconds")[0])
+    time = cells.duration(cost(scene, method, judged[0].resolution).seconds)
     rows: list[tuple[Cell | str, ...]] = []
     for index, judgement in enumerate(judged):
         setting = (label, cells.count(judgement.resolution), time) if index == 0 else ("", "", "")
@@ -145,17 +148,21 @@ def measured_settings(advice: Advice) -> Table:
     """Return every setting measured for the advice, fastest first."""
     rows = (
         (
-            cells.method(
-                setting.method, f"{setting.title}{', the truth' if setting.is_truth else ''}"
-            ),
+            cells.method(setting.method, ", ".join(filter(None, (setting.title, setting.bias)))),
             cells.number(str(setting.resolution), setting.resolution),
             cells.duration(setting.seconds),
             cells.verdict(setting.verdict),
             setting.deciding.text,
+            cells.count(setting.cost.surfaces),
+            cells.duration(setting.cost.each),
+            setting.deciding.single,
         )
         for setting in advice.settings
     )
     chosen = (place for place, setting in enumerate(advice.settings) if setting is advice.cheapest)
-    heads = ("method", "N", "time", "verdict", "decided by")
+    single = ("surfaces", "time of one", "of one, 5 to 95 %")
+    heads = ("method", "N", "time", "verdict", "decided by", *single)
     title = "Measured settings, fastest first"
-    return table(heads, rows, title=title, strong=frozenset(chosen))
+    whole = table(heads, rows, title=title, strong=frozenset(chosen))
+    ensemble = any(setting.cost.surfaces > 1 for setting in advice.settings)
+    return whole if ensemble else whole.without(*single)

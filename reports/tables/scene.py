@@ -10,7 +10,9 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.results import selection
+from comparisons.results.advice import advise
 from comparisons.results.confidence import confidence
+from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import Verdict, equal_at, verdict_of
 from comparisons.results.store import SceneRecord, once
 from reports.plots.style import look
@@ -18,6 +20,10 @@ from reports.tables import cells
 from reports.tables.table import Cell, Head, Table
 
 MOST_ROWS = 400
+OF_MEANS = (
+    "Of random surfaces the errors are those of means, and a time is that of all solves that the "
+    "mean stands on."
+)
 
 
 def settings(scene: SceneRecord) -> Table:
@@ -27,7 +33,7 @@ def settings(scene: SceneRecord) -> Table:
     pairs = list(dict.fromkeys(zip(measures["quantity"], at, strict=True)))
     return replace(
         _settings(scene, measures, pairs),
-        note="Errors: largest over all load steps ± uncertainty.",
+        note=f"Errors: largest over all load steps ± uncertainty. {OF_MEANS}",
     )
 
 
@@ -41,6 +47,8 @@ def printed_settings(scene: SceneRecord) -> Table:
         "the half-widths of their bars, and the cost of each setting on one thread. "
         f"{confidence(scene)} {scene.reference.get('text', 'There is no reference.')}"
     )
+    if single := advise(scene).single:
+        title += f" {OF_MEANS} {single}"
     printed = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
     return replace(printed, title=title)
 
@@ -59,19 +67,24 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
     heads = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
     heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
     heads += [Head("memory", csv="memory / B"), Head("outcome")]
+    single = [Head("surfaces"), Head("time of one", csv="time of one / s")]
     for name, at in pairs:
         label = quantity(name).label
         suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
-    errors = _errors_by_setting(scene, measures)
-    rows = (
-        _setting_row(scene, *setting, [errors.get((*setting, *pair)) for pair in pairs])
-        for setting in _all_settings(scene)
-    )
-    return Table(tuple(heads), tuple(rows))
+        single.append(Head(f"{label} of one{suffix}, 5 to 95 %", short=f"{label} of one"))
+    judged = _verdicts_by_setting(scene, measures)
+    ensemble = any(cost(scene, *setting).surfaces > 1 for setting in _all_settings(scene))
+    rows = []
+    for setting in _all_settings(scene):
+        known = [judged.get((*setting, *pair)) for pair in pairs]
+        rows.append(_setting_row(scene, *setting, known))
+        if ensemble:
+            rows[-1] += _single_cells(cost(scene, *setting), known)
+    return Table((*heads, *single) if ensemble else tuple(heads), tuple(rows))
 
 
-def _errors_by_setting(
+def _verdicts_by_setting(
     scene: SceneRecord, measures: pd.DataFrame
 ) -> dict[tuple[str, float, str, str], Verdict]:
     """Return (method, resolution, quantity, at) -> the verdict on it."""
@@ -110,19 +123,28 @@ def _setting_row(
     rows = selection.setting_rows(scene, method, level)
     first = {
         name: next((v for v in selection.column(rows, name) if np.isfinite(v)), np.nan)
-        for name in ("unknowns", "seconds", "setup_seconds", "memory")
+        for name in ("unknowns", "memory")
     }
+    spent = cost(scene, method, level)
     truth = selection.is_reference(scene, method, level)
     return (
         cells.method(method),
         cells.count(level),
         cells.count(first["unknowns"]),
-        cells.duration(first["seconds"]),
-        cells.duration(first["setup_seconds"]),
+        cells.duration(spent.seconds),
+        cells.duration(spent.setup_seconds),
         cells.number(fmt.memory(first["memory"] or None), first["memory"]),
-        _outcome(rows, truth),
+        _outcome(rows, truth, judges_itself=method == selection.reference(scene)[0]),
         *(_error_cell(error, truth) for error in errors),
     )
+
+
+def _single_cells(spent: Cost, known: list[Verdict | None]) -> tuple[Cell, ...]:
+    """Return the time and the band of errors of one surface or line of a setting."""
+    bands = [
+        cells.number(item.single, item.single_high) if item else cells.NOTHING for item in known
+    ]
+    return (cells.count(spent.surfaces), cells.duration(spent.each), *bands)
 
 
 def _error_cell(error: Verdict | None, truth: bool) -> Cell:
@@ -133,11 +155,11 @@ def _error_cell(error: Verdict | None, truth: bool) -> Cell:
     return cells.error(error.error, error.uncertainty, error.number)
 
 
-def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
+def _outcome(rows: pd.DataFrame, truth: bool, *, judges_itself: bool) -> Cell:
     good = selection.converged(rows)
     if good.all():
-        text = "reference" if truth else "converged"
-        return Cell(text, text, "text")
+        text = "same method as the reference" if judges_itself else "converged"
+        return Cell("reference" if truth else text, "reference" if truth else text, "text")
     failed = "failed" if not good.any() else f"{int((~good).sum())} of {len(good)} failed"
     return Cell(failed, "failed", "failed")
 

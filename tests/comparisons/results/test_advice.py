@@ -116,7 +116,7 @@ def test_the_sentence_says_how_many_surfaces_were_solved_on_which_grid():
     means = pd.concat([many.rows[many.rows["method"] == "bem_fft"]] * 3, ignore_index=True)
     means = means.assign(resolution=[*numbers], surfaces=[*numbers.values()], realisation="mean")
     said = advise(replace(many, rows=pd.concat([many.rows, means]))).sentence
-    assert "(mean over 50 surfaces at 16, 25 at 32, 10 at 64), known to 2.0\u202f%" in said
+    assert "(N = 64, mean over 50 + 25 + 10 surfaces), known to 2.0\u202f%" in said
 
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():

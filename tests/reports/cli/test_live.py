@@ -11,6 +11,7 @@ import pytest
 from comparisons.facts.methods import METHODS
 from comparisons.questions.study import Study
 from comparisons.results.advice import Setting
+from comparisons.results.cost import Cost
 from comparisons.results.decisions import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.forecast import Remaining
@@ -29,7 +30,7 @@ def plans():
 
 def setting(method, seconds, error, truth=False):
     told = Verdict("force", "penetration", "within", 0.01, error=error, high=error)
-    return Setting(method, 10, seconds, (told,), is_truth=truth)
+    return Setting(method, 10, Cost(seconds, 0.0, seconds, 1, ""), (told,), is_truth=truth)
 
 
 def watched(plans, folder):
@@ -67,7 +68,7 @@ def test_a_terminal_gets_a_bar_and_the_plot_of_a_long_run(plans, tmp_path, capsy
     told = capsys.readouterr()
     assert told.out == ""
     assert "solved 4 of 4" in told.err
-    assert "paraboloid: largest error over the time of a solve, against closed_form 1" in told.err
+    assert "paraboloid: largest error over time, against closed_form 1" in told.err
     assert "a bem_fft" in told.err or "b bem_fft" in told.err
 
 
