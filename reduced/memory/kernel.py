@@ -26,6 +26,9 @@ from reduced.memory.materials import Prony
 
 _ALTERNATIONS = 8
 _HALVINGS = 80
+# A change of a gap below this share of its heights is rounding: without it the spring at the rim of
+# the largest contact, and an edge at rest, would move in some units of length and not in others.
+_TIE = 1e-12
 
 
 class Law(NamedTuple):
@@ -249,7 +252,8 @@ def _carry_quiet(law, step, heights, old, new):
                 new.modes[i, k] = old.modes[i, k] * step.fade[k]
                 free += new.modes[i, k]
             new.arms[i, :] = 0.0
-            eventful[i] = heights[i] + free < end
+            gap = heights[i] + free - end
+            eventful[i] = gap < -_TIE * (abs(heights[i]) + abs(end))
             new.force[i] = 0.0
         if eventful[i]:
             for j in range(step.decay.size):  # slices take longer to compile
@@ -347,8 +351,8 @@ def _place_edge(law, step, heights, rows, marks, cell):
                 before = _gap(law, step, heights[free], old, free, events[pressed])
         else:
             before = _gap(law, step, heights[free], old, free, 0.0)
-        if gap <= before:
-            edge = 1.0 - (1.0 - edge) * (gap / before) if before > 0 else edge
+        if gap <= before + _TIE * (abs(heights[free]) + abs(end)):
+            edge = 1.0 - (1.0 - edge) * min(gap / before, 1.0) if before > 0 else edge
             fall = (force - rim) / edge if edge > 0 else 0.0
         elif fall > 0:
             edge = max(0.0, min(edge, force / fall))

@@ -242,13 +242,19 @@ def _energy_below(profile: Profile, penetration: float, radius: float, cells: in
 
 
 def _energy_above(profile: Profile, penetration: float, radius: float, cells: int) -> float:
-    """Upper bound of the energy for E* = 1, computed in units of the contact radius."""
-    reach = profile.reach(penetration)
+    """Upper bound of the energy for E* = 1, computed in units of the contact radius.
+
+    Halfway from the contact to where d = g the gap goes on along its tangent: a convex gap is not
+    below that, and the contact is the same. A ball's slope is infinite where it ends.
+    """
+    straight = 0.5 * (radius + profile.reach(penetration))
+    (left,), (slope,) = (f(np.array([straight])) for f in (profile.gap, profile.slope))
+    reach = straight + (penetration - left) / slope
     marks = [corner / radius for corner in profile.corners if corner < radius]
     exponent = _CORNER_ELEMENTS if marks else _SMOOTH_ELEMENTS
-    radii, depths = _mesh(cells, exponent, (*marks, reach / radius))
-    inside = int(np.searchsorted(radii, reach / radius))
-    floor = _floor(profile, penetration, radius * radii[: inside + 1])
+    radii, depths = _mesh(cells, exponent, (*marks, straight / radius, reach / radius))
+    bend, end = np.searchsorted(radii, [straight / radius, reach / radius])
+    floor = _floor(profile, penetration, radius * radii[: end + 1], int(bend))
     retained = np.arange(len(floor))
     body = Extension(rings(radii), depths, retained)
     touching = retained <= 2 * cells
@@ -261,11 +267,17 @@ def _energy_above(profile: Profile, penetration: float, radius: float, cells: in
     return radius * penetration**2 * above(body.energy_above(values), 4)
 
 
-def _floor(profile: Profile, penetration: float, radii: Array) -> Array:
-    """Coefficients above d - g in units of d: v is above d - g wherever it is above these."""
-    gap = minorant(profile, radii) / penetration
+def _floor(profile: Profile, penetration: float, radii: Array, bend: int) -> Array:
+    """Coefficients above d - g in units of d: v is above d - g wherever it is above these.
+
+    From the vertex `bend` on g is its tangent there.
+    """
+    curved, rest = radii[: bend + 1], radii[bend:]
+    gap, slope = minorant(profile, curved), profile.slope(curved)
+    halves = np.interp(np.arange(1, 2 * len(rest) - 1) / 2, np.arange(len(rest)), rest - rest[0])
+    gap = np.concatenate([gap, gap[-1] + slope[-1] * halves]) / penetration
     # the places of the elements are rounded, too: what that changes goes with the slope
-    steepest = float((radii * profile.slope(radii)).max()) / penetration
+    steepest = float((curved * slope).max() + radii[-1] * slope[-1]) / penetration
     return 1 - gap + 8 * EPSILON * (1 + np.abs(gap) + steepest)
 
 

@@ -78,8 +78,8 @@ def contact_radius(profile: Profile, penetration: float) -> Interval:
     left and from the right.
     """
     last = profile.reach(penetration)
-    guess = float(brentq(lambda a: sum(_sums(profile, a)) - 2 * penetration, 1e-9 * last, last))
-    inner = outer = guess
+    share = brentq(lambda s: sum(_sums(profile, s * last)) - 2 * penetration, 1e-9, 1.0)
+    inner = outer = float(share * last)
     share = 1.0 / _STEPS
     while _sums(profile, inner)[1] > penetration:
         inner, share = inner * (1 - share), 1.5 * share

@@ -224,4 +224,4 @@ class _Collision:
             low /= 4
         while excess(high) < 0:
             high *= 4
-        return brentq(excess, low, high, rtol=1e-3)
+        return brentq(excess, low, high, xtol=1e-3 * low, rtol=1e-3)

@@ -106,21 +106,41 @@ def test_a_rounded_punch_that_barely_sinks_in_is_enclosed(depth):
     assert stored.width < 5e-3
 
 
-def test_a_ball_is_enclosed_up_to_where_it_ends():
-    # the step of penetration that bounds the force goes no deeper than the radius
+def test_a_ball_is_enclosed_as_tightly_where_it_nearly_ends():
+    # the slope of the gap is infinite at the radius, which is reached at a/R = 0.83
     form, ball = closed_form.sphere(1.0, 1.0), Sphere(1.0)
-    for depth in (0.9, 0.99):
-        assert float(form.force(depth)) in axisymmetric.force(ball, depth, 1.0, cells=16)
+    for depth in (0.3, 0.9, 0.94):
+        enclosed = axisymmetric.force(ball, depth, 1.0, cells=16)
+        assert float(form.force(depth)) in enclosed
+        assert enclosed.width < 4e-4
+    # the step of penetration that bounds the force goes no deeper than the radius
+    assert float(form.force(0.99)) in axisymmetric.force(ball, 0.99, 1.0, cells=16)
     assert 0.9 in axisymmetric.penetration(ball, float(form.force(0.9)), 1.0, cells=16)
 
 
-def test_bounds_keep_their_digits_in_any_units():
-    # a ball of 1 um in metres, E* in pascals
-    form = closed_form.paraboloid(1e-6, 2e11)
-    tiny = axisymmetric.force(paraboloid(1e-6), 1e-9, 2e11, cells=12)
-    unit = axisymmetric.force(paraboloid(1.0), 1e-3, 1.0, cells=12)
-    assert float(form.force(1e-9)) in tiny
-    assert tiny.width == pytest.approx(unit.width, rel=1e-6)
+@pytest.mark.parametrize("unit", [1e-9, 1e9])
+@pytest.mark.parametrize("name", ["paraboloid", "sphere", "rounded_punch"])
+def test_bounds_keep_their_digits_in_any_units(name, unit):
+    form, body, scaled = {
+        "paraboloid": (closed_form.paraboloid(unit, 2e11), paraboloid(1.0), paraboloid(unit)),
+        "sphere": (closed_form.sphere(unit, 2e11), Sphere(1.0), Sphere(unit)),
+        "rounded_punch": (
+            closed_form.rounded_punch(unit, unit, 2e11),
+            RoundedPunch(1.0, 1.0),
+            RoundedPunch(unit, unit),
+        ),
+    }[name]
+    tiny = axisymmetric.force(scaled, 0.01 * unit, 2e11, cells=12)
+    assert float(form.force(0.01 * unit)) in tiny
+    assert tiny.width == pytest.approx(
+        axisymmetric.force(body, 0.01, 1.0, cells=12).width, rel=1e-6
+    )
+    stiff, one = (
+        axisymmetric.stiffness(*of) for of in ((scaled, 0.01 * unit, 1.0), (body, 0.01, 1.0))
+    )
+    assert (stiff.lower / unit, stiff.upper / unit) == pytest.approx(
+        (one.lower, one.upper), rel=1e-9
+    )
 
 
 def test_best_circle_is_exact_for_a_body_of_revolution():
