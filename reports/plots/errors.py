@@ -9,13 +9,15 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL, quantity
+from comparisons.judging.metrics import at_equal
 from comparisons.results import selection
 from comparisons.results.decisions import finest, judged_methods, verdicts
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
-from reports.plots.figure import Band, Figure, Series
+from reports.plots.figure import Band, Figure, Guide, Series, Stretch
 from reports.plots.gutter import NOTE, parted, with_foot
 from reports.plots.signs import NOTE as SIGNS
 from reports.plots.signs import sign_marks
@@ -23,8 +25,11 @@ from reports.plots.style import CIRCLE, CROSS, INK, drawing_order, look
 
 CAPTION = (
     "Each method at its finest resolution. Horizontal line: tolerance. Shaded: below the "
-    f"uncertainty of the reference. Ring: the error that decided. {SIGNS} {NOTE}"
+    "uncertainty of the reference, where an error is not resolved. Ring: the error that decided. "
+    f"{SIGNS} {NOTE}"
 )
+# The procedure of rough lines is for real contact areas far below the apparent one, A0.
+PREMISE = 0.1
 PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
 
 
@@ -39,7 +44,8 @@ def errors(scene: SceneRecord) -> list[Figure]:
     if not sizes:
         return []
     limits = error_range(np.concatenate(sizes), scene.tolerance)
-    return [_figure(scene, name, drawn, limits) for name, drawn in tables.items() if drawn]
+    figures = [_figure(scene, name, drawn, limits) for name, drawn in tables.items() if drawn]
+    return _with_premise(scene, figures)
 
 
 def _figure(
@@ -69,6 +75,52 @@ def _figure(
         (tolerance_line(scene.tolerance),),
         quantity=name,
     )
+
+
+def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
+    """Shade the loads at which the premise of rough lines has ended, and list their area's errors.
+
+    At a tenth of the apparent area, by the reference; no mark in scenes without rough lines.
+    """
+    line = selection.curve(scene, MODEL)
+    truth = selection.curve(scene, *selection.reference(scene))
+    if truth.empty or not np.isfinite(selection.column(line, "contact_length")).any():
+        return figures
+    method, level = selection.reference(scene)
+    size = scene.load_fields(method, int(level)).get("size")
+    if size is None or scene.control not in NORMAL or scene.is_path:
+        return figures
+    loads = selection.compared_along(scene, truth)
+    share = selection.column(truth, "contact_area") / float(np.prod(size))
+    errors = selection.column(line, "error_contact_area")
+    known = np.isfinite(share) & (share > 0)
+    if not known.any() or np.nanmax(share) <= PREMISE:
+        return figures
+    inside = known & (share <= PREMISE)
+    where = at_equal(np.array([PREMISE]), share, loads)[0] if inside.any() else loads[known].min()
+    text = f"A = {PREMISE:g} A\N{SUBSCRIPT ZERO}"
+    caption = (
+        f"Dark: real contact area A above {fmt.tolerance(PREMISE)} of the apparent one, where the "
+        "premise of rough lines has ended."
+    )
+    if len(errors) == len(share) and np.isfinite(errors).any():
+        by_load = (
+            f"{fmt.signed_error(error)} at {fmt.relative(part)}"
+            for error, part in zip(errors, share, strict=True)
+        )
+        caption += (
+            f" Error of the area of the lines at A/A\N{SUBSCRIPT ZERO}: {', '.join(by_load)}."
+        )
+    beyond = Stretch(float(where), float(np.nanmax(loads)), INK, text)
+    return [
+        replace(
+            figure,
+            caption=f"{figure.caption} {caption}",
+            guides=(Guide(float(where), text),),
+            stretches=(beyond,),
+        )
+        for figure in figures
+    ]
 
 
 def _equal(scene: SceneRecord, name: str) -> str:

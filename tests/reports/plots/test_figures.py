@@ -202,6 +202,37 @@ def test_the_reference_is_marked_at_its_own_uncertainty(study):
     assert mark["y"] == [0.01]
 
 
+def test_an_error_below_the_bar_of_the_reference_is_no_achievement(study):
+    """The reference is known to 1 %: errors of 0.1 % are arrows there, where the front ends."""
+    scene = study.scenes[1]
+    measures = scene.measures.assign(maximum=1e-3)
+    figure = speed.speed(replace(scene, measures=measures))[0]
+    (points, arrows) = traces(figure, "reduced model")
+    assert points["y"] == [None, None, None]
+    assert arrows["y"] == [0.01, 0.01, 0.01]
+    (front,) = traces(figure, "Pareto front")
+    assert (front["x"], front["y"]) == (points["x"][:1], [0.01])
+
+
+def test_a_method_that_is_compared_with_itself_is_marked(study):
+    figure = speed.speed(study.scenes[1])[0]
+    assert traces(figure, "FFT BEM*")
+    assert not traces(figure, "FFT BEM")
+
+
+def test_the_end_of_the_premise_of_rough_lines_is_marked(study):
+    """A = 0.9 A0 (F / 10 uN)^0.95: a tenth of the apparent area at 0.99 uN."""
+    scene = study.scenes[1]
+    truth = (scene.rows["method"] == "bem_fft").to_numpy()
+    area = np.where(truth, 0.9e-12 * (scene.rows["force"] / 1e-5) ** 0.95, 1e-14)
+    rows = scene.rows.assign(contact_area=area, contact_length=np.where(truth, np.nan, 1e-7))
+    for figure in errors.errors(replace(scene, rows=rows)):
+        assert [guide.value for guide in figure.guides] == pytest.approx([9.9e-7], rel=1e-3)
+        assert "premise of rough lines has ended" in figure.caption
+    for figure in errors.errors(scene):  # no lines
+        assert not figure.guides
+
+
 def test_pressure_is_made_dimensionless_by_the_reference(study):
     """Hertz: the peak is 3/2 of the mean pressure and vanishes at r = a."""
     (figure,) = pressure_figures.pressures(study.scenes[0])
