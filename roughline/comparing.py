@@ -9,6 +9,8 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.facts.methods import title_of
+from comparisons.geometry.plausibility import doubtful
 from comparisons.judging.proofs import in_words
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
@@ -39,7 +41,7 @@ class Comparison:
     ----------
     record : comparisons.results.store.SceneRecord
     patch : Comparison, optional
-        For a large measured map, the comparison on a patch that all methods can solve.
+        With "bem_dense" on a measured map too large for it: the comparison on a patch.
     """
 
     record: SceneRecord
@@ -70,13 +72,18 @@ class Comparison:
         return f"Proved: {in_words(proved)}" if proved else ""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of the plan; those that begin with "check the" question the scene."""
+        return tuple(self.record.plan.get("notes", ()))
+
+    @property
     def disagreements(self) -> tuple[str, ...]:
         """References that differ by more than their bars, in words."""
         return self.record.disagreements
 
     @property
     def verdict(self) -> str:
-        """On the reduced model: "within", "outside", "not resolved" or "no result"."""
+        """On the reduced model, or your own method without it: "within", "outside" ..."""
         return self.judged().word
 
     @property
@@ -94,7 +101,11 @@ class Comparison:
 
         Default: the reduced model or, if it was not run, your own method.
         """
-        return worst(verdicts(self.record, method or judged_methods(self.record)[0]))
+        return worst(verdicts(self.record, method or self._leading))
+
+    @property
+    def _leading(self) -> str:
+        return judged_methods(self.record)[0]
 
     def table(self) -> pd.DataFrame:
         """Return one row per method, resolution and compared quantity.
@@ -146,7 +157,8 @@ class Comparison:
         return figure
 
     def __repr__(self) -> str:
-        lines = [f"{self.record.title}: reduced model {self.verdict}", *self.disagreements]
+        lines = [f"{self.record.title}: {title_of(self._leading)} {self.verdict}"]
+        lines += [*doubtful(self.notes), *self.disagreements]
         measures = self.table()
         finest = measures[
             measures["resolution"] == measures.groupby("method")["resolution"].transform("max")
@@ -158,6 +170,7 @@ class Comparison:
         tolerance = fmt.tolerance(self.record.tolerance)
         return notebook.block(
             f"{self.record.title} ({self.name}), asked: {tolerance}",
+            *doubtful(self.notes),
             *self.disagreements,
             self.answer,
             *([self.proved] if self.proved else []),

@@ -9,7 +9,7 @@ import pandas as pd
 
 from comparisons.methods.registry import add_class
 from comparisons.methods.solver import Solver
-from comparisons.methods.user.external import add_methods, user_methods
+from comparisons.methods.user.external import add_methods, names_in
 from reports.tables import lists
 from reports.tables.frames import frame
 
@@ -48,5 +48,4 @@ def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
     if not isinstance(method, (str, Path)):
         return [add_class(method)]
     add_methods([method])
-    source = f"file:{Path(method).resolve()}"
-    return [method.name for method in user_methods() if method.origin.source == source]
+    return names_in(method)

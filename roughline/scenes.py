@@ -77,7 +77,7 @@ class Plan:
     Attributes
     ----------
     plans : list of comparisons.solving.plan.Plan
-        One, or two for a large measured map: the second is a patch that all methods can solve.
+        One, or two with "bem_dense" on a map too large for it: the second is a patch.
     """
 
     plans: list[ScenePlan]
@@ -108,7 +108,7 @@ class Plan:
         return pd.DataFrame(rows)
 
     def __repr__(self) -> str:
-        return self.table().to_string(index=False)
+        return "\n".join([self.table().to_string(index=False), *self.notes])
 
     def _repr_html_(self) -> str:
         left = [

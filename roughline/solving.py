@@ -110,15 +110,25 @@ class Solution:
         """Write the fields at the last load for ParaView (`solve` with ``fields=True``)."""
         self.result.write_vtu(Path(path))
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of the plan; those that begin with "check the" question the scene."""
+        return self.result.plan.notes
+
     def __repr__(self) -> str:
         steps = pd.DataFrame(self.result.solved()).rename_axis("step")
-        return f"{self._heading()}\n{steps[shown_columns(self.result)].to_string()}"
+        table = steps[shown_columns(self.result)].to_string()
+        return "\n".join([self._heading(), *self.result.plan.doubts, table])
 
     def _repr_html_(self) -> str:
         steps = load_steps(self.result)
         left = notebook.more(len(steps.rows) - MOST_ROWS, "load steps")
         return notebook.block(
-            self._heading(), notebook.table(steps.first(MOST_ROWS)), left, *self.result.reasons
+            self._heading(),
+            *self.result.plan.doubts,
+            notebook.table(steps.first(MOST_ROWS)),
+            left,
+            *self.result.reasons,
         )
 
     def _heading(self) -> str:

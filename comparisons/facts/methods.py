@@ -95,6 +95,8 @@ METHODS: dict[str, Method] = BUILT_IN | THEORIES
 # The model under test, in whose place nothing else is judged where nobody says what to judge.
 MODEL = next(name for name, row in BUILT_IN.items() if row.dimension == 1)
 CLOSED_FORM = next(name for name, row in BUILT_IN.items() if row.exact)
+# Why a method that could do a scene is not in its plan; another run may have it.
+NOT_ASKED = "not asked for"
 
 
 def leading(names: Iterable[str]) -> list[str]:

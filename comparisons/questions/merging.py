@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError, ResultsError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import METHODS, NOT_ASKED
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.questions.study import Study
@@ -25,8 +25,6 @@ from comparisons.tasks.archive import load_solution
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 
-# Reason for leaving out a method that another run may include.
-NOT_ASKED = "not asked for"
 # Keys that may differ between the scenes of two runs: methods and resolutions.
 FREE = ("methods", "resolutions")
 NOT_REFINED = "full: merged runs are not refined; continue with roughline run --full --resume"

@@ -68,8 +68,8 @@ class Setting:
 
     @property
     def deciding(self) -> Verdict:
-        """The verdict that decides over all quantities."""
-        return worst(self.verdicts)
+        """The verdict that decides over all quantities; one that it does not compute is missing."""
+        return worst(self.verdicts, asked=True)
 
     @property
     def verdict(self) -> str:
@@ -370,6 +370,20 @@ def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
     truth_bars = record.reference.get("bars", {})
     bars = [uncertainties.get(name) or truth_bars.get(name, {}).get("bar") for name in quantities]
     return float(max((bar for bar in bars if bar is not None), default=math.nan))
+
+
+def wide_truth(record: SceneRecord, effort: str) -> str:
+    """Return that the reference is known worse than the tolerance; "" where it is not."""
+    known = truth_known_to(record, advise(record).quantities)
+    if not known > record.tolerance:
+        return ""
+    refined = ": --full refines it" if effort == "quick" else ""
+    title = title_of(str(record.reference["method"]))
+    limit = tolerance(record.tolerance)
+    return (
+        f"reference: {title}, known to {relative(known)}, wider than the tolerance of {limit}"
+        f"{refined}"
+    )
 
 
 def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:

@@ -16,13 +16,14 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import METHODS, MODEL, is_known, title_of
+from comparisons.facts.methods import METHODS, MODEL, NOT_ASKED, is_known, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, severity, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord, once
 
 LAST_LOAD, NEVER = "last load", "never"
+NOT_COMPUTED = "not computed by the method"
 NAN = math.nan
 
 
@@ -52,6 +53,8 @@ class Verdict:
         Why there is no result.
     counts : bool
         False for a quantity that the scene's solutions cannot answer for any method.
+    offered : bool
+        False for a quantity that this method does not compute: a dash, no verdict on the method.
     outside_band : str
         Load steps, from 1, at which the one surface of a map is outside the band of single lines,
         or "never"; "" where there is no such band. The error is that of the lines' mean.
@@ -74,6 +77,7 @@ class Verdict:
     signed: bool = True
     ratio: bool = True
     counts: bool = True
+    offered: bool = True
     outside_band: str = ""
     single_low: float = NAN
     single_high: float = NAN
@@ -148,15 +152,20 @@ class Verdict:
         return f"{label} {self.number}" + (f" at {self.when}" if self.when else "")
 
 
-def worst(items: Iterable[Verdict]) -> Verdict:
+def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:
     """Return the verdict that decides over several quantities.
 
-    The worst one (`comparisons.judging.verdicts.severity`). A quantity that nothing answers decides
-    only where all are such.
+    The worst one (`comparisons.judging.verdicts.severity`). Quantities that nothing answers, or
+    that the method does not compute, decide only where all are such; with `asked` the method has to
+    compute all that some method answers.
     """
     several = list(items)
-    counted = [verdict for verdict in several if verdict.counts] or several
-    return min(counted, key=lambda item: severity(item.word, item.low, item.high, item.error))
+    counted = [verdict for verdict in several if verdict.counts]
+    offered = [] if asked else [verdict for verdict in counted if verdict.offered]
+    return min(
+        offered or counted or several,
+        key=lambda item: severity(item.word, item.low, item.high, item.error),
+    )
 
 
 def equal_at(record: SceneRecord, name: str) -> str:
@@ -255,7 +264,7 @@ def setting_verdicts(record: SceneRecord, method: str, resolution: int) -> tuple
         if name in nothing:
             verdict = _no_result(record, name, nothing[name], resolution, counts=False)
         elif verdict is None or verdict.word == NO_RESULT:
-            verdict = _no_result(record, name, _why_missing(record, name, method), resolution)
+            verdict = _missing(record, name, method, resolution)
         judgements.append(verdict)
     return tuple(judgements)
 
@@ -269,7 +278,7 @@ def verdicts(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
     return [
         _no_result(record, name, nothing[name], NAN, counts=False)
         if name in nothing
-        else _no_result(record, name, _why_missing(record, name, method), NAN)
+        else _missing(record, name, method, NAN)
         for name in record.quantities
     ]
 
@@ -343,7 +352,13 @@ def _decided(record: SceneRecord, row: dict) -> tuple[str, float, float]:
 
 
 def _no_result(
-    record: SceneRecord, name: str, reason: str, resolution: float, *, counts: bool = True
+    record: SceneRecord,
+    name: str,
+    reason: str,
+    resolution: float,
+    *,
+    counts: bool = True,
+    offered: bool = True,
 ) -> Verdict:
     return Verdict(
         name,
@@ -353,12 +368,18 @@ def _no_result(
         reason=reason,
         resolution=resolution,
         counts=counts,
+        offered=offered,
     )
+
+
+def _missing(record: SceneRecord, name: str, method: str, resolution: float) -> Verdict:
+    reason = _why_missing(record, name, method)
+    return _no_result(record, name, reason, resolution, offered=reason != NOT_COMPUTED)
 
 
 def _not_asked(record: SceneRecord, method: str) -> bool:
     refused = selection.unsupported(record)
-    return method not in selection.methods(record) or refused.get(method) == "not asked for"
+    return method not in selection.methods(record) or refused.get(method) == NOT_ASKED
 
 
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:
@@ -378,7 +399,7 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
         return lost[0]
     if gives:
         return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
-    return "not computed by the method"
+    return NOT_COMPUTED
 
 
 def _text(value: object) -> str:

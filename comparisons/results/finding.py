@@ -37,7 +37,6 @@ def finding(records: tuple[SceneRecord, ...]) -> str:
 
 def lines(records: tuple[SceneRecord, ...]) -> list[str]:
     """Return the finding, a line for each family of scenes: where the method holds, where not."""
-    records = _asked_for(records)
     methods = {judged_methods(record)[0] for record in records}
     if len(methods) != 1:
         return []
@@ -62,12 +61,6 @@ def lines(records: tuple[SceneRecord, ...]) -> list[str]:
     for clause in clauses:
         clause[-1] += "." if clause is clauses[-1] else ";"
     return [line for clause in clauses for line in clause]
-
-
-def _asked_for(records: tuple[SceneRecord, ...]) -> tuple[SceneRecord, ...]:
-    """Leave out patches of maps (`comparisons.solving.map_patches`): no map costs as little."""
-    heads = tuple(f"{record.title}: patch of " for record in records)
-    return tuple(record for record in records if not record.title.startswith(heads))
 
 
 def _clause(head: str, tail: str, names: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""The patch of a large measured map on which the dense solver runs beside the others.
+"""The patch of a large measured map on which the dense solver runs, where a scene names it.
 
 The patch is a typical one: of all places away from the rim of the map, the one whose rms slope is
 the median. At the highest point, which is often an outlier or a corner, an artefact of the
@@ -15,6 +15,7 @@ from comparisons.scene.scene import Scene, validated
 from comparisons.scene.surface import MeasuredMap
 
 Crop = tuple[int, int, int, int]
+DENSE = "bem_dense"
 PATCH_POINTS = 16
 # Slopes that differ by less are the same: which place is the median must not hang on rounding.
 _SAME = 1e-9
@@ -30,8 +31,7 @@ def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
         return None
-    methods = scene.compare.methods
-    if methods is not None and "bem_dense" not in methods:
+    if DENSE not in (scene.compare.methods or ()):
         return None
     assert geometry.measured is not None
     x0, y0, nx, ny = typical_window(geometry.measured, geometry.spacing(geometry.measured))

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, Literal
 
 from comparisons.geometry.measured_curve import MeasuredCurve
+from comparisons.geometry.plausibility import doubtful
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
@@ -104,6 +105,11 @@ class Plan:
             if planned.method == method and planned.numbers and resolution in planned.resolutions:
                 return planned.numbers[planned.resolutions.index(resolution)]
         return realisation_count(self.scene, method, self.realisations)
+
+    @property
+    def doubts(self) -> list[str]:
+        """The notes that question the scene itself: its units, its slopes."""
+        return doubtful(self.notes)
 
     def block(self, method: str, resolution: int) -> int:
         """Return how many surfaces or lines are one task: the same whatever their number."""

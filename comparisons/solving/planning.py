@@ -1,7 +1,7 @@
 """Planning: methods and resolutions for a scene, and the reason for everything left out.
 
-A scene becomes one plan, or two: a measured map too large for the dense solver gets a second,
-smaller scene - a patch of the same map, named and repeatable - on which all methods meet.
+A scene becomes one plan, or two: a measured map too large for the dense solver, which it names,
+gets a second, smaller scene - a patch of the same map, repeatable - on which all methods meet.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import CLOSED_FORM, METHODS, NOT_ASKED
 from comparisons.geometry.bodies import with_body
 from comparisons.geometry.measured_curve import CurveError, MeasuredCurve, read_curve
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
@@ -42,7 +42,7 @@ EXACT = (1,)
 
 
 def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
-    """Plan a scene; a large measured map yields a second plan, for a patch of it.
+    """Plan a scene; a large map with the dense solver yields a second plan, for a patch of it.
 
     Raises
     ------
@@ -157,10 +157,14 @@ def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:
 
 def _plan_method(draft: Plan, name: str) -> MethodPlan:
     scene = draft.scene
-    if scene.compare.methods is not None and name not in scene.compare.methods:
-        return MethodPlan(name, False, "not asked for")
+    asked = scene.compare.methods is None or name in scene.compare.methods
+    if not asked and name != CLOSED_FORM:
+        return MethodPlan(name, False, NOT_ASKED)
+    # A closed form is the truth wherever there is one, and costs next to nothing.
     solver = solver_for(name, scene)
     if isinstance(solver, Refusal):
+        if not asked:
+            return MethodPlan(name, False, NOT_ASKED)
         if solver.broken:
             raise InputError(f"--method-file: {name}: {scene.name}: {solver.reason}")
         return MethodPlan(name, False, solver.reason)
@@ -176,6 +180,8 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = solver.note if not dropped else "left out " + "; ".join(dropped)
     modelled = solver.model(draft.geometry)
+    if not asked:
+        modelled += "; not asked for: it is the reference"
     tasks = [_first_task(draft, solver, n) for n in feasible]
     need, most = (max(map(estimate, tasks)) for estimate in (solver.memory, solver.most_memory))
     if need > WORTH_SAYING:
@@ -270,6 +276,7 @@ def plan_all(
     overrides: Mapping[str, Any],
     effort: Effort,
     origin: str = "--methods, --option",
+    brought: Sequence[str] = (),
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
@@ -282,6 +289,8 @@ def plan_all(
     effort : {"quick", "full"}
     origin : str
         Where the overrides come from, for messages about them.
+    brought : sequence of str
+        A user's own methods: they run, too, where only others are named.
 
     Raises
     ------
@@ -297,7 +306,11 @@ def plan_all(
     problems: list[str] = []
     for source in _members(sources):
         try:
-            plans += plan_scene(load_scene(source, overrides), effort)
+            scene = load_scene(source, overrides)
+            named = scene.compare.methods
+            if named is not None and not set(brought).intersection(named):
+                scene = load_scene(scene, {"compare.methods": [*named, *brought]})
+            plans += plan_scene(scene, effort)
         except InputError as error:
             problems.append(str(error))
     if not plans and not problems:
@@ -325,7 +338,7 @@ def _unsolvable(plans: Sequence[Plan]) -> list[str]:
     Where [compare] methods or --methods leave a scene none, that is told only if they leave every
     scene none: of a suite they may pick what they can do.
     """
-    empty = [plan for plan in plans if not any(method.supported for method in plan.methods)]
+    empty = [plan for plan in plans if not any(m.supported for m in _asked(plan))]
     return [
         f"{plan.scene.name}: {_why_none(plan)}"
         for plan in empty
@@ -335,13 +348,18 @@ def _unsolvable(plans: Sequence[Plan]) -> list[str]:
 
 def _why_none(plan: Plan) -> str:
     """Return why no method does a scene, methods with the same reason together."""
-    methods = plan.scene.compare.methods
     reasons: dict[str, list[str]] = {}
-    for method in plan.methods:
-        if methods is None or method.method in methods:
-            reasons.setdefault(method.reason, []).append(method.method)
+    for method in _asked(plan):
+        reasons.setdefault(method.reason, []).append(method.method)
     refusals = "".join(f"\n  {', '.join(names)}: {reason}" for reason, names in reasons.items())
-    return f"no method{'' if methods is None else ' asked for'} can solve this scene{refusals}"
+    named = "" if plan.scene.compare.methods is None else " asked for"
+    return f"no method{named} can solve this scene{refusals}"
+
+
+def _asked(plan: Plan) -> list[MethodPlan]:
+    """Return the plans of the methods that a scene names, or of all where it names none."""
+    names = plan.scene.compare.methods
+    return [method for method in plan.methods if names is None or method.method in names]
 
 
 def _members(sources: Iterable[Source]) -> list[Source]:

@@ -107,7 +107,7 @@ answer = roughline.solve(scene, "bem_fft")
 answer
 
 # %%
-# A map larger than 16 x 16 points of which all methods are asked gets a second scene by itself, a
-# patch around its highest point, on which the dense solver checks the FFT solver, too;
+# With ``"bem_dense"`` among the methods, a map larger than 16 x 16 points gets a second scene, a
+# typical patch of it, on which the dense solver checks the FFT solver, too;
 # ``comparison.patch`` has it. The same from the command line, with a report:
 # ``roughline run my-surface.toml``.

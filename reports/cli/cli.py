@@ -192,19 +192,17 @@ def advise(
     json
         Print one JSON object.
     """
-    from comparisons.scene.scene import load_scene
-    from comparisons.solving.planning import plan_scene, refuse_unsolvable
+    from comparisons.solving.planning import plan_all
     from reports.cli import advising
 
-    method_files.load()
+    brought = method_files.load()
     overrides: dict[str, Any] = {}
     if tolerance is not None:
         overrides["compare.tolerance"] = share(tolerance)
     if quantities is not None:
         overrides["compare.quantities"] = [quantity.strip() for quantity in quantities.split(",")]
     effort: Effort = "full" if full else "quick"
-    plans = plan_scene(load_scene(scene, overrides), effort)
-    refuse_unsolvable(plans)
+    plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought)
     return advising.print_known(plans, json) if known else advising.advise_all(plans, effort, json)
 
 

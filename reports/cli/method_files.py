@@ -19,7 +19,8 @@ class MethodFiles:
     Parameters
     ----------
     method_file
-        A Python file with your own method (docs/adding-a-method.md); may be repeated.
+        A Python file with your own method (docs/adding-a-method.md), which then runs, also
+        where others are named; may be repeated.
     method_seconds
         Time limit for one solve of your method, including the start of its process.
     method_gigabytes
@@ -30,8 +31,8 @@ class MethodFiles:
     method_seconds: float = 120.0
     method_gigabytes: float = 2.0
 
-    def load(self) -> None:
-        """Register the methods of the files, and of installed packages.
+    def load(self) -> list[str]:
+        """Register the methods of the files, and of installed packages; return the files' names.
 
         Raises
         ------
@@ -52,13 +53,14 @@ class MethodFiles:
         if wrong:
             raise InputError("\n".join(wrong))
         if not (self.method_file or metadata.entry_points(group=GROUP)):
-            return
+            return []
         from comparisons.isolation.parent import Limits
-        from comparisons.methods.user.external import add_methods
+        from comparisons.methods.user.external import add_methods, names_in
 
         bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
         for notice in add_methods(self.method_file, bounds):
             say(f"left out: {notice}", sys.stderr)
+        return [name for file in self.method_file for name in names_in(file)]
 
 
 NO_METHOD_FILES = MethodFiles()

@@ -72,10 +72,11 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from reports.cli import terminal
     from reports.cli.live import watched
 
-    method_files.load()
+    brought = method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
-    plans = plan_all(scenes or ("quick",), overrides_of(methods, option), effort)
+    overrides = overrides_of(methods, option)
+    plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
     if plan:
         terminal.print_plans(plans, _times(plans) if full else None)
         return FINE

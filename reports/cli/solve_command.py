@@ -77,6 +77,8 @@ def solve(
         result.write_csv(csv)
     else:
         terminal.print_solution(result)
+    for note in result.plan.doubts:
+        say(note, sys.stderr)
     if not result.converged:
         say("\n".join(result.reasons), sys.stderr)
     return FINE if result.converged else LOST

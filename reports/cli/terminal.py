@@ -72,9 +72,9 @@ def print_study(
     What a reader must know first stands first: doubtful input, references that disagree.
     """
     from comparisons.formatting import duration
-    from comparisons.geometry.plausibility import CHECK
+    from comparisons.geometry.plausibility import doubtful
     from comparisons.judging.proofs import tally
-    from comparisons.results.advice import advise
+    from comparisons.results.advice import advise, wide_truth
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.finding import lines as finding_lines
     from comparisons.results.measured import modulus_sentence
@@ -82,11 +82,12 @@ def print_study(
 
     console = _console()
     for scene in record.scenes:
-        for note in scene.plan.get("notes", []):
-            if note.startswith(CHECK):
-                console.print(f"{scene.name}: {note}", markup=False, highlight=False)
+        for note in doubtful(scene.plan.get("notes", [])):
+            console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
+        if wide := wide_truth(scene, record.effort):
+            console.print(f"{scene.name}: {wide}", markup=False, highlight=False)
     if verbose:
         _print_verdicts(console, record)
     lines = summary_lines(record.scenes)

@@ -41,7 +41,7 @@ def judging(scenes: Iterable[tuple[str, SceneRecord, list[Verdict], Advice]]) ->
             {
                 "anchor": anchor,
                 "tolerance": scene.tolerance,
-                "verdicts": [_verdict(verdict) for verdict in verdicts],
+                "verdicts": [_verdict(v) | {"counts": v.counts and v.offered} for v in verdicts],
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
             for anchor, scene, verdicts, advice in scenes

@@ -272,5 +272,6 @@ def _columns(views: list[SceneView]) -> list[str]:
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
-    counts = Counter(item.word for view in views for item in view.verdicts.values())
+    items = (item for view in views for item in view.verdicts.values())
+    counts = Counter(item.word for item in items if item.counts and item.offered)
     return [(word, counts[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL
+from comparisons.facts.methods import MODEL, NOT_ASKED
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
@@ -23,8 +23,6 @@ from comparisons.results.decisions import (
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
-
-NOT_ASKED = "not asked for"
 
 
 def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
@@ -100,7 +98,8 @@ def _verdict_text(verdict: Verdict, reasons: bool) -> str:
     if verdict.word != NO_RESULT:
         within = f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
         return f"{within}, {verdict.band}" if verdict.band and reasons else within
-    return f"{NO_RESULT}: {verdict.reason}" if reasons else NO_RESULT
+    word = NO_RESULT if verdict.counts and verdict.offered else fmt.MISSING
+    return f"{word}: {verdict.reason}" if reasons else word
 
 
 def methods_table(scene: SceneRecord) -> Table:

@@ -194,8 +194,21 @@ def test_the_wrong_rule_is_outside():
 
 def test_a_plan_tells_what_is_left_out():
     planned = roughline.plan(BALL, "reduced", "fem")
-    assert set(planned.table().query("supported")["method"]) == {"reduced", "fem"}
+    methods = set(planned.table().query("supported")["method"])
+    assert methods == {"closed_form", "reduced", "fem"}
     assert "pressure fields" in planned.left_out
+
+
+def test_whoever_has_a_plan_shows_what_it_questions():
+    soft = roughline.load_scene(BALL, {"half_space.youngs_modulus": 210})
+    shown = (
+        roughline.plan(soft, "reduced"),
+        roughline.solve(soft, "reduced"),
+        roughline.compare(soft, "reduced", quantities=["force"]),
+    )
+    for one in shown:
+        assert any(note.startswith("check the units") for note in one.notes)
+        assert "check the units of the scene: E* = 231" in repr(one)
 
 
 # --- studies ----------------------------------------------------------------------------------
@@ -299,7 +312,7 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
         assert found.judged("scaled").word == word
         np.testing.assert_allclose(found.judged("scaled").error, factor - 1, rtol=1e-9)
     alone = roughline.compare(BALL, "scaled")
-    assert alone.reference == "there is none"
+    assert alone.reference.startswith("The truth is the closed form")
     with pytest.raises(roughline.InputError, match="a method of roughline's own"):
         roughline.add_method(twice("reduced", 1.0))
     with pytest.raises(roughline.InputError, match="no such file"):

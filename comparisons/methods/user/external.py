@@ -194,6 +194,12 @@ def add_methods(files: Sequence[str | Path] = (), limits: Limits = LIMITS) -> li
     return notices
 
 
+def names_in(file: str | Path) -> list[str]:
+    """Return the names of the registered methods of a file."""
+    source = f"file:{Path(file).resolve()}"
+    return [method.name for method in user_methods() if method.origin.source == source]
+
+
 def announced() -> str:
     """Return what a worker needs to know of the methods of this process, for `adopt`."""
     return os.environ.get(VARIABLE, "[]")

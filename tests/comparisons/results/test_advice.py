@@ -15,7 +15,7 @@ from comparisons import machine
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.judging.verdicts import judge, judged
-from comparisons.results.advice import advise
+from comparisons.results.advice import advise, wide_truth
 from comparisons.results.decisions import asked_in_vain, verdicts, worst
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import builtin_names
@@ -149,12 +149,12 @@ def test_a_setting_has_to_be_good_in_every_quantity_that_is_asked():
     assert "no result: FFT BEM (contact area: not computed by the method)" in advice.sentence
 
 
-def test_what_one_method_does_not_give_is_no_result_for_it_and_what_none_gives_is_said():
-    """Verdict and advice agree: within in force alone is no answer to force and area."""
+def test_what_one_method_does_not_give_is_a_dash_and_what_none_gives_is_said():
+    """Within in force is the verdict on what it computes, and no answer to force and area."""
     rows = record([("reduced", 10, 0.001, 1e-3), ("fem", 4, 0.002, 1.0)], quantities=BOTH)
     advice = advise(rows)
     assert advice.cheapest is None
-    assert worst(verdicts(rows)).word == "no result"
+    assert worst(verdicts(rows)).word == "within"
     reference = rows.reference | {"bars": {"force": {"bar": 0.0, "step": 0}}}
     nobody = replace(rows, reference=reference)
     advice = advise(nobody)
@@ -170,7 +170,11 @@ def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
     good = advise(record(rows, "bem_fft", 0.004))
     assert "FFT BEM 2.0\u202fs (N = 64, the truth itself)" in good.sentence
     assert good.cheapest.is_truth
-    assert advise(record(rows, "bem_fft", 0.04)).cheapest is None
+    wide = record(rows, "bem_fft", 0.04)
+    assert advise(wide).cheapest is None
+    told = "reference: FFT BEM, known to 4.0\u202f%, wider than the tolerance of 1\u202f%"
+    assert wide_truth(wide, "quick") == f"{told}: --full refines it"
+    assert wide_truth(record(rows, "bem_fft", 0.004), "quick") == ""
 
 
 def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):

@@ -387,6 +387,14 @@ def test_solve_writes_fields_for_paraview_without_being_asked_for_pressure(
     assert mesh.point_data["pressure"].max() > 0
 
 
+def test_solve_questions_a_doubtful_scene(roughline, tmp_path, ball):
+    text = (tmp_path / "ball.toml").read_text().replace("210 GPa", "210 Pa")
+    (tmp_path / "soft.toml").write_text(text)
+    result = roughline("solve", "soft.toml", "--method", "reduced", "--json")
+    assert result.code == 0
+    assert "check the units of the scene: E* = 231" in result.err
+
+
 def test_solve_prints_a_table_for_people(roughline, ball):
     result = roughline("solve", ball, "--method", "closed_form")
     assert result.code == 0

@@ -31,7 +31,7 @@ from comparisons.questions.claims.runner import _repeats
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.decisions import judged_methods
+from comparisons.results.decisions import judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
@@ -129,6 +129,19 @@ def test_the_example_is_about_twenty_lines():
 
 
 # --- misbehaviour ------------------------------------------------------------------------------
+
+
+def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the_closed_form(
+    tmp_path, capsys
+):
+    arguments = ["run", "paraboloid", "--no-pictures", "--out", str(tmp_path / "out")]
+    arguments += ["--methods", "reduced"]
+    assert run_command([*arguments, "--method-file", str(EXAMPLE)]) == 0
+    (scene,) = load_study(tmp_path / "out").scenes
+    assert scene.reference["method"] == "closed_form"
+    assert judged_methods(scene) == ["reduced", "winkler"]
+    assert worst(verdicts(scene, "winkler")).word == "outside"
+    assert "paraboloid, Winkler" in capsys.readouterr().out
 
 
 @pytest.mark.slow
