@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Share, above, experiment, one_of, share_of
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.solution import Press, assemble
@@ -62,14 +61,13 @@ def _ends(
     hurst: float = 0.8,
     runs: float = 200,
     limit: float = 1e-12,
-) -> Finding:
+) -> Share:
     """Measure the fraction of rough patches for which the iteration does not converge in `rounds`.
 
     A patch is pressed until its geometric overlap covers the fraction `share`. Convergence means no
     tension (guaranteed by the dense solver) and a largest overlap below `limit` times the
     penetration, within `rounds` rounds and without the solver's fallback to single changes, which
-    the chapter lacks. The bar is the 95 % interval of Clopper and Pearson for a fraction of
-    independent runs.
+    the chapter lacks.
     """
     one_of("start", start, *STARTS)
     above("rounds", rounds, 0)
@@ -84,25 +82,14 @@ def _ends(
     count = int(runs) if effort == "full" else min(int(runs), 100)
     lengths, violations = _rounds(surface, start, share, count)
     failed = (lengths > rounds) | (violations > limit)
-    number = int(failed.sum())
-    low, high = _clopper_pearson(number, count)
     details: dict[str, float | str] = {
         "runs": float(count),
-        "failures": float(number),
+        "failures": float(failed.sum()),
         "rounds, median": float(np.median(lengths)),
         "rounds, most": float(lengths.max()),
         "overlap over penetration, largest": float(min(violations.max(), 1.0)),
     }
-    error = number / count
-    return Finding(error, max(error - low, high - error), details)
-
-
-def _clopper_pearson(successes: int, trials: int) -> tuple[float, float]:
-    """Return the 95 % interval of a fraction; one-sided at 0 and 1."""
-    interval = stats.binomtest(successes, trials).proportion_ci(
-        0.90 if successes in (0, trials) else 0.95, method="exact"
-    )
-    return float(interval.low), float(interval.high)
+    return share_of(int(failed.sum()), count, details)
 
 
 EXPERIMENTS = (

@@ -48,15 +48,15 @@ def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) ->
         "bar: cells of the zone": SAFE * float(abs(finer / pulls[0] - 1)),
         "bar: outline in cells": SAFE * _outline(counts, shape, aspect),
     }
-    error = 1 / float(limits[-1]) - 1
+    true = float(limits[-1])  # the rule's force is one
     details: dict[str, float | str] = {
-        "pull-off force over the rule's": float(limits[-1]),
+        "pull-off force over the rule's": true,
         **{
             f"the same, zone of {_ZONE / n:.3g} radii": float(p)
             for n, p in zip(counts, pulls, strict=True)
         },
     }
-    return Finding(error, (1 + error) * float(combined(*bars.values())), {**details, **bars})
+    return Finding(1.0, true, float(combined(*bars.values())) / true, {**details, **bars})
 
 
 def _limits(counts: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -48,14 +48,14 @@ def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") 
     constant = float(form.force(form.pull_off()))
     details: dict[str, float | str] = {"pull-off force over pi w R, by Maugis": -constant / math.pi}
     if law == "constant":
-        return Finding(rule / constant - 1, _EXACT, details)
+        return Finding(rule, constant, _EXACT, details)
     low, high = _RESOLVED
     if not low <= parameter <= high:
         raise ValueError(f"parameter must lie from {low} to {high} on grids, not {parameter!r}")
     coarse, fine = (_on_grid(strength, points) for points in _GRIDS[effort])
     details["pull-off force over pi w R, exponential"] = -fine / math.pi
-    ratio = rule / fine
-    return Finding(ratio - 1, ratio * RULE.two * abs(coarse / fine - 1) + _EXACT, details)
+    bar = rule / fine * RULE.two * abs(coarse / fine - 1) + _EXACT
+    return Finding(rule, fine, bar, details)
 
 
 @shared(maxsize=64)

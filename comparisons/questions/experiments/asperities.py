@@ -13,7 +13,15 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
+from comparisons.questions.experiments.running import (
+    Details,
+    Finding,
+    Share,
+    above,
+    experiment,
+    number_of,
+    one_of,
+)
 from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
 from reference.closed_form.persson import Persson
 from reference.closed_form.persson_xu import PerssonXu
@@ -97,7 +105,7 @@ def _asperities(
     shortest: float = 4.0,
     periodic: bool = False,
     realisations: float = 60,
-) -> Finding:
+) -> Finding | Share:
     """Compare the model with the surfaces, or its error with that of the line.
 
     Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
@@ -117,20 +125,17 @@ def _asperities(
 
     true, grid_bar = truth(sample, "refined", count, effort)
     stated = _stated(surface, theory, float(load))[quantity]
-    error, bar = compare([stated], true, grid_bar)
     line = line_samples(surface, float(load), max(4 * count, 450))[quantity]
-    of_line, bar_of_line = compare(line, true, grid_bar)
-    details: dict[str, float | str] = {
-        "model": stated,
-        "surfaces": float(true.mean()),
-        "error of the line": of_line,
-        "error of the model": error,
-    }
+    details: Details = {}
+    of_model = compare([stated], true, grid_bar, details)
+    of_line = compare(line, true, grid_bar, details)
+    details |= {"error of the line": of_line.error, "error of the model": of_model.error}
     if statement == "model":
-        return Finding(error, bar, details)
-    excess, doubt = abs(of_line) - abs(error), float(np.hypot(bar, bar_of_line))
+        return of_model
+    excess = abs(of_line.error) - abs(of_model.error)
+    doubt = float(np.hypot(of_model.uncertainty, of_line.uncertainty))
     low, high = max(excess - doubt, 0.0), max(excess + doubt, 0.0)
-    return Finding(0.5 * (low + high), 0.5 * (high - low), details)
+    return Share(0.5 * (low + high), 0.5 * (high - low), details)
 
 
 EXPERIMENTS = (

@@ -23,7 +23,8 @@ class Measurement:
     parameter : float or None
         Value of the experiment's parameter, None without a parameter.
     error : float
-        Signed relative error of the statement.
+        Signed error of the statement: what it states over the truth, less one; or a share that it
+        says is none.
     uncertainty : float
         95 % half-width of `error` from all sources: the true error lies in
         [|error| - uncertainty, |error| + uncertainty].
@@ -31,6 +32,8 @@ class Measurement:
         Additional information: measured numbers, parts of the uncertainty, text.
     seconds : float
         Time of the measurement.
+    noun : str
+        What `error` is: "error", or "share".
     """
 
     parameter: float | None
@@ -38,6 +41,7 @@ class Measurement:
     uncertainty: float
     details: dict[str, float | str] = field(default_factory=dict)
     seconds: float = 0.0
+    noun: str = "error"
 
 
 @dataclass(frozen=True)

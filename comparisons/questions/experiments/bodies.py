@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.fem.section import Kind, SectionContact, Support, press_section
 
@@ -32,9 +32,8 @@ def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") 
         stated = 1 / distance
     else:
         stated = float(boussinesq(float(cylinder(0.5, 1.0).force(1.0)), distance, 1.0))
-    # the closed form is exact up to rounding
-    details: dict[str, float | str] = {"u/d stated": stated, "u/d": float(true)}
-    return Finding(stated / true - 1, 1e-14, details)
+    # the closed form is exact up to rounding; both are u/d
+    return Finding(stated, true, 1e-14, {})
 
 
 @lru_cache(maxsize=64)
@@ -74,11 +73,11 @@ def _pair(
 
 def _energy_share(
     effort: str, *, distance: float = 1.0, poisson_ratio: float = 0.3, reading: str = "local"
-) -> Finding:
+) -> Finding | Share:
     """Measure the fraction of elastic energy farther than `distance` D from the punch, (19.10).
 
-    Statements: ``"local"``, it lies "in a volume with linear dimensions on the order of D", so the
-    fraction is the error; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
+    Statements: ``"local"``, it lies "in a volume with linear dimensions on the order of D", the
+    fraction itself; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
     ``"corrected"``, the integral of Boussinesq's field.
     """
     above("distance", distance, 0.78)
@@ -92,37 +91,39 @@ def _energy_share(
         "letter": np.pi * (1 - poisson_ratio) / 2 * 4 / rho,
         "corrected": float(boussinesq_energy(2.0, rho, 1.0, poisson_ratio)),
     }
+    beyond = fine * pair[1].stiffness / 2
     details: dict[str, float | str] = {
         "share within": 1 - fine,
         "share beyond times r/D": fine * distance,
-        "(19.10) over the energy beyond": stated["letter"] / (fine * pair[1].stiffness / 2),
+        "(19.10) over the energy beyond": stated["letter"] / beyond,
     }
     if reading == "local":
-        return Finding(fine, bar, details)
-    error = stated[reading] / (fine * pair[1].stiffness / 2) - 1
-    return Finding(error, bar / fine * (1 + error), details)
+        return Share(fine, bar, details)
+    return Finding(stated[reading], beyond, bar / fine * stated[reading] / beyond, details)
 
 
 def _body_size(
     effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: Kind = "axisymmetric"
 ) -> Finding:
-    """Measure the change of stiffness (and energy at equal depth) from R = size D to 10 R.
+    """Compare the stiffness (and energy at equal depth) of a body R = size D with that of 10 R.
 
     "The size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
     """
     above("size", size, 1.99)
-    pairs = [
-        _pair(effort, factor * 2 * size, poisson_ratio, kind, "fixed") for factor in (1.0, 10.0)
-    ]
-    coarse, fine = (pairs[0][mesh].stiffness / pairs[1][mesh].stiffness - 1 for mesh in (0, 1))
+    body, tenfold = (
+        [mesh.stiffness for mesh in _pair(effort, 2 * radius, poisson_ratio, kind, "fixed")]
+        for radius in (size, 10 * size)
+    )
+    (coarse, fine), (coarse_tenfold, true) = body, tenfold
+    bar = abs(fine / true - coarse / coarse_tenfold)
     unit = "F/(E* D d)" if kind == "axisymmetric" else "F/(E* d) per length"
     scale = 0.5 if kind == "axisymmetric" else 1.0
     details: dict[str, float | str] = {
-        f"{unit}, R": scale * pairs[0][1].stiffness,
-        f"{unit}, 10 R": scale * pairs[1][1].stiffness,
-        "error times R/D": fine * size,
+        f"{unit}, R": scale * fine,
+        f"{unit}, 10 R": scale * true,
+        "error times R/D": (fine / true - 1) * size,
     }
-    return Finding(fine, abs(fine - coarse), details)
+    return Finding(fine, true, bar, details)
 
 
 def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
@@ -132,12 +133,8 @@ def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -
         _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
     ]
     stated = 2 / np.pi * np.log(10)
-    coarse, fine = (
-        stated / (1 / pairs[1][mesh].stiffness - 1 / pairs[0][mesh].stiffness) - 1
-        for mesh in (0, 1)
-    )
-    details: dict[str, float | str] = {"growth of d E*/F": stated / (1 + fine), "stated": stated}
-    return Finding(fine, abs(fine - coarse), details)
+    coarse, fine = (1 / pairs[1][mesh].stiffness - 1 / pairs[0][mesh].stiffness for mesh in (0, 1))
+    return Finding(stated, fine, abs(stated / fine - stated / coarse), {})
 
 
 def _kinetic_energy(
@@ -185,9 +182,9 @@ def _kinetic_energy(
         "of the half-space": exact,
     }
     if quantity == "reduction":
-        error = (1 - stated) / (1 - float(true)) - 1
-        return Finding(error, abs(1 + error) * float(bar / abs(1 - true)), details)
-    return Finding(float(stated / true - 1), float(bar / true), details)
+        stated, true = 1 - stated, 1 - float(true)
+        return Finding(stated, true, abs(stated / true) * float(bar / abs(true)), details)
+    return Finding(stated, float(true), float(bar / true), details)
 
 
 EXPERIMENTS = (

@@ -104,7 +104,7 @@ def _end(
     exponent: float = 1.0,
     hurst: float = 0.8,
 ) -> Finding:
-    """Measure the exponent of a density near zero; the error is that less the stated one.
+    """Compare the exponent of a density near zero with the stated one, relative to one.
 
     Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
     change from grids half as fine and with the place of the interval, and the scatter of surfaces.
@@ -126,7 +126,7 @@ def _end(
         parts = {"interval": moved, "grid": abs(here - before), "surfaces": scatter}
     bar = max(float(combined(*parts.values())), _LEAST_BAR)
     bars = {f"bar: {name}": part for name, part in parts.items()}
-    return Finding(some[0] - exponent, bar, {"exponent": some[0], "before": some[1], **bars})
+    return Finding(some[0], exponent, bar, {"exponent": some[0], "before": some[1], **bars}, of=1)
 
 
 EXPERIMENTS = (

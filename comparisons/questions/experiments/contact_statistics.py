@@ -13,7 +13,14 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
+from comparisons.questions.experiments.running import (
+    Finding,
+    Share,
+    above,
+    experiment,
+    number_of,
+    one_of,
+)
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
@@ -35,7 +42,7 @@ def _straight(
     periodic: bool = False,
     realisations: float = 60,
 ) -> Finding:
-    """Measure how far A(F) is from the straight line through zero and A(0.01 E* A0 h').
+    """Compare the straight line through zero and A(0.01 E* A0 h') with A(F).
 
     Means over surfaces, at vanishing spacing; the same surfaces at both loads.
     """
@@ -53,13 +60,13 @@ def _straight(
 
     (there, bar), (middle, bar_of_middle) = sample_at(float(load)), sample_at(_MIDDLE)
     ratio, scatter = ratio_of_means(middle[:, None], there[:, None], paired=True)
-    error = float(ratio[0]) * load / _MIDDLE - 1
-    width = float(combined(float(scatter[0]), bar, bar_of_middle))
+    width = float(ratio[0]) * load / _MIDDLE * combined(float(scatter[0]), bar, bar_of_middle)
     details: dict[str, float | str] = {
         "A E* h'/F there": float(there.mean()) / load,
         "A E* h'/F in the middle": float(middle.mean()) / _MIDDLE,
     }
-    return Finding(error, (1 + error) * width, details)
+    stated = float(middle.mean()) * load / _MIDDLE
+    return Finding(stated, float(there.mean()), float(width), details)
 
 
 def _of_spots(sizes: np.ndarray, quantity: str) -> float:
@@ -110,12 +117,7 @@ def _sizes(
     for k, depth in enumerate(pressed.samples["penetration"][:, 0]):
         lengths = regions.regions(lines.draw([k]), float(depth)).lengths
         stated.append(_of_spots(np.pi / 4 * lengths**2, quantity))
-    error, bar = compare(stated, true, grid_bar)
-    details: dict[str, float | str] = {
-        "of lines": float(np.mean(stated)),
-        "of surfaces": float(true.mean()),
-    }
-    return Finding(error, bar, details)
+    return compare(stated, true, grid_bar, {})
 
 
 def _skewed(surface: Surface, realisation: int, strength: float, sign: float) -> np.ndarray:
@@ -141,7 +143,7 @@ def _spectrum(
     roll_off: float = 4.0,
     periodic: bool = True,
     realisations: float = 60,
-) -> Finding:
+) -> Finding | Share:
     """Measure how much surfaces of one power spectrum differ, as defined by their points.
 
     ``"skewness"``: a surface of heights exp(skew z) against its negative, over the mean of both.
@@ -158,7 +160,7 @@ def _spectrum(
         values = surface_samples(surface, float(load), 1, count, quantity == "stiffness")[quantity]
         spread = float(values.std(ddof=1) / values.mean())
         # the standard deviation of n normal values is known to 1/sqrt(2 n)
-        return Finding(spread, 2 * spread / np.sqrt(2 * count), {"mean": float(values.mean())})
+        return Share(spread, 2 * spread / np.sqrt(2 * count), {"mean": float(values.mean())})
     operator = surface.operator()
     samples = []
     for sign in (1.0, -1.0):
@@ -169,7 +171,8 @@ def _spectrum(
     r = float(ratio[0])
     # the difference over the mean, (r - 1)/((r + 1)/2), changes with r as 4/(r + 1)^2
     bar = 4 * r / (r + 1) ** 2 * float(scatter[0])
-    return Finding(2 * (r - 1) / (r + 1), bar, {"peaks over valleys": r})
+    peaks, valleys = (float(sample.mean()) for sample in samples)
+    return Finding(peaks, valleys, bar, {"peaks over valleys": r}, of=(peaks + valleys) / 2)
 
 
 EXPERIMENTS = (

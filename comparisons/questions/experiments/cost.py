@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from comparisons.facts.methods import GRID, MODEL
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Share, above, experiment, one_of
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -116,13 +116,13 @@ def _cost(
     against: str = GRID,
     resource: str = "time",
     mesh: str = "block",
-) -> Finding:
+) -> Share:
     """Measure time (or memory) relative to finite elements, for one surface and three loads.
 
     Compared at the grids on which either method reaches the rms `accuracy` of the penetration (from
     fitted laws c N^p of error and cost), or at `points` per side. The measurable form of the
-    statement is that the cost of the other method is negligible, so the ratio is the error; its bar
-    is the scatter of the fits.
+    statement is that the cost of the other method is a small share; its bar is the scatter of the
+    fits.
     """
     one_of("against", against, GRID, MODEL)
     one_of("resource", resource, "time", "memory")
@@ -159,7 +159,7 @@ def _cost(
     unit, scale = ("hours for 450 surfaces", 8) if resource == "time" else ("gigabytes", 1e9)
     for name, law in cost.items():
         details[f"{unit} of 64 x 64, {name}"] = law.at(64) / scale
-    return Finding(share, share * (spread - 1), details)
+    return Share(share, share * (spread - 1), details)
 
 
 EXPERIMENTS = (

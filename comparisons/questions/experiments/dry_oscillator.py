@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.stepping import Stepping
 from reference.dynamics import blocks as coulomb
@@ -22,7 +22,7 @@ _SLIDING, _RATIO, _SETTLING = 0.6, 1.2, 100
 
 def _set_valued(
     effort: str, *, steps: float = 100.0, load: float = 0.5, quantity: str = "oscillator"
-) -> Finding:
+) -> Share:
     """Measure the set-valued law in steps of Moreau and Jean, `steps` per period of the force.
 
     ``"oscillator"``: largest error of the position over four periods, over the largest position.
@@ -36,7 +36,7 @@ def _set_valued(
             raise ValueError(f"load must be between 0 and 1, not {load!r}")
         motion = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
         way = float(motion.position[-1, 0]) / (0.5 * load * count**2)
-        return Finding(way, EXACT, {"law evaluations": float(motion.evaluations)})
+        return Share(way, EXACT, {"law evaluations": float(motion.evaluations)})
     end = _PERIODS * 2 * np.pi / _STOPPING["frequency"]
     system = coulomb.Blocks(1.0, _LIMIT, **_STOPPING)
     exact = follow(system, end)
@@ -48,7 +48,7 @@ def _set_valued(
         "law evaluations": float(stepped.evaluations),
         "share of the time at rest": exact.time_sticking() / end,
     }
-    return Finding(float(deviation / largest), EXACT, details)
+    return Share(float(deviation / largest), EXACT, details)
 
 
 def _amplitude(
@@ -76,7 +76,7 @@ def _amplitude(
     (coarse, fine), before = (swing[1] for swing in swings), swings[1][0]
     bar = abs(fine - coarse) + abs(fine - before)
     details: dict[str, float | str] = {"amplitude, Den Hartog": true, "by the law": float(fine)}
-    return Finding(float(fine / true - 1), float(bar / true) + EXACT, details)
+    return Finding(float(fine), true, float(bar / true) + EXACT, details)
 
 
 EXPERIMENTS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of, worst
 from reduced.profiles import equivalents
 
 RULES = ("half_radius", "transform")
@@ -26,9 +26,9 @@ def _body(effort: str, *, exponent: float = 2.0, rule: str = "half_radius") -> F
         profile = equivalents.half_radius(section)
     else:
         profile = equivalents.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
-    errors = equivalents.inverse_transform(profile, _RADII) / _RADII**exponent - 1
-    worst = float(errors[np.argmax(np.abs(errors))])
-    return Finding(worst, _QUADRATURE, {"spread over the radii": float(np.ptp(errors))})
+    body, true = equivalents.inverse_transform(profile, _RADII), _RADII**exponent
+    details: dict[str, float | str] = {"spread over the radii": float(np.ptp(body / true))}
+    return Finding(*worst(body, true), _QUADRATURE, details)
 
 
 EXPERIMENTS = (

@@ -32,8 +32,7 @@ def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") ->
     exact = {"load": CYLINDER, "rupture": RUPTURE}[quantity]
     value, other = (float(getattr(film, quantity)) for film in (fine, coarse))
     uneven = float(np.ptp(fine.flow[np.abs(np.append(fine.x, np.inf)) < 30])) / float(fine.flow[1])
-    details: dict[str, float | str] = {quantity: value, "exact": exact, "oil lost": uneven}
-    return Finding(value / exact - 1, abs(value - other) / exact, details)
+    return Finding(value, exact, abs(value - other) / exact, {"oil lost": uneven})
 
 
 def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
@@ -45,7 +44,7 @@ def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
     ball = Ball(radius=1.0, effective_modulus=np.inf, viscosity=1e-6, load=1.0)
     fine, coarse = (entrain(ball, 1e3, n).film_minimum for n in (finest, finest // 2))
     half = sphere_film(ball.radius, ball.viscosity, 1e3, ball.load)
-    return Finding(half / fine - 1, abs(half / fine - half / coarse), {"film": fine, "half": half})
+    return Finding(half, fine, abs(half / fine - half / coarse), {})
 
 
 @shared(maxsize=64)
@@ -71,7 +70,7 @@ def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
     else:
         formula = soft_limit(*bodies, 1e-3 * speed, ball.load)
     bar = abs(fine - coarse) / film * formula / film
-    return Finding(formula / film - 1, bar, {"film": film, "formula": formula})
+    return Finding(formula, film, bar, {})
 
 
 def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
@@ -89,8 +88,7 @@ def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
         film = (sides[0].film_central + sides[1].film_central) / 2
         linear = wave_amplitude(2 * np.pi / length, 1e6, 1.0, 1e-2, film).real
     coarse, fine = changes
-    details: dict[str, float | str] = {"amplitude": fine, "linear": linear}
-    return Finding(linear / fine - 1, abs(fine - coarse) / abs(fine), details)
+    return Finding(linear, fine, abs(fine - coarse) / abs(fine), {})
 
 
 EXPERIMENTS = (

@@ -71,11 +71,11 @@ def _torsion(
         line = Springs(equivalents.paraboloid(1.0), body.effective_modulus, per_radius=4000)
         turned = twist(line, 0.25, _FRICTION, 1.0, np.array([angle]))
         stuck = float(turned.stick_radius[0])
-        return Finding(float(turned.torque[0]) / exact - 1, 1e-6, {"springs stick to": stuck})
+        return Finding(float(turned.torque[0]), exact, 1e-6, {"springs stick to": stuck})
     grids = (12, 24) if effort == "quick" else (24, 48)
     coarse, fine = (_torque(angle, 0.25, poisson_ratio, n) for n in grids)
     bar = SAFE * abs(fine - coarse) / fine
-    return Finding(exact / fine - 1, bar, {"torque": exact, "angle": angle})
+    return Finding(exact, fine, bar, {"angle": angle})
 
 
 @shared(maxsize=32)
@@ -121,7 +121,7 @@ def _pressing(
     )
     true = 2 * fine - half
     bar = float(np.hypot(fine - half, fine - other)) / true
-    return Finding(stated / true - 1, bar, {"stick radius": true, "stated": float(stated)})
+    return Finding(stated, true, bar, {})
 
 
 def _impact(incidence: float, steps: int, springs: int) -> tuple[Array, Array, Array, Array]:
@@ -180,9 +180,8 @@ def _oblique(effort: Effort, *, incidence: float = 1.0) -> Finding:
         most = _FRICTION * 2.0  # mu times the normal impulse 2 m v
         impulses.append((np.trapezoid(force, time) / most, np.trapezoid(true, time) / most))
     (_, coarse), (stated, fine) = impulses
-    details: dict[str, float | str] = {"springs": float(stated), "half-space": float(fine)}
     bar = SAFE * abs(float((impulses[0][0] - coarse) - (stated - fine)))
-    return Finding(float(stated - fine), bar, details)
+    return Finding(float(stated), float(fine), bar, {}, of=1)
 
 
 EXPERIMENTS = (

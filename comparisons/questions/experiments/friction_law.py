@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
 from reduced.motion.stepping import Stepping
@@ -21,7 +21,7 @@ _PERIODS = 4
 
 def _block(
     effort: str, *, speed_ratio: float = 100.0, load: float = 0.5, quantity: str = "rest"
-) -> Finding:
+) -> Finding | Share:
     """Measure a block of mass 1 and friction limit 1, pulled by `load`, with sliding speed V = 1.
 
     ``"rest"``: creep speed over V. ``"force"``: the friction after the time of 1000 stops from V,
@@ -35,20 +35,20 @@ def _block(
     creep = float(creep_speed(load, 1.0, v0))
     details: dict[str, float | str] = {"creep over v0": creep / v0, "v0 over V": v0}
     if quantity == "rest":
-        return Finding(creep, EXACT * creep, details)
+        return Share(creep, EXACT * creep, details)
     if quantity == "kinetic":
-        return Finding(-float(missing_friction(1.0, v0)), EXACT, details)
+        return Finding(1 - float(missing_friction(1.0, v0)), 1.0, EXACT, details)
     if quantity == "force":
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, stride=1000))
         friction_force = float(friction(run.velocity[-1, 0], 1.0, v0))
-        return Finding(friction_force / above("load", load, 0) - 1, EXACT, details)
+        return Finding(friction_force, above("load", load, 0), EXACT, details)
     return _way(v0, effort, details)
 
 
 def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
     """Measure the stopping distance, with twice as many steps for the bar; it ends at 10 v0."""
     way = stopping(1.0, 1.0, 1.0)[1]
-    errors = []
+    ways = []
     for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
         run = integrate(
             Blocks(1.0, 1.0),
@@ -57,12 +57,12 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
             scheme="implicit_midpoint",
             velocity=1.0,
         )
-        errors.append(float(run.position[-1, 0]) / way - 1)
+        ways.append(float(run.position[-1, 0]))
     details["4/pi v0/V"] = 4 / np.pi * v0
-    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+    return Finding(ways[1], way, abs(ways[1] - ways[0]) / way + EXACT, details)
 
 
-def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Finding:
+def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Share:
     """Measure Den Hartog's oscillator with stops: largest error of the position over four periods.
 
     Relative to the largest position; V is the largest speed of the true motion.
@@ -89,7 +89,7 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
         "error over (v0/V)^(2/3)": errors[1] * speed_ratio ** (2 / 3),
         "stops": float(sum(phase.direction[0] == 0 for phase in motion.phases)),
     }
-    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
 
 
 def _belt(
@@ -117,9 +117,7 @@ def _belt(
         )
         late = run.position[steps * count // (count + 2) :, 0]
         swings.append(0.5 * float(np.ptp(late)))
-    details: dict[str, float | str] = {"swing": swings[1], "true swing": true}
-    error = swings[1] / true - 1
-    return Finding(error, abs(swings[1] - swings[0]) / true + EXACT, details)
+    return Finding(swings[1], true, abs(swings[1] - swings[0]) / true + EXACT, {})
 
 
 def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> Finding:
@@ -148,7 +146,7 @@ def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> 
         low, high = (low, middle) if grows(middle) else (middle, high)
     limit = 0.5 * (low + high)
     details: dict[str, float | str] = {"limit over m v0/(mu F_N)": limit / v0}
-    return Finding(theory / limit - 1, (high - low) / limit, details)
+    return Finding(theory, limit, (high - low) / limit, details)
 
 
 EXPERIMENTS = (

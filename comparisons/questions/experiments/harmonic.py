@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.questions.experiments.running import Share, above, experiment
 from reduced.memory.indent import harmonic_stiffness
 from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
@@ -21,13 +21,12 @@ _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 def _harmonic(
     effort: str, *, amplitude: float = 0.01, frequency: float = 1.0, stiffening: float = 3.0
-) -> Finding:
+) -> Share:
     """Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
 
     `amplitude` is relative to the mean depth, `stiffening` is G_1/G_0. The reference is the
     in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
-    fitted transient exp(-t/tau)); the error is the relative error of the absolute complex
-    stiffness.
+    fitted transient exp(-t/tau)). The distance of the complex stiffnesses over the true one's size.
     """
     for name, value in (("frequency", frequency), ("stiffening", stiffening)):
         above(name, value, 0)
@@ -41,7 +40,7 @@ def _harmonic(
         "loss stiffness over the stated": fine.imag / stated.imag,
         "stated loss over storage": stated.imag / stated.real,
     }
-    return Finding(abs(stated / fine - 1), abs(coarse / fine - 1), details)
+    return Share(abs(stated / fine - 1), abs(coarse / fine - 1), details)
 
 
 def _stiffness(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reference.impact import impact, rayleigh_share, weak_loss
 
 QUANTITIES = ("energy", "restitution", "duration", "force")
@@ -16,34 +16,35 @@ def _quasi_static(
     poisson_ratio: float = 0.3,
     density_ratio: float = 1.0,
     elastic_sphere: bool = False,
-) -> Finding:
+) -> Finding | Share:
     """Compare Hertz's quasi-static impact of a sphere at v/c0 with an impact that radiates waves.
 
-    ``"energy"``: the kinetic energy after the impact, which Hertz's theory conserves. The bar is
-    the effect of the next order of the expansion in contact radius over wavelength.
+    ``"energy"``: the share of the kinetic energy that is radiated; Hertz's theory loses none. The
+    bar is the effect of the next order of the expansion in contact radius over wavelength.
     """
     one_of("quantity", quantity, *QUANTITIES)
     above("density_ratio", density_ratio, 0)
     collision = impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
-    true = {
-        "energy": 1 - collision.energy_lost,
-        "restitution": collision.restitution,
-        "duration": collision.duration,
-        "force": collision.force,
-    }[quantity]
-    error = 1 / true - 1
     # the larger of the expansion parameter and the difference of its two forms
     orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
+    lost = collision.energy_lost
     details: dict[str, float | str] = {
-        "energy radiated": collision.energy_lost,
+        "energy radiated": lost,
         "to first order": weak_loss(collision.radiation),
-        "energy radiated over (v/c0)^(3/5)": collision.energy_lost / speed**0.6,
+        "energy radiated over (v/c0)^(3/5)": lost / speed**0.6,
         "share of surface waves in it": rayleigh_share(poisson_ratio),
         "restitution": collision.restitution,
         "duration over Hertz's": collision.duration,
         "force over Hertz's": collision.force,
     }
-    return Finding(error, abs(error) * orders, details)
+    if quantity == "energy":
+        return Share(lost, lost * orders, details)
+    true = {
+        "restitution": collision.restitution,
+        "duration": collision.duration,
+        "force": collision.force,
+    }[quantity]
+    return Finding(1.0, true, abs(1 / true - 1) * orders, details)
 
 
 EXPERIMENTS = (

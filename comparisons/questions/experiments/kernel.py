@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from comparisons.judging.metrics import relative_error
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference.halfspace import kernels
 
@@ -36,7 +37,8 @@ def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Findi
     reach = np.arange(int(above("offset", offset, -1)) + 1)
     i, j = np.meshgrid(reach, reach, indexing="ij")
     true = kernels.love(i, j, (1.0, 1.0), 1.0)
-    error = printed_kernel(i, j, reading) / true - 1
+    stated = printed_kernel(i, j, reading)
+    error = relative_error(stated, true)
     worst = np.unravel_index(np.argmax(np.abs(error)), error.shape)
     near = np.abs(error[: min(2, len(reach)), : min(2, len(reach))])
     details: dict[str, float | str] = {
@@ -47,7 +49,8 @@ def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Findi
     }
     if reach[-1] >= 7:
         details["error at (5, 7)"] = float(error[5, 7])
-    return Finding(float(error[worst]), 1e-13 * (1 + abs(float(error[worst]))), details)
+    bar = 1e-13 * (1 + abs(float(error[worst])))
+    return Finding(float(stated[worst]), float(true[worst]), bar, details)
 
 
 EXPERIMENTS = (

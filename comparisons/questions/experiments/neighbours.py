@@ -26,12 +26,12 @@ def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) ->
         "pair, as point forces": points,
     }
     if not per_side:
-        return Finding(float(interaction[-1]), float(interaction[-1]) * grid, details)
-    error = 1 / array_force(2 * distance, int(per_side)) - 1
+        return Finding(1.0, float(forces[-1]), float(interaction[-1]) * grid, details)
+    true = array_force(2 * distance, int(per_side))
     left_out = abs(points / interaction[-1] - 1) + grid
     details["punches"] = float(int(per_side) ** 2)
     details["share of the area"] = float(np.pi / 4 / distance**2)
-    return Finding(error, error * left_out, details)
+    return Finding(1.0, true, (1 / true - 1) * left_out, details)
 
 
 EXPERIMENTS = (

@@ -59,20 +59,20 @@ def _face(
         stated = BETA[rule][int(sides)] * disc
     else:
         raise ValueError(f"{rule} has no number for {int(sides)} sides")
-    error, bar = judged(stated, true)
     details: dict[str, float | str] = {
         "beta stated": stated / disc,
         "beta not below": true.lower / disc,
         "beta not above": true.upper / disc,
     }
-    return Finding(error, bar, details)
+    return judged(stated, true, details)
 
 
 def _pyramid(effort: str, *, faces: float = 4) -> Finding:
     """Measure the error of Popov's rule for the force of a regular pyramid, by proved bounds."""
     above("faces", faces, 2)
-    error, bar = judged(pyramid_force(int(faces)), pyramid_bounds(int(faces), effort))
-    return Finding(error, bar, {"over the cone's": pyramid_force(int(faces)) * math.pi / 2})
+    stated = pyramid_force(int(faces))
+    details: dict[str, float | str] = {"over the cone's": stated * math.pi / 2}
+    return judged(stated, pyramid_bounds(int(faces), effort), details)
 
 
 def _pressed(faces: int, points: int) -> tuple[float, float]:
@@ -101,16 +101,14 @@ def _indenter(effort: str, *, faces: float = 4, rule: str = "king") -> Finding:
         share_uncertainty(resolutions, values[:, None], (name, "cells"))[0]
         for name, values in (("force", force), ("contact_area", area))
     ]
-    ratio = BETA[rule][int(faces)] / true[-1]
+    stated, beta = BETA[rule][int(faces)], float(true[-1])
     proved = pyramid_bounds(int(faces), "quick")
     details: dict[str, float | str] = {
-        "beta stated": BETA[rule][int(faces)],
-        "beta": float(true[-1]),
         "F s/(E* d^2)": float(force[-1]),
         "F s/(E* d^2) not below": proved.lower,
         "F s/(E* d^2) not above": proved.upper,
     }
-    return Finding(float(ratio - 1), float(ratio * combined(bars[0], bars[1] / 2)), details)
+    return Finding(stated, beta, stated / beta * float(combined(bars[0], bars[1] / 2)), details)
 
 
 def _ellipsoid(effort: str, *, ratio: float = 10.0) -> Finding:
@@ -118,7 +116,7 @@ def _ellipsoid(effort: str, *, ratio: float = 10.0) -> Finding:
     above("ratio", ratio, 0)
     depth = 0.01
     true = float(ellipsoid(float(ratio), 1.0, 1.0).force(depth))
-    return Finding(ellipsoid_force(float(ratio), 1.0, depth) / true - 1, _QUADRATURE, {})
+    return Finding(ellipsoid_force(float(ratio), 1.0, depth), true, _QUADRATURE, {})
 
 
 EXPERIMENTS = (

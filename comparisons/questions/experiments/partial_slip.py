@@ -64,7 +64,7 @@ def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> 
             path.tangential_displacement[0] / exact.sliding_displacement
         ),
     }
-    return Finding(float(finer / true - 1), float(abs(finer - springs) / true) + EXACT, details)
+    return Finding(float(finer), true, float(abs(finer - springs) / true) + EXACT, details)
 
 
 def _way(final: float, reach: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -98,9 +98,8 @@ def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) ->
     """Measure the tangential force over mu F on a ball displaced at changing depth.
 
     The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
-    the depth changes to `final` times its value. The error is relative to the largest friction
-    force. Springs take the path in one proportional step, the half-space in steps that halve with
-    the cells.
+    the depth changes to `final` times its value. The difference is relative to mu F. Springs take
+    the path in one proportional step, the half-space in steps that halve with the cells.
     """
     above("final", final, 0)
     above("reach", reach, 0)
@@ -113,14 +112,12 @@ def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) ->
     coarse, fine = (_true(final, reach, *grid) for grid in _GRIDS[effort])
     shares = [tangential / (_FRICTION * normal) for normal, tangential in (coarse, fine)]
     details: dict[str, float | str] = {
-        "F_x/(mu F) of the springs": float(stated),
-        "F_x/(mu F)": shares[1],
         "share of the springs that stick": float(
             springs.stick_length[-1] / springs.contact_length[-1]
         ),
     }
     bar = SAFE * abs(shares[1] - shares[0])
-    return Finding(float(stated) - shares[1], bar + EXACT, details)
+    return Finding(float(stated), shares[1], bar + EXACT, details, of=1)
 
 
 EXPERIMENTS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, worst
 from reference.closed_form import paraboloid
 from reference.elasticity import Material
 from reference.loads import Load, LoadPath
@@ -40,8 +40,8 @@ def _waves(effort: str, *, wavelength: float = 10.0, poisson_ratio: float = 0.3)
     exact = np.sqrt([transverse, transverse, longitudinal])
     vectors = np.random.default_rng(1).normal(size=(DIRECTIONS, 3))
     vectors *= 2 * np.pi / wavelength / np.linalg.norm(vectors, axis=1)[:, None]
-    errors = np.array([wave_speeds(material, wave) / exact - 1 for wave in vectors])
-    largest = float(errors.flat[np.argmax(np.abs(errors))])
+    speeds = np.array([wave_speeds(material, wave) for wave in vectors])
+    errors = speeds / exact - 1
     speed, drift = _marched(material, round(wavelength), PERIODS[effort])
     details: dict[str, float | str] = {
         "longitudinal, largest": float(np.abs(errors[:, 2]).max()),
@@ -49,7 +49,7 @@ def _waves(effort: str, *, wavelength: float = 10.0, poisson_ratio: float = 0.3)
         "marched along x: speed over the continuum's - 1": speed / float(exact[2]) - 1,
         "marched: largest change of energy": drift,
     }
-    return Finding(largest, ROUND_OFF, details)
+    return Finding(*worst(speeds, np.broadcast_to(exact, speeds.shape)), ROUND_OFF, details)
 
 
 def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, float]:
@@ -78,12 +78,13 @@ def _hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     fewer.
     """
     numbers = (2, 3) if effort == "quick" else (4, 5)
-    forces, radii = zip(*(_pressed(poisson_ratio, n) for n in numbers), strict=True)
+    forces, exact, radii = zip(*(_pressed(poisson_ratio, n) for n in numbers), strict=True)
     details: dict[str, float | str] = {
         "automata per contact radius": float(numbers[-1]),
         "radius from the pressure, over Hertz' - 1": radii[-1],
     }
-    return Finding(forces[-1], abs(forces[-1] - forces[0]), details)
+    bar = abs(forces[-1] / exact[-1] - forces[0] / exact[0])
+    return Finding(forces[-1], exact[-1], bar, details)
 
 
 def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
@@ -93,20 +94,20 @@ def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     with another number of automata: the bar is the largest difference of three numbers.
     """
     numbers = (2, 3, 4) if effort == "quick" else (3, 4, 5)
-    errors = [_onset(poisson_ratio, number) for number in numbers]
-    details: dict[str, float | str] = {
-        "automata per contact radius": float(numbers[-1]),
-        "Hertz: p0/Y": yield_pressure(poisson_ratio),
-    }
-    return Finding(errors[-1], float(np.ptp(errors)), details)
+    onsets, exact = (
+        [_onset(poisson_ratio, number) for number in numbers],
+        yield_pressure(poisson_ratio),
+    )
+    details: dict[str, float | str] = {"automata per contact radius": float(numbers[-1])}
+    return Finding(onsets[-1], exact, float(np.ptp(onsets)) / exact, details)
 
 
 def _onset(poisson_ratio: float, per_radius: int) -> float:
-    """Return the relative error of p0/Y at first yield, p0 that of Hertz at equal depth."""
+    """Return p0/Y at first yield, p0 that of Hertz at equal depth."""
     body, contact = _contact(poisson_ratio, per_radius)
     largest = body.largest_stress(contact)
     peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
-    return peak / largest / yield_pressure(poisson_ratio) - 1
+    return peak / largest
 
 
 def _plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
@@ -123,11 +124,9 @@ def _plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) 
     elastic = depth**1.5
     details: dict[str, float | str] = {
         "automata per radius of the elastic contact": float(numbers[-1]),
-        "F/F_y": forces[-1],
-        "fit of finite elements": exact,
         "without yielding": elastic,
     }
-    return Finding(forces[-1] / exact - 1, abs(forces[-1] - forces[0]) / exact, details)
+    return Finding(forces[-1], exact, abs(forces[-1] - forces[0]) / exact, details)
 
 
 def _flowed(poisson_ratio: float, per_radius: int, depth: float) -> float:
@@ -152,7 +151,7 @@ def _wear(
     energy: float = 0.005,
     healing: float = 0.02,
     speed: float = 0.05,
-) -> Finding:
+) -> Share:
     """Drag an asperity of bonded particles over another; say where the work of friction goes.
 
     The finding is the part of the work that is neither stored, damped nor spent on bonds. Friction
@@ -175,18 +174,18 @@ def _wear(
         "loose ones of them": float(np.mean([drag.loose for drag in passes])),
     }
     errors = np.array([drag.imbalance for drag in passes])
-    return Finding(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
+    return Share(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
 
 
-def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float]:
-    """Return the relative errors of force and radius at d = a/10."""
+def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float, float]:
+    """Return the force, Hertz's, and the relative error of the radius at d = a/10."""
     body, contact = _contact(poisson_ratio, per_radius)
     radius, depth = 10.0 * per_radius, 0.1 * per_radius
     squares = (body.points**2).sum(axis=1)
     exact = paraboloid(radius, body.effective_modulus).force(depth)
     # of Hertz' pressure the mean of r^2 is 2/5 a^2
     mean = float(contact.reactions @ squares) / contact.force
-    return contact.force / float(exact) - 1, float(np.sqrt(2.5 * mean)) / per_radius - 1
+    return contact.force, float(exact), float(np.sqrt(2.5 * mean)) / per_radius - 1
 
 
 def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, ParticleContact]:

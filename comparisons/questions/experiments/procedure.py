@@ -9,7 +9,7 @@ import numpy as np
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import Surface, surface_samples, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import Procedure, side_by_side
 from reduced.rough.surface_spectrum import measured
@@ -39,7 +39,7 @@ def _procedure(
     shortest: float = 4.0,
     points: float = 64,
     periodic: bool = False,
-) -> Finding:
+) -> Finding | Share:
     """Compare the procedure with the half-space solution, as means over maps.
 
     ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it is defined,
@@ -63,7 +63,7 @@ def _procedure(
     }
     if quantity == "undefined":
         scatter = 2 * float(missing.std(ddof=1)) / np.sqrt(maps)
-        return Finding(float(missing.mean()), scatter, details)
+        return Share(float(missing.mean()), scatter, details)
 
     def sample(factor: int, number: int) -> np.ndarray:
         return surface_samples(surface, float(load), factor, number)["contact_area"]
@@ -80,8 +80,8 @@ def _procedure(
             load / areas,
         )
     ratio, bar = ratio_of_means(stated[:, None], true[:, None], paired=True)
-    error = float(ratio[0]) - 1
-    return Finding(error, (1 + error) * float(combined(float(bar[0]), grid_bar)), details)
+    uncertainty = float(ratio[0] * combined(float(bar[0]), grid_bar))
+    return Finding(float(stated.mean()), float(true.mean()), uncertainty, details)
 
 
 EXPERIMENTS = (

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Details, Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
 from comparisons.solving.shared import shared
 from reference import surfaces
@@ -77,8 +77,7 @@ def equal_area(
         "k/(2 E* (A/pi)^(1/2)) not above": true.upper / stated,
         "never too stiff": "by theorem (Polya & Szego 1951)",
     }
-    error, bar = judged(stated, true)
-    return Finding(error, bar, details)
+    return judged(stated, true, details)
 
 
 @lru_cache(maxsize=64)
@@ -100,8 +99,7 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
         "F s/(E* d^2) not above": true.upper,
         "the best circle carries at least": body.punch_force(),
     }
-    error, bar = judged(stated, true)
-    return Finding(error, bar, details)
+    return judged(stated, true, details)
 
 
 @shared(maxsize=64)
@@ -130,14 +128,13 @@ def _best_ellipse(
     else:
         true = punch_stiffness(shape, int(sides), float(aspect), effort)
     stated = _ellipse_force(shape, int(sides), float(aspect))
-    error, bar = judged(stated, true)
-    return Finding(error, bar, {"never too much": "by theorem (Barber 1974)"})
+    return judged(stated, true, {"never too much": "by theorem (Barber 1974)"})
 
 
-def judged(stated: float, true: Interval) -> tuple[float, float]:
-    """Return the midpoint and half-width of the errors that the interval permits."""
-    most, least = stated / true.lower - 1, stated / true.upper - 1
-    return 0.5 * (most + least), 0.5 * (most - least)
+def judged(stated: float, true: Interval, details: Details) -> Finding:
+    """Return the finding in the middle of the errors that the interval permits."""
+    most, least = stated / true.lower, stated / true.upper
+    return Finding(stated, 2 * stated / (most + least), 0.5 * (most - least), details)
 
 
 def _heights(points: float, hurst: float) -> np.ndarray:
@@ -160,13 +157,12 @@ def _grid_force(
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
     stated = patch.on_grid(penetration)
-    error, bar = judged(stated, patch.force(penetration, 1.0))
     details: dict[str, float | str] = {
         "cells per side": float(patch.grid[0]),
         "ellipses on the summits carry at least, over it": patch.by_ellipses(penetration, 1.0)
         / stated,
     }
-    return Finding(error, bar, details)
+    return judged(stated, patch.force(penetration, 1.0), details)
 
 
 def _grid_penetration(
@@ -184,12 +180,11 @@ def _grid_penetration(
     mean = 0.1 * float(load)
     stored = surface.energy(mean, 1.0)
     stated = surface.on_grid(mean).penetration
-    error, bar = judged(stated, surface.penetration(mean, 1.0))
     details: dict[str, float | str] = {
         "cells per side": float(surface.grid[0]),
         "width of the energy's bounds": stored.width,
     }
-    return Finding(error, bar, details)
+    return judged(stated, surface.penetration(mean, 1.0), details)
 
 
 EXPERIMENTS = (

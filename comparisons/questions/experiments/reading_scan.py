@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
@@ -176,7 +176,7 @@ def _best(
     )
     names = {choice.name: chosen[choice.parameter] for choice in CHOICES}
     tried = {"readings tried": float(len(READINGS)), **names}
-    return finding._replace(details={**finding.details, **tried})
+    return replace(finding, details={**finding.details, **tried})
 
 
 EXPERIMENTS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.questions.experiments.running import Share, above, experiment
 from reduced.memory.materials import fit
 
 # Havriliak & Negami (1967): from 1 MPa at rest to 1 GPa as glass, over ten decades of frequency.
@@ -13,7 +13,7 @@ _FREQUENCIES = np.geomspace(1e-2, 1e8, 201)
 _EXACT = 1e-12
 
 
-def _series(effort: str, *, per_decade: float = 2.0) -> Finding:
+def _series(effort: str, *, per_decade: float = 2.0) -> Share:
     """Measure the largest relative error of G(w) by a series with `per_decade` times per decade."""
     above("per_decade", per_decade, 0)
     turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
@@ -23,7 +23,7 @@ def _series(effort: str, *, per_decade: float = 2.0) -> Finding:
         "relaxation times": float(series.material.times.size),
         "rms error": series.rms_error,
     }
-    return Finding(float(series.error.max()), _EXACT, details)
+    return Share(float(series.error.max()), _EXACT, details)
 
 
 EXPERIMENTS = (

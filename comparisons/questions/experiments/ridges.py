@@ -39,8 +39,7 @@ def _ridges(
         float(getattr(_pressed(count, per_ridge, pressure), quantity).item())
         for per_ridge in (_LINE, 2 * _LINE)
     )
-    details: dict[str, float | str] = {f"{quantity} of the line": fine, quantity: float(true)}
-    return Finding(fine / float(true) - 1, abs(fine - coarse) / float(true) + 1e-12, details)
+    return Finding(fine, float(true), abs(fine - coarse) / float(true) + 1e-12, {})
 
 
 def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:

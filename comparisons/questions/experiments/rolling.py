@@ -13,7 +13,7 @@ import numpy as np
 from comparisons.judging.uncertainty import ratio_of_means
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from comparisons.solving.shared import shared
 from reduced.friction.roll import RoughRoller
 from reduced.friction.slide import Friction, tangential_modulus
@@ -72,14 +72,13 @@ def _slope(
             _elements_on_cells(poisson_ratio, axis_ratio, count)[which]
             for count in ((6, 8) if effort == "quick" else (8, 11))
         )
-        return Finding(fine - 1, abs(fine - coarse), {})
+        return Finding(fine, 1.0, abs(fine - coarse), {})
     study = _coefficients(poisson_ratio, axis_ratio, effort)
     true, bar = float(study.limit[which]), float(study.uncertainty[which])
     stated = 4 / (2 - poisson_ratio)
     if of == "table":
         stated = kalker(axis_ratio, poisson_ratio)[which]
-    details: dict[str, float | str] = {"stated": stated, "of the half-space": true}
-    return Finding(stated / true - 1, bar * stated / true**2, details)
+    return Finding(stated, true, bar * stated / true**2, {})
 
 
 @shared(maxsize=256)
@@ -137,7 +136,7 @@ def _plane(
         "F_x/(mu F) on the finest cells": fine,
     }
     # of first order: extrapolated
-    return Finding((2 * fine - coarse) / traction - 1, abs(fine - coarse) / traction, details)
+    return Finding(2 * fine - coarse, traction, abs(fine - coarse) / traction, details)
 
 
 def _ball(cells: int, poisson_ratio: float) -> tuple[NormalAndTangential, np.ndarray]:
@@ -151,11 +150,10 @@ def _ball(cells: int, poisson_ratio: float) -> tuple[NormalAndTangential, np.nda
 
 def _steady(
     effort: Effort, *, share: float = 0.5, way: float = 6.0, poisson_ratio: float = 0.25
-) -> Finding:
+) -> Share:
     """March from Cattaneo's tractions; compare the end with the steady state's own equations.
 
-    The error is the largest difference of a traction after a `way` in contact radii, over the
-    largest traction.
+    The largest difference of a traction after a `way` in contact radii, over the largest traction.
     """
     above("way", way, 0)
     if not 0 < share < 1:
@@ -180,7 +178,7 @@ def _steady(
         "F_x/(mu F) of the steady state": float(steady[0].sum() * body.cell_area) / limit,
         "difference after a contact radius": left[cells - 1],
     }
-    return Finding(left[-1], 1e-5, details)
+    return Share(left[-1], 1e-5, details)
 
 
 def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Finding:
@@ -202,13 +200,13 @@ def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Findin
         return slide(body, x**2 / 200, force, slope=x / 100)
 
     coarse, fine = (on_strips(n) for n in ((12, 24) if effort == "quick" else (24, 48)))
-    errors = [contact.friction_coefficient / cylinder.resistance - 1 for contact in (coarse, fine)]
+    few, many = coarse.friction_coefficient, fine.friction_coefficient
     details: dict[str, float | str] = {
         "M/(F R) times R/way": cylinder.resistance * 100 / way,
         "half-width over Hunter's": fine.contact_area / 2,
         "middle of the contact over its half-width": cylinder.middle,
     }
-    return Finding(errors[1], abs(errors[1] - errors[0]), details)
+    return Finding(many, cylinder.resistance, abs(many - few) / cylinder.resistance, details)
 
 
 def _rough(
@@ -234,12 +232,12 @@ def _rough(
     )
     stated = np.array(_rough_lines(surface, 64 * count, curvature, (force, creep), friction))
     ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
-    ratio, bar = float(ratios[0]), float(ratios[0] * bars[0])
     details: dict[str, float | str] = {
         "F_x/(mu F) of lines": float(stated.mean() / limit),
         "F_x/(mu F) of balls": float(true.mean() / limit),
     }
-    return Finding(ratio - 1, bar, details)
+    bar = float(ratios[0] * bars[0])
+    return Finding(float(stated.mean()), float(true.mean()), bar, details)
 
 
 @shared(maxsize=256)

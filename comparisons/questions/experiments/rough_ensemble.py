@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
-from comparisons.questions.experiments.running import above, one_of
+from comparisons.questions.experiments.running import Details, Finding, above, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -230,14 +230,15 @@ def truth(
 
 
 def compare(
-    statement: Sequence[float] | np.ndarray, true: np.ndarray, grid_bar: float
-) -> tuple[float, float]:
-    """Return mean(statement)/mean(true) - 1 and its 95 % half-width.
+    statement: Sequence[float] | np.ndarray, true: np.ndarray, grid_bar: float, details: Details
+) -> Finding:
+    """Return the mean of a statement beside that of the truth, with the error's 95 % half-width.
 
     The ensembles are independent; a statement of one value (a theory) has no scatter.
     """
     stated = np.asarray(statement, dtype=float)
-    mean, ratio = float(true.mean()), float(stated.mean() / true.mean())
+    mean = float(true.mean())
+    ratio = float(stated.mean()) / mean
     scatter = [
         float(standard_error(sample[:, None])[0]) * stats.t.ppf(0.975, sample.size - 1) / mean
         for sample in (stated, true)
@@ -245,4 +246,5 @@ def compare(
     ]
     # the scatter of the statement is absolute, so that a statement of zero has a bar
     stated_scatter, true_scatter = scatter if stated.size > 1 else (0.0, *scatter)
-    return ratio - 1, float(combined(stated_scatter, ratio * true_scatter, ratio * grid_bar))
+    bar = float(combined(stated_scatter, ratio * true_scatter, ratio * grid_bar))
+    return Finding(float(stated.mean()), mean, bar, details)

@@ -35,8 +35,7 @@ def _line(effort: str, speed: float, force: float) -> Finding:
     coarse, fine = (_coefficients("bem_fft", n, speed, force) for n in (finest // 2, finest))
     change = 1.25 * abs(float(fine.mean() / coarse.mean()) - 1)
     lines = _coefficients("reduced", 2 * _GRID, speed, force, _LINES)
-    error, bar = compare(lines, fine, change)
-    return Finding(error, bar, {"lines": float(lines.mean()), "surfaces": float(fine.mean())})
+    return compare(lines, fine, change, {})
 
 
 def _load(effort: str, speed: float, force: float) -> Finding:
@@ -55,8 +54,8 @@ def _load(effort: str, speed: float, force: float) -> Finding:
     coarse = float(more[:_FEW].mean() / base[:_FEW].mean())
     change = float(finer[0].mean() / finer[1].mean()) / coarse
     bar = float(combined(float(scatter[0]), 1.25 * abs(change - 1)))
-    details: dict[str, float | str] = {"four times": float(more.mean()), "once": float(base.mean())}
-    return Finding(float(ratio[0]) * change - 1, bar, details)
+    once = float(base.mean())
+    return Finding(float(ratio[0]) * change * once, once, bar, {})
 
 
 def _rubber(

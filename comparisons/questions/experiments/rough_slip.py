@@ -71,9 +71,12 @@ def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: flo
         return np.array([_true(surface, load, share, k, factor) for k in range(number)])
 
     true, grid_bar = truth(sample, "refined", surfaces, effort)
-    error, bar = compare(_stated(surface, load, share, count), true, grid_bar)
-    details: dict[str, float | str] = {"surfaces": float(surfaces), "lines": float(count)}
-    return Finding(error, bar, details | {"bar: grid": grid_bar})
+    details: dict[str, float | str] = {
+        "surfaces": float(surfaces),
+        "lines": float(count),
+        "bar: grid": grid_bar,
+    }
+    return compare(_stated(surface, load, share, count), true, grid_bar, details)
 
 
 EXPERIMENTS = (

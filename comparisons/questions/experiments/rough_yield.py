@@ -88,7 +88,7 @@ def _rough_yield(
         ),
         "F over H A": float(np.mean([np.divide(*pair["hardness_area"]) for pair in everything])),
     }
-    return Finding(fine, abs(fine - coarse) + scatter, details)
+    return Finding(stated.mean(), true.mean(), abs(fine - coarse) + scatter, details)
 
 
 EXPERIMENTS = (

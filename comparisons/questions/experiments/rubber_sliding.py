@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import (
+    Finding,
+    Share,
+    above,
+    experiment,
+    one_of,
+    share_of,
+    worst,
+)
 from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
@@ -54,7 +62,7 @@ def _printed(
     quantity: str = "friction",
     per_wave: float = _PER_WAVE,
     load: float = _LOAD,
-) -> Finding:
+) -> Finding | Share:
     """Measure the printed algorithm at `number` = G dt/eta = dx/(v tau).
 
     `per_wave`: points to the shortest wave of the lines; `load`: F/(G L), with rms slopes of 0.1.
@@ -70,7 +78,7 @@ def _printed(
     points = rough.heights.shape[1]
     if quantity == "start":
         missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough.heights]
-        return Finding(float(np.mean(missed)), 0.0, {"lines": float(len(rough))})
+        return share_of(sum(missed), len(rough), {"lines": float(len(rough))})
     speed = 1 / (points * number)
     exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", load))
     runs = [_printed_run(rough[row], number, load) for row in range(len(rough))]
@@ -85,7 +93,8 @@ def _printed(
         "largest error of a line": float(np.abs(errors).max()),
         "springs in tension": float(np.mean([run.tensile_count[-points:].mean() for run in runs])),
     }
-    return Finding(float(errors.mean()), bar, details)
+    # the mean of the lines' errors
+    return Finding(1 + float(errors.mean()), 1.0, bar, details)
 
 
 def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> Finding:
@@ -103,11 +112,15 @@ def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> F
     rubber = kelvin_voigt(1.0, 1.0)
     run = slide_in_time(rough, rubber, speed, _LOAD, steps=3 * points)
     exact = slide(rough, rubber, speed, LoadPath("force", _LOAD))
-    friction = run.friction_coefficient() / exact.friction_coefficient[:, 0] - 1
-    errors = run.energy_error() if quantity == "work" else friction
-    worst = float(errors[np.argmax(np.abs(errors))])
-    details: dict[str, float | str] = {"lines": float(len(rough)), "mean": float(errors.mean())}
-    return Finding(worst, _ROUNDING, details)
+    if quantity == "work":
+        stated, true = 1 + run.energy_error(), np.ones(len(rough))
+    else:
+        stated, true = run.friction_coefficient(), exact.friction_coefficient[:, 0]
+    details: dict[str, float | str] = {
+        "lines": float(len(rough)),
+        "mean": float((stated / true - 1).mean()),
+    }
+    return Finding(*worst(stated, true), _ROUNDING, details)
 
 
 def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Finding:
@@ -139,14 +152,12 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
         LoadPath("force", truth.force.estimate),
     )
     friction = truth.friction_coefficient
-    ratio = float(sliding.friction_coefficient.item() / friction.estimate)
+    stated = float(sliding.friction_coefficient.item())
     bar = friction.uncertainty / friction.estimate + truth.force.uncertainty / truth.force.estimate
     details: dict[str, float | str] = {
-        "friction on the half-space": friction.estimate,
-        "friction on springs": float(sliding.friction_coefficient.item()),
         "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
     }
-    return Finding(ratio - 1, ratio * bar, details)
+    return Finding(stated, friction.estimate, stated / friction.estimate * bar, details)
 
 
 EXPERIMENTS = (

@@ -7,9 +7,14 @@ import inspect
 import math
 import time
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy import stats
 
 from comparisons.errors import InputError
+from comparisons.judging.metrics import relative_error
 from comparisons.questions.experiments.base import Effort, Experiment, Measurement
 
 # Upper limits of counts, against exhausted memory and endless runs.
@@ -26,25 +31,82 @@ _MOST = {
 }
 
 
-class Finding(NamedTuple):
-    """Return value of an experiment's function.
+Details = dict[str, float | str]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One quantity as the statement has it and as it is; the error is formed here alone.
 
     Attributes
     ----------
-    error : float
-        Relative error of the statement, stated/true - 1, or a fraction that should be zero.
+    stated, true : float
+        Both of the quantity that the claim names.
     uncertainty : float
         95 % half-width of the error.
     details : dict
-        Measured numbers and text for the report.
+        Further numbers and text for the report.
+    of : float or None
+        What the difference is relative to; by default the truth.
     """
 
-    error: float
+    stated: float
+    true: float
     uncertainty: float
-    details: dict[str, float | str]
+    details: Details
+    of: float | None = None
+
+    noun: ClassVar = "error"
+
+    @property
+    def error(self) -> float:
+        """Stated over true, less one."""
+        if self.of is not None:
+            return float((self.stated - self.true) / self.of)
+        return float(relative_error(np.array(self.stated), np.array(self.true)))
 
 
-Run = Callable[..., Finding]
+@dataclass(frozen=True)
+class Share:
+    """A share of a whole that the statement says is none: of an energy, a time, a sample.
+
+    The attributes are as of `Finding`.
+    """
+
+    value: float
+    uncertainty: float
+    details: Details
+
+    noun: ClassVar = "share"
+
+    @property
+    def error(self) -> float:
+        """The share itself."""
+        return float(self.value)
+
+
+Run = Callable[..., Finding | Share]
+
+
+def worst(stated: np.ndarray, true: np.ndarray) -> tuple[float, float]:
+    """Return the stated and the true value where the relative error is the largest.
+
+    >>> worst(np.array([1.0, 1.5, 3.0]), np.array([1.0, 2.0, 2.9]))
+    (1.5, 2.0)
+    """
+    place = np.argmax(np.abs(relative_error(stated, true)))
+    return float(stated.flat[place]), float(true.flat[place])
+
+
+def share_of(number: int, count: int, details: Details) -> Share:
+    """Return the share of `count` independent runs, with the 95 % interval of Clopper and Pearson.
+
+    The interval is one-sided at none and all.
+    """
+    level = 0.90 if number in (0, count) else 0.95
+    interval = stats.binomtest(number, count).proportion_ci(level, method="exact")
+    share = number / count
+    return Share(share, float(max(share - interval.low, interval.high - share)), details)
 
 
 def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> Experiment:
@@ -58,7 +120,8 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
         Keyword argument of the varied value; a claim file may choose another one with
         ``parameters = { along = "..." }``.
     run : callable
-        ``run(effort, **parameters) -> Finding``; all parameters are keywords with defaults.
+        ``run(effort, **parameters)`` returns a `Finding` or a `Share`; all parameters are keywords
+        with defaults.
 
     Notes
     -----
@@ -101,8 +164,14 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
             parameter=None if value is None else float(value),
             error=float(finding.error),
             uncertainty=float(finding.uncertainty),
-            details=finding.details,
+            details=finding.details
+            | (
+                {"stated": float(finding.stated), "true": float(finding.true)}
+                if isinstance(finding, Finding)
+                else {}
+            ),
             seconds=time.perf_counter() - started,
+            noun=finding.noun,
         )
 
     return Experiment(name, title, parameter, measure, defaults, default)

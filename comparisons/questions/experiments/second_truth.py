@@ -9,11 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Share, above, experiment, one_of, share_of
 from reference.fem import Material
 from reference.fem.column_elements import ELEMENTS, Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
@@ -162,20 +161,14 @@ def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
 
 def _disagreement(
     effort: str, *, quantity: str = "contact_area", runs: float = 200, element: Element = "splines"
-) -> Finding:
-    """Measure the share of random rough contacts on which both differ by more than both bars.
-
-    The bar is the 95 % interval of Clopper and Pearson.
-    """
+) -> Share:
+    """Measure the share of random rough contacts on which both differ by more than both bars."""
     one_of("quantity", quantity, *QUANTITIES)
     one_of("element", element, *ELEMENTS)
     above("runs", runs, 0)
     count = int(runs) if effort == "full" else min(int(runs), FEW)
     cases = drawn(count, element)
     ratios = np.array([abs(case.difference(quantity)) / case.bar(quantity) for case in cases])
-    number = int((ratios > 1).sum())
-    interval = stats.binomtest(number, count).proportion_ci(method="exact")
-    share = number / count
     differences = np.abs([case.difference(quantity) for case in cases])
     details: dict[str, float | str] = {
         "contacts": float(count),
@@ -184,7 +177,7 @@ def _disagreement(
         "difference over both bars, median": float(np.median(ratios)),
         "difference over both bars, largest": float(ratios.max()),
     }
-    return Finding(share, float(max(interval.high - share, share - interval.low)), details)
+    return share_of(int((ratios > 1).sum()), count, details)
 
 
 EXPERIMENTS = (

@@ -40,7 +40,7 @@ def _sheet(effort: str, *, quantity: str = "nafems_radius") -> Finding:
             "nafems_radius": (math.sqrt(4 * line * radius / (math.pi * modulus)), 6.21),
             "nafems_pressure": (math.sqrt(line * modulus / (math.pi * radius)), 3585.37),
         }[quantity]
-    return Finding(stated / true - 1, _ROUNDING, {"sheet": stated, "exact": true})
+    return Finding(stated, true, _ROUNDING, {})
 
 
 def _deep_ball(effort: str, *, size: float = 0.2, quantity: str = "force") -> Finding:
@@ -63,8 +63,8 @@ def _deep_ball(effort: str, *, size: float = 0.2, quantity: str = "force") -> Fi
         "area": lambda form: math.pi * float(form.semi_axes(depth)[0]) ** 2,
         "pressure": lambda form: float(form.pressure(0.0, 0.0, depth)),
     }
-    error = values[quantity](hertz) / values[quantity](exact) - 1
-    return Finding(error, _ROUNDING, {"depth over radius": depth})
+    stated, true = (values[quantity](form) for form in (hertz, exact))
+    return Finding(stated, true, _ROUNDING, {"depth over radius": depth})
 
 
 def _cattaneo(effort: str, *, quantity: str = "shift") -> Finding:
@@ -96,7 +96,7 @@ def _cattaneo(effort: str, *, quantity: str = "shift") -> Finding:
         "pressure": (4.393, 5e-4),
         "shift": (8.155e-3, 5e-7),
     }[quantity]
-    return Finding(stated / printed - 1, digit / printed, {"springs": stated, "CONTACT": printed})
+    return Finding(stated, printed, digit / printed, {})
 
 
 def _blunt(effort: str, *, shape: str = "truncated_cone", flat: float = 0.5) -> Finding:
@@ -112,10 +112,10 @@ def _blunt(effort: str, *, shape: str = "truncated_cone", flat: float = 0.5) -> 
     slope, depth, true = _BLUNT[shape](flat)
     profile = from_function(slope, length=1.0, breakpoints=(flat,))
     coarse, fine = (
-        float(indent(Springs(profile, 1.0, count), Load("penetration", depth)).force[0]) / true
+        float(indent(Springs(profile, 1.0, count), Load("penetration", depth)).force[0])
         for count in (400, 800)
     )
-    return Finding(fine - 1, abs(fine - coarse) + _ROUNDING, {"depth": depth, "force": true})
+    return Finding(fine, true, abs(fine - coarse) / true + _ROUNDING, {"depth": depth})
 
 
 Slope = Callable[[np.ndarray], np.ndarray]

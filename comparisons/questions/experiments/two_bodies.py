@@ -117,14 +117,11 @@ def _two_bodies(
             return _surfaces(first, second, float(correlation), force, factor, many)[quantity]
 
         true, grid_bar = truth(sample, "refined", count, effort)
-    error, bar = compare(two, true, grid_bar)
     details: dict[str, float | str] = {
-        "two lines": float(two.mean()),
-        against: float(true.mean()),
         "scatter of two lines": float(two.std() / two.mean()),
         f"scatter of {against}": float(true.std() / true.mean()),
     }
-    return Finding(error, bar, details)
+    return compare(two, true, grid_bar, details)
 
 
 EXPERIMENTS = (

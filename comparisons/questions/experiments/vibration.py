@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.motion.contact import SpringContact, spring_contact
 from reduced.motion.course import Mass, Push, move
 from reduced.motion.stepping import Stepping
@@ -54,15 +54,15 @@ def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Findi
         "the ball": "flies" if flies else "stays in contact",
     }
     if model == "linear":
-        return Finding(period / small - 1, EXACT, details)
+        return Finding(1 / small, 1 / period, EXACT, details)
     contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), deepest * _STATIC)
     counts = _one_more(effort, 1000, 4000)
     halves, highest = zip(*(_to_the_top(contact, deepest, period, n) for n in counts), strict=True)
     if model == "second_order":
         softened = power_backbone(2, 0.5 * (deepest - highest[1] / _STATIC))
-        return Finding(softened * period / small - 1, EXACT, details)
-    errors = [0.5 * period / half - 1 for half in halves]
-    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+        return Finding(softened / small, 1 / period, EXACT, details)
+    few, many = (0.5 / half for half in halves)
+    return Finding(many, 1 / period, abs(many - few) * period + EXACT, details)
 
 
 def _to_the_top(
@@ -93,9 +93,9 @@ def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Findin
     steady = exact.change + EXACT
     if model == "linear":
         stated = linear_amplitude(1.0, frequency**2, _DAMPING, push * _LOAD, frequency)
-        return Finding(stated / exact.amplitude - 1, steady, details)
+        return Finding(stated, exact.amplitude, steady, details)
     contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), 4 * _STATIC)
-    errors = []
+    swings = []
     for steps in _one_more(effort, 100, 400):
         run = move(
             contact,
@@ -104,8 +104,9 @@ def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Findin
             Push(_LOAD, push * _LOAD, frequency),
             scheme="verlet",
         )
-        errors.append(0.5 * float(np.ptp(run.position[-steps:])) / exact.amplitude - 1)
-    return Finding(errors[1], abs(errors[1] - errors[0]) + steady, details)
+        swings.append(0.5 * float(np.ptp(run.position[-steps:])))
+    bar = abs(swings[1] - swings[0]) / exact.amplitude + steady
+    return Finding(swings[1], exact.amplitude, bar, details)
 
 
 @lru_cache(maxsize=64)
@@ -120,7 +121,7 @@ def _steady(push: float) -> Forced:
     )
 
 
-def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
+def _impact(effort: str, *, exponent: float = 2.0) -> Share:
     """Measure an impact of f = r^n on springs: largest error of depth over the largest depth.
 
     The reference is the inverted integral of Hertz and Deresiewicz for every n.
@@ -138,7 +139,7 @@ def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
     details: dict[str, float | str] = {
         "duration times v over depth": exact.duration * speed / exact.penetration
     }
-    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
 
 
 EXPERIMENTS = (

@@ -42,8 +42,7 @@ def _fretting(
     after = _springs if model == "springs" else _cells
     finest = {"springs": 8, "half_space": 8}[model] * (1 if effort == "quick" else 2)
     fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
-    details: dict[str, float | str] = {"force": fine, "limit": limit.force}
-    return Finding(fine / limit.force - 1, abs(fine - coarse) / limit.force, details)
+    return Finding(fine, limit.force, abs(fine - coarse) / limit.force, {})
 
 
 def _springs(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:

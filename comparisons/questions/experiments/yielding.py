@@ -166,10 +166,7 @@ def _yielding(
     stated = _stated(reading, quantity, depth * _DEPTH, on_many)
     if fine == 0:
         raise ValueError(f"no {quantity} at {depth!r} times the depth of first yield")
-    details: dict[str, float | str] = {
-        "of springs" if reading in READINGS else f"by {reading}": stated,
-        "of finite elements": fine,
-    }
+    details: dict[str, float | str] = {}
     if quantity in _HERTZ:
         details["over Hertz's"] = fine / _HERTZ[quantity](depth * _DEPTH)
     if rebound:
@@ -178,7 +175,7 @@ def _yielding(
     bar = abs(fine - coarse) / (many / few - 1)
     if quantity in ("area", "mean_pressure"):
         bar = max(bar, _EDGE / many * fine)
-    return Finding(stated / fine - 1, bar * stated / fine**2, details)
+    return Finding(stated, fine, bar * stated / fine**2, details)
 
 
 _HERTZ: dict[str, Callable[[float], float]] = {

@@ -387,7 +387,7 @@ def test_claims_share_a_measurement_however_they_spell_it(monkeypatch, tmp_path)
 
     def run(effort, *, x=1.0, y=2.0):
         measured.append((x, y))
-        return Finding(0.0, 0.0, {})
+        return Finding(1.0, 1.0, 0.0, {})
 
     monkeypatch.setitem(EXPERIMENTS, "made-up", experiment("made-up", "A law.", "x", "x", run))
     varied = {"from": 1, "to": 2, "steps": 2}

@@ -63,7 +63,7 @@ def test_another_parameter_can_be_varied():
 
 
 def test_a_result_that_is_no_number_is_no_result():
-    broken = experiment("broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 0.0, {}))
+    broken = experiment("broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 1.0, 0.0, {}))
     with pytest.raises(ArithmeticError, match="nan"):
         broken.measure(1.0)
 
@@ -110,7 +110,7 @@ def test_the_far_field_is_that_of_a_solved_punch():
         Press(FreeOperator((n, n), (1 / 8, 1 / 8), 1.0), gap), Load("penetration", 1.0)
     )
     at = np.argmin(np.abs(r - 3.0))
-    result = measure("far-field", float(r.flat[at]) / 2).details["u/d"]
+    result = measure("far-field", float(r.flat[at]) / 2).details["true"]
     assert contact.displacement.flat[at] == pytest.approx(result, rel=0.02)
 
 
@@ -160,6 +160,13 @@ def test_pairs_are_independent_as_one_over_the_distance_and_arrays_are_not():
 
 def test_impacts_lose_more_the_faster_they_are():
     slow, fast = (measure("quasi-static-impact", v) for v in (1e-4, 1e-2))
+    # what is judged is the share that is lost, which restitution leaves over
+    assert fast.error == pytest.approx(1 - fast.details["restitution"] ** 2, rel=1e-12)
+    assert fast.error == pytest.approx(0.148, abs=5e-4)
+    assert (fast.noun, measure("quasi-static-impact", 1e-2, quantity="force").noun) == (
+        "share",
+        "error",
+    )
     assert 0.009 < slow.error < 0.012
     assert fast.error > 10 * slow.error
     assert slow.uncertainty < 0.02 * slow.error
