@@ -10,6 +10,7 @@ are new or changed, is put into it, and the tables between the markers are writt
 
 # %%
 import json
+import math
 import re
 import sys
 import tomllib
@@ -77,19 +78,22 @@ SHORT = (
 def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     """Return one record of the claims there are, each from the last run that judged it.
 
-    Date, machine and duration are those of the (last) run that judged most of them. The details
-    of single measurements are left out: `roughline claims` finds them again.
+    Date and machine are those of the (last) run that judged most of them, the seconds those of all
+    solves. The details of single measurements are left out: `roughline claims` finds them again.
     """
     files = {claim.id: claim for claim in load_claims()}
     judged = {claim.id: claim for record in records for claim in record.claims}
     judged_claims = [_bare(judged[name], files[name]) for name in files if name in judged]
     main = max(reversed(records), key=lambda record: len(record.claims))
-    return main.model_copy(update={"claims": judged_claims})
+    seconds = sum(claim.seconds for claim in judged_claims)
+    return main.model_copy(update={"claims": judged_claims, "seconds": seconds})
 
 
 def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
-    """Leave out details of points; who says it, and what confirms it, is as the file has it."""
+    """Leave out details of points; the words of the claim are as the file has them."""
     changed = {
+        "text": file.text,
+        "refuted_by": file.refuted_by,
         "author": file.author,
         "confirmed_by": file.confirmed_by,
         "points": _without_details(claim.points),
@@ -173,8 +177,8 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
         return known(by_id)
     ids = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
     table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in ids)])
-    cost = duration(sum(claim.seconds for claim in record.claims))
-    origin = f"(From stored full runs, {cost} of solves in all, {machine_text(record.machine)}.)"
+    cost, machine = duration(record.seconds), machine_text(record.machine)
+    origin = f"(From stored full runs, {cost} of solves in all, {machine}.)"
     return f"{table}\n\n{tally(record)} {origin}\n"
 
 
@@ -201,10 +205,25 @@ def known(by_id: dict[str, ClaimRecord]) -> str:
 
 
 def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[str]]:
-    """Return a sentence with the numbers of its claims in place of {claim.number}; the claims."""
-    place = re.compile(r"\{([a-z0-9-]+)\.(\w+)\}")
-    ids = list(dict.fromkeys(match[1] for match in place.finditer(text)))
-    return place.sub(lambda m: getattr(Numbers(by_id[m[1]]), m[2]), text), ids
+    """Return a sentence with the numbers of its claims in place of {claim.number}; the claims.
+
+    An error at one value is {claim.error@value}. A range is of a tolerance, which the sentence
+    names; what may be zero is no smallest error.
+    """
+    place = re.compile(r"\{([a-z0-9-]+)\.(\w+)(?:@([^}]+))?\}")
+    numbers = {m[1]: Numbers(by_id[m[1]]) for m in place.finditer(text)}
+
+    def number(m: re.Match[str]) -> str:
+        if m[2] == "error":
+            return numbers[m[1]].error(float(m[3]))
+        return str(getattr(numbers[m[1]], m[2]))
+
+    sentence = place.sub(number, text)
+    for m in place.finditer(text):
+        tolerance = numbers[m[1]].tolerance
+        if m[2] in ("low", "high") and tolerance not in sentence.replace(" %", "\u202f%"):
+            raise ValueError(f"{m[0]} is a range at {tolerance}, which is not said: {text}")
+    return sentence, list(numbers)
 
 
 class Numbers:
@@ -213,9 +232,8 @@ class Numbers:
     def __init__(self, claim: ClaimRecord) -> None:
         stated = [point for point in claim.points if point.error is not None]
         ordered = sorted(stated, key=lambda point: abs(point.error))
-        self.least, self.most = (
-            error_text(point, claim.factor) for point in (ordered[0], ordered[-1])
-        )
+        self.claim, self._smallest = claim, ordered[0]
+        self.most = self._text(ordered[-1])
         self.tolerance = limit_words(claim.tolerance, claim.factor)
         self.verdict = claim.verdict
         self.first, self.last = (
@@ -230,7 +248,22 @@ class Numbers:
         self.beyond = ""
         if sized:
             worst = max(sized, key=lambda point: abs(point.error))
-            self.beyond = error_text(worst, claim.factor)
+            self.beyond = self._text(worst)
+
+    def _text(self, point: PointRecord) -> str:
+        return error_text(point, self.claim.factor)
+
+    @property
+    def least(self) -> str:
+        """The smallest error."""
+        if not abs(self._smallest.error) > self._smallest.uncertainty:
+            raise ValueError(f"{self.claim.id}: the smallest error may be zero")
+        return self._text(self._smallest)
+
+    def error(self, parameter: float) -> str:
+        """Return the error at a value of the claim's parameter."""
+        (point,) = [p for p in self.claim.points if math.isclose(p.parameter, parameter)]
+        return self._text(point)
 
 
 def tally(record: ClaimsRecord) -> str:

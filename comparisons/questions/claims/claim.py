@@ -25,6 +25,7 @@ from comparisons.questions.claims.parameters import (
     Name,
     Names,
     Nuisance,
+    Premise,
     Prose,
     Table,
     Vary,
@@ -77,6 +78,7 @@ class Claim(Table):
     experiment: Name | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
     vary: Vary | None = None
+    premise: Premise | None = None
     nuisance: tuple[Nuisance, ...] = ()
     draws: Annotated[int, Field(strict=True, ge=0, le=256)] = 8
     map: Map | None = None
@@ -104,6 +106,8 @@ class Claim(Table):
     def _literature_is_cited(self) -> Claim:
         if self.says == "literature" and not self.citation:
             raise fail("expected a citation of what the literature says")
+        if self.premise is not None and self.vary is None:
+            raise fail("expected vary, whose values have the premise", self.premise.to)
         keys = [nuisance.key for nuisance in self.nuisance]
         if len(set(keys)) < len(keys):
             raise fail("expected different nuisance parameters", keys)

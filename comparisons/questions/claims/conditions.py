@@ -87,8 +87,11 @@ def _draws(claim: Claim, draws: list[Draw]) -> str:
     place = [f"{name} {text}" for name, text in in_words(claim, worst.setting).items()]
     if claim.parameter:
         place.insert(0, f"{claim.parameter} {value(worst.point.parameter)}")
+    noun = worst.point.measurement.noun
     error = error_text(worst.point.measurement, claim.factor)
+    if claim.premise is not None and worst.point.parameter > claim.premise.to:
+        place.append("beyond the premise")
     return (
-        f" Of {len(draws)} draws over all of it: {counted}; the largest error is {error} "
+        f" Of {len(draws)} draws over all of it: {counted}; the largest {noun} is {error} "
         f"({', '.join(place)})."
     )

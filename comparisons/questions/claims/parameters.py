@@ -99,6 +99,16 @@ def _check_ends(start: float, end: float, spacing: str) -> None:
         raise fail("expected from > 0 for logarithmic spacing", start)
 
 
+class Premise(Table):
+    """A condition of the statement that ends at a value of the claim's own parameter.
+
+    words: the condition, as "the real area is far below the apparent one".
+    """
+
+    to: Finite
+    words: Annotated[str, Field(min_length=1, max_length=200)]
+
+
 class Vary(Span):
     """The parameter along which a claim is tested, and the initial grid of values for the search.
 

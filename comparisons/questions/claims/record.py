@@ -17,6 +17,7 @@ RECORD = "claims.json"
 class PointRecord(Form):
     """A measurement; None for missing numbers.
 
+    noun: what the error is, "error" or "share".
     setting: of a draw over the nuisance parameters, their values by name.
     """
 
@@ -26,6 +27,7 @@ class PointRecord(Form):
     word: str
     details: dict[str, float | str | None]
     seconds: float
+    noun: str = "error"
     setting: dict[str, str] = Field(default_factory=dict)
 
 

@@ -25,6 +25,20 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
     and -16 % at 20."
     """
+    finding = _finding(claim, verdict, points, ranges)
+    return finding if claim.premise is None else f"{finding} {_by_premise(claim, points)}"
+
+
+def _by_premise(claim: Claim, points: list[Point]) -> str:
+    """Return the error at every value, first where the statement's premise holds."""
+    assert claim.premise is not None
+    end = claim.premise.to
+    within = ", ".join(_at(p, claim.factor) for p in points if p.parameter <= end)
+    beyond = ", ".join(_at(p, claim.factor) for p in points if p.parameter > end)
+    return f"While {claim.premise.words}: {within}; beyond: {beyond}."
+
+
+def _finding(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
     limit = limit_words(claim.tolerance, claim.factor)
     if claim.vary is None:
         return _single(points[0], limit, claim.factor)
@@ -32,23 +46,24 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     if not judged:
         return f"No result: {_reason(points[0])}."
     largest = _at(max(judged, key=_size), claim.factor)
+    noun = judged[0].measurement.noun
     stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
     stretch += value(points[-1].parameter)
     if verdict == HOLDS:
-        return f"Within {limit} for {stretch}; the largest error is {largest}."
+        return f"Within {limit} for {stretch}; the largest {noun} is {largest}."
     if verdict == FAILS:
         failing = [point for point in judged if point.word == OUTSIDE]
         resolved = "" if len(failing) == len(points) else " wherever it is resolved,"
         smallest = _at(min(failing, key=_size), claim.factor)
         return (
-            f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
+            f"Outside {limit}{resolved} for {stretch}; the smallest {noun} is {smallest}"
             f"{_open(points)}{_sign_changes(points)}."
         )
     if verdict == IN_A_RANGE:
         stretches = "; ".join(stretch_words(stretch) for stretch in ranges)
         return (
             f"Within {limit} for {claim.parameter} {stretches}. "
-            f"The largest error is {largest}{_open(points)}{_sign_changes(points)}."
+            f"The largest {noun} is {largest}{_open(points)}{_sign_changes(points)}."
         )
     failing = [point for point in points if point.word == OUTSIDE]
     if failing:
@@ -57,7 +72,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
             f"Outside {limit} at {where}; whether it holds anywhere for {stretch} is not resolved"
             f"{_open(points)}{_sign_changes(points)}."
         )
-    return f"For {stretch} no error beyond {limit} is certain{_open(points)}."
+    return f"For {stretch} no {noun} beyond {limit} is certain{_open(points)}."
 
 
 def limit_words(limit: float, factor: float | None) -> str:
@@ -102,7 +117,8 @@ def _single(point: Point, limit: str, factor: float | None) -> str:
         return f"No result: {_reason(point)}."
     error = error_text(point.measurement, factor)
     phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
-    return f"Error {error}: {phrases.get(point.word, f'the bar is wider than {limit} can bear')}."
+    phrase = phrases.get(point.word, f"the bar is wider than {limit} can bear")
+    return f"{point.measurement.noun.capitalize()} {error}: {phrase}."
 
 
 def _at(point: Point, factor: float | None) -> str:
@@ -154,7 +170,7 @@ def _open(points: list[Point]) -> str:
     if widest.word == NO_RESULT:
         detail = f"no result at {value(widest.parameter)}: {_reason(widest)}"
     else:
-        detail = f"at {value(widest.parameter)} the error is "
+        detail = f"at {value(widest.parameter)} the {widest.measurement.noun} is "
         detail += error_text(widest.measurement)
     return f"; {len(left)} of {len(points)} points are not resolved ({detail})"
 

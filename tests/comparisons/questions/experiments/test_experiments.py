@@ -63,7 +63,9 @@ def test_another_parameter_can_be_varied():
 
 
 def test_a_result_that_is_no_number_is_no_result():
-    broken = experiment("broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 1.0, 0.0, {}))
+    broken = experiment(
+        "broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 1.0, 0.0, {})
+    )
     with pytest.raises(ArithmeticError, match="nan"):
         broken.measure(1.0)
 
