@@ -125,6 +125,32 @@ def test_the_verdicts_on_the_pages_are_those_of_the_stored_run():
         assert tables.written(page, record) == page, f"{path}: run docs/examples/claims_table.py"
 
 
+@pytest.mark.parametrize(
+    ("sentence", "fault"),
+    [
+        # 0.03 +- 0.09 is no error, and the range of 10 % stands behind one of 1 %
+        ("Off by {xu-area.least} at the least.", "may be zero"),
+        (
+            "Within 1 % to {hard-coating-thin-1.high}, and up to {coating-effective-modulus.high}.",
+            "a range at 10",
+        ),
+    ],
+)
+def test_sentences_to_quote_do_not_read_as_more_than_the_claims_say(sentence, fault):
+    tables = script("claims_table")
+    by_id = {claim.id: claim for claim in load_claims_record(tables.STORED).claims}
+    with pytest.raises(ValueError, match=fault):
+        tables._with_numbers(sentence, by_id)
+
+
+def test_a_record_put_together_took_what_all_its_claims_took():
+    tables = script("claims_table")
+    stored = load_claims_record(tables.STORED)
+    brief = stored.model_copy(update={"seconds": 1.0})
+    again = tables.put_together([brief])
+    assert again.seconds == pytest.approx(sum(claim.seconds for claim in stored.claims))
+
+
 def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
     """Full runs only, of the very statements, with the verdicts that the files expect."""
     files = {claim.id: claim for claim in load_claims()}

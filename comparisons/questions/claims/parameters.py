@@ -102,11 +102,11 @@ def _check_ends(start: float, end: float, spacing: str) -> None:
 class Premise(Table):
     """A condition of the statement that ends at a value of the claim's own parameter.
 
-    words: the condition, as "the real area is far below the apparent one".
+    condition: in words, as "the real area is far below the apparent one".
     """
 
     to: Finite
-    words: Annotated[str, Field(min_length=1, max_length=200)]
+    condition: Annotated[str, Field(min_length=1, max_length=200)]
 
 
 class Vary(Span):

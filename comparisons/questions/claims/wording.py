@@ -35,7 +35,7 @@ def _by_premise(claim: Claim, points: list[Point]) -> str:
     end = claim.premise.to
     within = ", ".join(_at(p, claim.factor) for p in points if p.parameter <= end)
     beyond = ", ".join(_at(p, claim.factor) for p in points if p.parameter > end)
-    return f"While {claim.premise.words}: {within}; beyond: {beyond}."
+    return f"While {claim.premise.condition}: {within}; beyond: {beyond}."
 
 
 def _finding(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:

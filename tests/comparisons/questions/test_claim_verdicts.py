@@ -20,7 +20,7 @@ from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_cl
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
-from comparisons.questions.experiments.running import Finding, experiment
+from comparisons.questions.experiments.running import Finding, Share, experiment
 from comparisons.solving.inquiries import answer_of
 from roughline.claims import ClaimVerdict
 
@@ -197,6 +197,28 @@ def test_the_words_come_from_the_numbers(monkeypatch):
         monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
     )
     assert judge_claim(single, "quick").sentence == ("Error +3.00 ± 0.10\u202f%: outside 1\u202f%.")
+
+
+def test_errors_are_listed_up_to_the_end_of_the_premise_and_beyond_it(monkeypatch):
+    """The error of a light contact is not that of a nearly full one."""
+    claim = experiment_claim(
+        monkeypatch,
+        lambda x, effort: Measurement(x, 0.1 * x, 0.0),
+        vary={"from": 1, "to": 10, "steps": 4},
+        premise={"to": 4, "condition": "little is in contact"},
+    )
+    said = judge_claim(claim, "quick").sentence
+    assert said.endswith(
+        "While little is in contact: 10\u202f% at 1, 40\u202f% at 4; "
+        "beyond: 70\u202f% at 7, 100\u202f% at 10."
+    )
+
+
+def test_a_share_is_not_called_an_error(monkeypatch):
+    """What is lost is a share of what was there; of a loss of 15 % the rest is not 17 % more."""
+    run = experiment("made-up", "A loss.", "x", "x", lambda effort, *, x=1.0: Share(0.15, 0.01, {}))
+    claim = experiment_claim(monkeypatch, run.measure)
+    assert "the smallest share is 15.0 ± 1.0\u202f%" in judge_claim(claim, "full").sentence
 
 
 def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):
