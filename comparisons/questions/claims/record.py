@@ -17,7 +17,7 @@ RECORD = "claims.json"
 class PointRecord(Form):
     """A measurement; None for missing numbers.
 
-    noun: what the error is, "error" or "share".
+    noun: what the error is called, as of `Measurement`.
     setting: of a draw over the nuisance parameters, their values by name.
     """
 

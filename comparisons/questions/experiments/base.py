@@ -33,7 +33,7 @@ class Measurement:
     seconds : float
         Time of the measurement.
     noun : str
-        What `error` is: "error", or "share".
+        What `error` is called: "error", "share", "scatter".
     """
 
     parameter: float | None

@@ -160,7 +160,8 @@ def _spectrum(
         values = surface_samples(surface, float(load), 1, count, quantity == "stiffness")[quantity]
         spread = float(values.std(ddof=1) / values.mean())
         # the standard deviation of n normal values is known to 1/sqrt(2 n)
-        return Share(spread, 2 * spread / np.sqrt(2 * count), {"mean": float(values.mean())})
+        bar = 2 * spread / np.sqrt(2 * count)
+        return Share(spread, bar, {"mean": float(values.mean())}, "scatter")
     operator = surface.operator()
     samples = []
     for sign in (1.0, -1.0):

@@ -56,7 +56,7 @@ class Finding:
     details: Details
     of: float | None = None
 
-    noun: ClassVar = "error"
+    noun: ClassVar[str] = "error"
 
     @property
     def error(self) -> float:
@@ -68,16 +68,22 @@ class Finding:
 
 @dataclass(frozen=True)
 class Share:
-    """A share of a whole that the statement says is none: of an energy, a time, a sample.
+    """What the statement says is none, of a whole: energy that is lost, patches that fail.
 
-    The attributes are as of `Finding`.
+    Attributes
+    ----------
+    value, uncertainty : float
+        With the 95 % half-width.
+    details : dict
+        As of `Finding`.
+    noun : str
+        "error" for the largest deviation along a course, of its largest value.
     """
 
     value: float
     uncertainty: float
     details: Details
-
-    noun: ClassVar = "share"
+    noun: str = "share"
 
     @property
     def error(self) -> float:
