@@ -96,7 +96,8 @@ def error_text(measured: Measurement | PointRecord, factor: float | None = None)
     """
     error = measured.error
     if factor is None or not finite(error):
-        signed = not quantity(str(measured.details.get("quantity"))).norm
+        norm = quantity(str(measured.details.get("quantity"))).norm
+        signed = measured.noun == "error" and not norm
         return plus_minus(error, measured.uncertainty, signed=signed)
     if error <= WRONG_SIGN:
         return "of the other sign"

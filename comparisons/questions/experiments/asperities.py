@@ -135,7 +135,7 @@ def _asperities(
     excess = abs(of_line.error) - abs(of_model.error)
     doubt = float(np.hypot(of_model.uncertainty, of_line.uncertainty))
     low, high = max(excess - doubt, 0.0), max(excess + doubt, 0.0)
-    return Share(0.5 * (low + high), 0.5 * (high - low), details, "error")
+    return Share(0.5 * (low + high), 0.5 * (high - low), details, "excess")
 
 
 EXPERIMENTS = (

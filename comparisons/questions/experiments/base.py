@@ -33,7 +33,7 @@ class Measurement:
     seconds : float
         Time of the measurement.
     noun : str
-        What `error` is called: "error", "share", "scatter".
+        What `error` is called: "error", or "share" and the like, which have no sign.
     """
 
     parameter: float | None

@@ -48,7 +48,7 @@ def _set_valued(
         "law evaluations": float(stepped.evaluations),
         "share of the time at rest": exact.time_sticking() / end,
     }
-    return Share(float(deviation / largest), EXACT, details, "error")
+    return Share(float(deviation / largest), EXACT, details, "deviation")
 
 
 def _amplitude(

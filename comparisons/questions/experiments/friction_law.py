@@ -89,7 +89,7 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
         "error over (v0/V)^(2/3)": errors[1] * speed_ratio ** (2 / 3),
         "stops": float(sum(phase.direction[0] == 0 for phase in motion.phases)),
     }
-    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "error")
+    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "deviation")
 
 
 def _belt(

@@ -40,7 +40,7 @@ def _harmonic(
         "loss stiffness over the stated": fine.imag / stated.imag,
         "stated loss over storage": stated.imag / stated.real,
     }
-    return Share(abs(stated / fine - 1), abs(coarse / fine - 1), details, "error")
+    return Share(abs(stated / fine - 1), abs(coarse / fine - 1), details, "deviation")
 
 
 def _stiffness(

@@ -141,7 +141,7 @@ def _distribution(
         "peak of surfaces over rms": float(maps.max(axis=1).mean()),
         "peak of lines over rms": float(lines.max(axis=1).mean()),
     }
-    return Share(_distance(*shares), float(np.quantile(noise, 0.95)), details, "error")
+    return Share(_distance(*shares), float(np.quantile(noise, 0.95)), details, "distance")
 
 
 def _pooled(sums: np.ndarray, numbers: np.ndarray) -> np.ndarray:

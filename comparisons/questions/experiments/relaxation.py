@@ -23,7 +23,7 @@ def _series(effort: str, *, per_decade: float = 2.0) -> Share:
         "relaxation times": float(series.material.times.size),
         "rms error": series.rms_error,
     }
-    return Share(float(series.error.max()), _EXACT, details, "error")
+    return Share(float(series.error.max()), _EXACT, details, "deviation")
 
 
 EXPERIMENTS = (

@@ -178,7 +178,7 @@ def _steady(
         "F_x/(mu F) of the steady state": float(steady[0].sum() * body.cell_area) / limit,
         "difference after a contact radius": left[cells - 1],
     }
-    return Share(left[-1], 1e-5, details, "error")
+    return Share(left[-1], 1e-5, details, "deviation")
 
 
 def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Finding:

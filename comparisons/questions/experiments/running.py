@@ -77,7 +77,7 @@ class Share:
     details : dict
         As of `Finding`.
     noun : str
-        "error" for the largest deviation along a course, of its largest value.
+        What it is called instead: the largest "deviation" along a course, of its largest value.
     """
 
     value: float

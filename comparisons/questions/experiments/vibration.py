@@ -139,7 +139,7 @@ def _impact(effort: str, *, exponent: float = 2.0) -> Share:
     details: dict[str, float | str] = {
         "duration times v over depth": exact.duration * speed / exact.penetration
     }
-    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "error")
+    return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "deviation")
 
 
 EXPERIMENTS = (
