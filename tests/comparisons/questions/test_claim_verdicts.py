@@ -209,8 +209,8 @@ def test_errors_are_listed_up_to_the_end_of_the_premise_and_beyond_it(monkeypatc
     )
     said = judge_claim(claim, "quick").sentence
     assert said.endswith(
-        "While little is in contact: 10\u202f% at 1, 40\u202f% at 4; "
-        "beyond: 70\u202f% at 7, 100\u202f% at 10."
+        "While little is in contact: +10\u202f% at 1, +40\u202f% at 4; "
+        "beyond: +70\u202f% at 7, +100\u202f% at 10."
     )
 
 
