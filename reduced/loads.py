@@ -24,11 +24,6 @@ class LoadPath:
     values : array_like, shape (k,)
         Finite values; a number is a path of one point.
 
-    Raises
-    ------
-    ValueError
-        If the values are not a list of finite numbers.
-
     Examples
     --------
     >>> LoadPath("force", [1, -2]).values
@@ -64,11 +59,6 @@ class Load(LoadPath):
     control : {"penetration", "force", "mean_gap"}
         The prescribed quantity; a single contact has no mean gap.
     values : array_like, shape (k,)
-
-    Raises
-    ------
-    ValueError
-        If the values are not finite, positive and strictly increasing.
 
     Examples
     --------

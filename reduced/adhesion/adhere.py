@@ -8,17 +8,59 @@ The rule describes short-range adhesion; nothing acts across a gap.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from reduced.adhesion.line import FORCE, PENETRATION
-from reduced.adhesion.walk import Body, Event, walk
+from reduced.adhesion import characteristic as line
+from reduced.adhesion.characteristic import FORCE, PENETRATION
 from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
+from reduced.springs.indent import continuum_radius
 from reduced.springs.line import Springs
 
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
+_ROUNDS = 200
+_SETTLED = 1e-3
+_NOTHING = 2.0**-100  # fraction of the profile's length, which is arbitrary for a cone
+_EXTENSIONS = 60
+
+
+@dataclass(frozen=True)
+class State:
+    """A state of the contact: d, F, a and the elastic energy; a = 0 without contact."""
+
+    penetration: float
+    force: float
+    contact_radius: float
+    elastic_energy: float
+
+
+@dataclass(frozen=True)
+class Event:
+    """A jump of the contact, at or between loads of the path.
+
+    Attributes
+    ----------
+    kind : {"snap_in", "pull_off", "jump"}
+        Formation of contact, loss of contact, or a jump between two contact radii.
+    step : int
+        Index of the load towards which it happened.
+    before, after : State
+        After a pull-off under force control the penetration is that at which the surfaces separate.
+    dissipated : float
+        Free energy lost in the jump: U - pi w a^2 at given penetration, U - pi w a^2 - F d at given
+        force. Under force control no equilibrium follows a pull-off; the energy released by contact
+        and force until the surfaces separate, at the pull-off depth of penetration control, is
+        counted.
+    """
+
+    kind: str
+    step: int
+    before: State
+    after: State
+    dissipated: float
 
 
 @dataclass(frozen=True)
@@ -74,14 +116,8 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     path : LoadPath
         ``"penetration"`` or ``"force"``, of either sign in the order of the path.
 
-    Returns
-    -------
-    Adhesion
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the profile is not monotone.
 
@@ -94,7 +130,7 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     >>> round(ball.events[-1].before.force / (np.pi * 0.1), 12)  # Johnson, Kendall & Roberts 1971
     -1.5
     """
-    way = walk(_body(springs, work, path.control), path.values, springs)
+    way = _follow(springs, work, path.control, path.values)
     states, dissipated, holds = (np.array(part) for part in zip(*way.record, strict=True))
     penetration, force, radius, energy = states.T
     return Adhesion(
@@ -119,14 +155,172 @@ def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
     >>> bool(abs(event.before.force + np.sqrt(8 * np.pi * 0.1 * 2.0**3)) < 1e-14)  # Kendall 1971
     True
     """
-    body = _body(springs, work, control)
-    return walk(body, np.array([0.0, -np.inf]), springs).events[-1]
+    return _follow(springs, work, control, np.array([0.0, -np.inf])).events[-1]
 
 
-def _body(springs: Springs, work: float, control: str) -> Body:
-    """Return the body, or raise one ValueError for all invalid arguments."""
+class _LineEndsError(Exception):
+    """The contact grew beyond the existing springs."""
+
+
+def _follow(springs: Springs, work: float, control: str, loads: np.ndarray) -> _Contact:
+    """Lay enough springs for the contact and follow it along the loads."""
     wrong = positive_faults(work=work) + choice_faults("control", control, tuple(_CONTROLS))
     if springs.edges != "sub_cell":
         wrong.append(f"edges must be 'sub_cell' for adhesive springs, got {springs.edges!r}")
     refuse(wrong)
-    return Body(springs.profile, springs.effective_modulus, work, _CONTROLS[control])
+    # The largest radius, for the spacing: the smallest a with g(a) = d + l(a), or the same for the
+    # force. a -> g^-1(d + l(a)) increases to it from any smaller radius; close to a fold it is slow
+    # and ends early.
+    profile, modulus = springs.profile, springs.effective_modulus
+    stretch = 2 * (np.pi * work / modulus)  # l(a)^2/a
+    reach, top = profile.length * 2.0**-20, max(float(loads.max()), 0.0)
+    for _ in range(_ROUNDS):
+        edge = np.sqrt(stretch * reach)
+        if control == "penetration":
+            grown = float(profile.contact_radius(top + edge))
+        else:
+            grown = continuum_radius(profile, top / modulus + 2 * reach * edge)
+        settled = abs(grown - reach) <= _SETTLED * grown
+        reach = grown
+        if reach < _NOTHING * profile.length:
+            raise ValueError(
+                "the tip is sharper than the root of r: adhesion does not hold it, and the contact "
+                "has no size at zero load"
+            )
+        if settled:
+            break
+    spacing = reach / springs.per_radius if springs.spacing is None else springs.spacing
+    for _ in range(_EXTENSIONS):
+        way = _Contact(springs, spacing, reach, work, _CONTROLS[control])
+        try:
+            for load in loads:
+                way.to(float(load))
+        except _LineEndsError:
+            # close to a fold the estimate of the largest radius is a lower bound only
+            reach *= 1.25
+        else:
+            return way
+    raise ConvergenceError("the contact grows without limit: the profile is too flat", [reach])
+
+
+class _Contact:
+    """The contact along its path: springs, current edge, and past events."""
+
+    def __init__(
+        self, springs: Springs, spacing: float, reach: float, work: float, control: int
+    ) -> None:
+        self.modulus, self.control, self.spacing = springs.effective_modulus, control, spacing
+        self.surface = np.pi * work / self.modulus  # times a^2: the surface energy over E*
+        self.half = line.half_line(springs.profile, spacing, springs.offset, reach)
+        self.law = (self.half, 2 * self.surface, control)
+        self.pieces = line.cut(*self.law)
+        self.sharp = bool(self.half.x[-1] == springs.profile.edge)
+        self.piece, self.place = -1, 0.0  # piece -1: no contact; number of pieces: sharp edge
+        self.events: list[Event] = []
+        self.dissipated = 0.0
+        self.record: list[tuple[tuple[float, ...], float, bool]] = []
+
+    def to(self, load: float) -> None:
+        """Move to the next load and record the state."""
+        # the characteristic is d for penetration, F/(2 E*) for force
+        goal = load if self.control == PENETRATION else load / (2 * self.modulus)
+        if self.piece < 0 and goal >= 0:
+            # start at the axis; if contact spreads at zero load, that is a jump
+            self.piece, self.place = 0, 0.0
+            if self.pieces.load[1] < self.pieces.load[0]:
+                self._spread("snap_in", State(0.0, 0.0, 0.0, 0.0), 0, 0.0)
+        if self.piece >= 0:
+            self._shrink(goal)
+        if self.piece >= 0:
+            self._grow(goal)
+        holds = self.piece >= 0 or self.control == PENETRATION or goal == 0
+        self.record.append((astuple(self._state(goal)), self.dissipated, holds))
+
+    def _grow(self, goal: float) -> None:
+        fold = not self._at_edge and self._load() < goal
+        while fold:
+            piece, fold = line.advance(self.pieces, self.piece, goal)
+            if not fold:
+                self._settle(piece, goal)
+                return
+            level = self.pieces.load[piece + 1]
+            self.piece, self.place = piece, self.pieces.stop[piece]
+            self._spread("jump", self._state(level), piece + 1, level)
+            fold = not self._at_edge
+
+    def _shrink(self, goal: float) -> None:
+        fold = self._load() > goal
+        while fold:
+            node, fold = line.retreat(self.pieces, self.piece, goal)
+            if not fold:
+                self._settle(node, goal)
+                return
+            level = self.pieces.load[node]
+            self.piece = node
+            if not self._at_edge:
+                self.place = self.pieces.begin[node]
+            before = self._state(level)
+            self._settle(line.last_stable(self.pieces, node, level), level)
+            self._note("jump" if self.piece >= 0 else "pull_off", before, level)
+            fold = self.piece >= 0
+
+    def _spread(self, kind: str, before: State, node: int, goal: float) -> None:
+        """Jump to the next stable radius beyond a node at the load `goal`."""
+        self._settle(line.next_stable(self.pieces, node, goal), goal)
+        self._note(kind, before, goal)
+
+    def _settle(self, piece: int, goal: float) -> None:
+        """Set the edge where the characteristic of this piece is the goal."""
+        if piece == self.pieces.cell.size and not self.sharp:
+            raise _LineEndsError
+        self.piece, self.place = piece, 1.0
+        if 0 <= piece < self.pieces.cell.size:
+            self.place = line.place_on(*self.law, self.pieces, piece, goal)
+
+    @property
+    def _at_edge(self) -> bool:
+        return self.piece == self.pieces.cell.size
+
+    def _load(self) -> float:
+        """Return the characteristic load of the current contact."""
+        if self._at_edge:
+            return self.pieces.load[-1]
+        return line.characteristic(*self.law, self.pieces.cell[self.piece], self.place)[0]
+
+    def _state(self, goal: float) -> State:
+        """Return the state of the current contact at the characteristic load `goal`."""
+        goal = float(goal)
+        if self.piece < 0:
+            return State(goal if self.control == PENETRATION else 0.0, 0.0, 0.0, 0.0)
+        if self._at_edge:
+            half = self.half
+            a, first, second = half.x[-1], half.first[-1], half.second[-1]
+        else:
+            cell = self.pieces.cell[self.piece]
+            a, _, first, second, _ = line.evaluate(self.half, cell, self.place)
+        if self.control == PENETRATION:
+            d, reduced = goal, a * goal - first
+        else:
+            d, reduced = float((goal + first) / a) if a > 0 else 0.0, goal
+        energy = a * d * d - 2 * d * first + second
+        return State(
+            *(d, float(2 * self.modulus * reduced), float(a), float(self.modulus * energy))
+        )
+
+    def _note(self, kind: str, before: State, level: float) -> None:
+        """Record the jump from `before` to the current contact."""
+        after = self._state(level)
+        if kind == "pull_off" and self.control == FORCE:
+            # the smallest penetration at which a contact of at most this radius is stable
+            pieces = line.cut(self.half, 2 * self.surface, PENETRATION)
+            parting = pieces.load[pieces.radius <= before.contact_radius].min()
+            after = State(float(parting), 0.0, 0.0, 0.0)
+        lost = self._free_energy(before) - self._free_energy(after)
+        if self.control == FORCE:
+            lost -= before.force * (before.penetration - after.penetration)
+        self.dissipated += lost
+        self.events.append(Event(kind, len(self.record), before, after, lost))
+
+    def _free_energy(self, state: State) -> float:
+        area = state.contact_radius**2
+        return state.elastic_energy - self.modulus * self.surface * area

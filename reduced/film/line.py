@@ -51,7 +51,6 @@ class Ball:
 
     Parameters
     ----------
-    radius, effective_modulus, viscosity, load : float
     rule : {"local", "hertz", "rigid"}
     heights : callable, optional
         Of a rough ball over x: the section y = 0 as it is; up to 1.5 l.
@@ -113,7 +112,6 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
 
     Parameters
     ----------
-    ball : Ball
     speed : float
         U, mean of both surfaces'.
     resolution : int
@@ -121,8 +119,6 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
 
     Raises
     ------
-    ValueError
-        If an argument is out of range.
     ConvergenceError
         If the film is too thin for the cells.
 

@@ -96,15 +96,6 @@ def roll(
     creep, lateral_creep : array_like, shape (k,), or a number
         As a fraction, any sign.
 
-    Returns
-    -------
-    RollingLine
-
-    Raises
-    ------
-    ValueError
-        If the load is not a single value, or a creep is not finite.
-
     Examples
     --------
     A parabola at half the creep of full slip, 1 - 1/8:
@@ -165,12 +156,6 @@ class RoughRoller:
         Of the smooth profile on a window, from its trailing end to the leading one.
     roughness : ndarray, shape (m,), m >= n
         Heights in the order in which the window meets them, positive towards the springs.
-    spacing, effective_modulus : float
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     gap: np.ndarray
@@ -197,15 +182,8 @@ class RoughRoller:
 
         Parameters
         ----------
-        friction : Friction
         force : float
             Mean normal force.
-        creep : float
-
-        Raises
-        ------
-        ValueError
-            If the force is not positive or the creep not finite.
 
         Examples
         --------

@@ -71,11 +71,6 @@ class Friction:
         G*, see `tangential_modulus`.
     coefficient : float
         Coulomb's mu.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not positive.
     """
 
     tangential_modulus: float
@@ -156,14 +151,8 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
         Values of ``"tangential_displacement"`` or ``"tangential_force"`` along the path, in order,
         any sign, shape (k,); monotone in between.
 
-    Returns
-    -------
-    TangentialPath
-
     Raises
     ------
-    ValueError
-        If the load is not a single value, or a tangential force exceeds mu F.
     ConvergenceError
         If a force could not be inverted.
 
@@ -217,10 +206,6 @@ def slide_lines(
         As for `rough.press.press`.
     friction, load, path
         As for `slide`, equal for all lines; the load is that of one line.
-
-    Returns
-    -------
-    TangentialPath
 
     Raises
     ------

@@ -106,7 +106,6 @@ def accumulate(branch: Branches, gain: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    branch : Branches
     gain : ndarray, shape (m,)
         Signed first-loading response to `branch.reach`.
     """

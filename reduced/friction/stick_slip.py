@@ -108,11 +108,6 @@ class StickingLine:
     periodic : bool
         Whether the last point is a neighbour of the first; a free line ends half a cell beyond its
         outer points, at constant height.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     gap: np.ndarray
@@ -136,15 +131,6 @@ class StickingLine:
         penetration, tangential_displacement : array_like, shape (k,)
             The points of the path, any sign and order; the path starts at d = 0 (or the negative
             first penetration), u = 0, and both change in proportion between two points.
-
-        Returns
-        -------
-        LinePath
-
-        Raises
-        ------
-        ValueError
-            If they are not finite lists of equal length.
 
         Examples
         --------

@@ -64,14 +64,8 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
     steps : int
         Number of steps in three times that depth over v, about the duration of an elastic impact.
 
-    Returns
-    -------
-    Impact
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the body does not rebound within 200 times the elastic duration.
 

@@ -74,15 +74,6 @@ def harmonic_stiffness(
     poisson_ratio : float
         1/2 for rubber.
 
-    Returns
-    -------
-    ndarray of complex
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
-
     Examples
     --------
     >>> from reduced.memory.materials import kelvin_voigt
@@ -116,15 +107,8 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     path : LoadPath
         ``"penetration"`` of any sign, or ``"force"``, positive (the first may be 0), at the times.
 
-    Returns
-    -------
-    History
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments, including, with a parallel dashpot, jumps of the depth
-        (infinite force) and of the force from zero (undefined initial depth).
     ConvergenceError
         If a prescribed force cannot be reached.
 

@@ -365,7 +365,6 @@ def advance(law, heights, old, new, way):
 
     Parameters
     ----------
-    law : Law
     heights : ndarray, shape (n,)
         Profile g at the springs.
     old, new : Row

@@ -216,11 +216,6 @@ def prony(
     viscosity : float
         eta >= 0 of a parallel dashpot.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments; also if all moduli and the viscosity are zero.
-
     Examples
     --------
     >>> prony(1.0, [2.0, 3.0, 1.0], [0.1, 5.0, 0.1]).moduli.tolist()
@@ -331,11 +326,6 @@ def fit(
         Relaxation times; default: `per_decade` per decade over [1/w_max, 1/w_min].
     solid, dashpot : bool
         Whether to include G_inf and a parallel dashpot.
-
-    Raises
-    ------
-    ValueError
-        Lists all errors in the data.
 
     Examples
     --------

@@ -144,11 +144,6 @@ class RelaxingSprings:
         dx, instead of `per_radius`.
     edges : {"sub_cell", "nodal"}
         Contact edges inside cells, or whole springs at (i + 1/2) dx as printed.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     profile: Profile
@@ -181,7 +176,6 @@ class SpringRow:
 
     Parameters
     ----------
-    profile : Profile
     law : Law
         Law per length, with moduli E*(t) (19.30).
     spacing : float

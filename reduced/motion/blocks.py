@@ -58,12 +58,6 @@ class Blocks:
         f, P, V.
     frequency : float
         W, of the harmonic load.
-
-    Raises
-    ------
-    ValueError
-        Lists values that are not finite or positive (mass, limit), and matrices that are not
-        symmetric.
     """
 
     mass: ArrayLike
@@ -151,7 +145,6 @@ def integrate(
 
     Parameters
     ----------
-    system : Blocks
     characteristic_speed : float
         v0 of (19.1).
     stepping : Stepping
@@ -163,8 +156,6 @@ def integrate(
 
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the velocities of an implicit step do not converge, or are not finite.
 

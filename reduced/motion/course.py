@@ -61,13 +61,7 @@ class Motion:
     pull: float
 
     def at(self, times: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Return position and velocity at any times, by Hermite cubics between the records.
-
-        Raises
-        ------
-        ValueError
-            For times outside the motion.
-        """
+        """Return position and velocity at any times, by Hermite cubics between the records."""
         t = np.asarray(times, dtype=float)
         end = self.time[-1] * (1 + 4 * _EPSILON)
         if not ((t >= 0) & (t <= end)).all():
@@ -190,7 +184,6 @@ def move(
     ----------
     contact : SpringContact
         With ``edges="sub_cell"``.
-    mass : Mass
     stepping : Stepping
         Length and number of the steps, and which of them are recorded.
     push : Push
@@ -200,8 +193,6 @@ def move(
 
     Raises
     ------
-    ValueError
-        If the edges are not ``"sub_cell"``, or the scheme is unknown.
     ConvergenceError
         If an implicit step has no solution, or a number is not finite.
 

@@ -54,11 +54,6 @@ def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed
     The inverse of (19.1): under loads at which Coulomb's law predicts rest, the regularised law
     creeps.
 
-    Raises
-    ------
-    ValueError
-        If |F| >= mu F_N, where the body accelerates, or an argument is not positive.
-
     Examples
     --------
     >>> round(float(creep_speed(0.5, 1.0, 1e-3)), 12)

@@ -65,8 +65,6 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
 
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the contact stops the mass at no depth.
 
@@ -95,7 +93,6 @@ def rebound(
     ----------
     law : Law
         Springs under a profile or a line.
-    mass : float
     velocity : array_like, shape (k,)
     deepest : float
         A penetration near the largest one, to start the search.

@@ -22,11 +22,6 @@ class Stepping:
     stride : int
         Number of steps between records.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> Stepping(0.5, 4, stride=2).times

@@ -66,11 +66,6 @@ class YieldingSprings:
         Largest penetration.
     springs : int
         Springs on half of the line at that penetration.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments, or says where the profile has no curvature.
     """
 
     def __init__(
@@ -108,13 +103,7 @@ class YieldingSprings:
         return float(2 * self.modulus * self.spacing * self.elastic(penetration, lost).sum())
 
     def walk(self, path: LoadPath) -> Yielded:
-        """Follow a path of penetrations, or of forces, none of them negative.
-
-        Raises
-        ------
-        ValueError
-            If a force is negative or the control is another one.
-        """
+        """Follow a path of penetrations, or of forces, none of them negative."""
         control = path.one_of("penetration", "force")
         if control == "force" and (path.values < 0).any():
             raise ValueError("force must not be negative: nothing holds the indenter")
@@ -179,11 +168,6 @@ def first_yield(profile: Profile, effective_modulus: float, pressure: float) -> 
     """Return the penetration at which the local rule first reaches a pressure.
 
     d_y = pi^2 p^2 R1/(2 E*^2), R1 = 1/g''(0): exact for the paraboloid, where the rule is.
-
-    Raises
-    ------
-    ValueError
-        If the profile has no curvature at its tip.
     """
     refuse(positive_faults(effective_modulus=effective_modulus, pressure=pressure))
     tip = float(_radius(profile, np.zeros(1))[0])

@@ -68,11 +68,6 @@ class Yielding:
         For the radius of curvature.
     edges : {"sub_cell", "nodal"}
         As for `rough.press.press`.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     effective_modulus: float
@@ -96,8 +91,6 @@ def walk(lines: RoughLines, springs: Yielding, path: LoadPath) -> YieldedLines:
 
     Raises
     ------
-    ValueError
-        If a force is negative or the control is another one.
     ConvergenceError
         If the springs of a line never carry a force.
 

@@ -32,11 +32,6 @@ class ZunkerKamrin:
         E*, Y.
     sphere : bool
         Whether the overlap of a sphere counts, 2 R d - d^2, or that of a paraboloid, 2 R d.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     def __init__(
@@ -66,13 +61,7 @@ class ZunkerKamrin:
         raise ConvergenceError("the mean pressure never reaches that of full yield")
 
     def widest(self, deepest: float) -> float:
-        """Return the contact radius at a largest penetration.
-
-        Raises
-        ------
-        ValueError
-            If a sphere is in deeper than its radius, where its overlap would shrink.
-        """
+        """Return the contact radius at a largest penetration."""
         if self._sphere and deepest > self.radius:
             raise ValueError(
                 f"a sphere of radius {self.radius:g} cannot go in deeper than that: {deepest:g}"
@@ -107,14 +96,7 @@ class ZunkerKamrin:
         return float(force), float(widest * rim), deepest - height
 
     def walk(self, path: LoadPath) -> Yielded:
-        """Follow a path of penetrations, or of forces, none of them negative.
-
-        Raises
-        ------
-        ValueError
-            If a force is negative or too large for a sphere, if a sphere is in deeper than its
-            radius, or if the control is another one.
-        """
+        """Follow a path of penetrations, or of forces, none of them negative."""
         control = path.one_of("penetration", "force")
         if control == "force" and (path.values < 0).any():
             raise ValueError("force must not be negative: nothing holds the indenter")

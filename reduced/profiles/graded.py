@@ -32,16 +32,10 @@ class Grading:
     ----------
     modulus : float
         E0/(1 - nu^2), at the depth c0.
-    poisson_ratio : float
     exponent : float
         k, between -1 and 1.
     depth : float
         c0.
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
 
     Examples
     --------

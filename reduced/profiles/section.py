@@ -80,8 +80,6 @@ class Profile(Section):
 
         Raises
         ------
-        ValueError
-            If a penetration is negative or not finite.
         ConvergenceError
             If the search for the root fails (a profile that is not monotone).
         """

@@ -35,13 +35,6 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
     Profile
         With `edge` at the last radius and the table's nodes as breakpoints.
 
-    Raises
-    ------
-    ValueError
-        Lists all errors in the table; also if the equivalent profile decreases somewhere (a hollow
-        body, or a flank that flattens out quickly), because the contact would be a ring, and
-        independent springs are valid for compact contacts only.
-
     Examples
     --------
     >>> wedge = tabulated([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], "linear")

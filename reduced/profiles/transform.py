@@ -56,8 +56,6 @@ def from_function(
 
     Raises
     ------
-    ValueError
-        If length, breakpoints or edge are not positive.
     ConvergenceError
         If f' has a kink that is not among the breakpoints.
 
@@ -82,7 +80,6 @@ def weighted(section: Section, power: float) -> Profile:
 
     Parameters
     ----------
-    section : Section
     power : float
         Above -1.
     """
@@ -149,8 +146,6 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
 
     Raises
     ------
-    ValueError
-        If a radius is negative or not finite.
     ConvergenceError
         If g has a kink that is not among the profile's breakpoints.
 

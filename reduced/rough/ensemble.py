@@ -82,11 +82,6 @@ class RandomLines:
         Line k draws from ``SeedSequence(seed, spawn_key=(1, k))``.
     length : float, optional
         Period of the lines; default: that of the spectrum.
-
-    Raises
-    ------
-    ValueError
-        If the number of lines is not positive.
     """
 
     spectrum: LineSpectrum
@@ -113,16 +108,10 @@ class Sampling:
 
     Parameters
     ----------
-    realisations : int
     seed : int
         As for `RandomLines`.
     workers : int
         Number of threads, without effect on the result.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     realisations: int = 100
@@ -133,13 +122,7 @@ class Sampling:
         refuse(count_faults(realisations=self.realisations, workers=self.workers))
 
     def lines(self, spectrum: LineSpectrum, points: int) -> RandomLines:
-        """Return lines of a spectrum with at least the given points, enough for its highest mode.
-
-        Raises
-        ------
-        ValueError
-            If the spectrum has no power.
-        """
+        """Return lines of a spectrum with at least the given points, enough for its highest mode."""
         if not np.any(spectrum.power > 0):
             raise ValueError("the map is flat: its spectrum has no power")
         # Corner modes are beyond the map's Nyquist wavenumber.
@@ -166,7 +149,6 @@ def press_ensemble(
 
     Parameters
     ----------
-    lines : RandomLines
     effective_modulus, load, edges
         As for `rough.press.press`.
     quantities : sequence of str
@@ -174,14 +156,8 @@ def press_ensemble(
     workers : int
         Threads.
 
-    Returns
-    -------
-    Ensemble
-
     Raises
     ------
-    ValueError
-        If an argument is out of range.
     ConvergenceError
         If a load could not be inverted.
 

@@ -91,8 +91,6 @@ def press_lines(
         sorting.
     first : int
         Index of the first of these m lines.
-    target : Wanted
-    ends : Ends
     results : Results
         The rows of the m lines are filled.
     """

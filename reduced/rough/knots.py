@@ -35,7 +35,6 @@ def roots(
         Whether the order is increasing.
     goals : ndarray, shape (k,)
         Increasing forces.
-    ends : Ends
     depths : ndarray, shape (k,)
         Output: the penetrations.
     """

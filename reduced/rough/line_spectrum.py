@@ -137,11 +137,6 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
         With the longer side L as period: with the wider rings of the shorter side, modes along the
         longer side would be lost in the mean. Rings include all modes, also those in the corners
         beyond the Nyquist wavenumber of one direction.
-
-    Raises
-    ------
-    ValueError
-        If the rule is unknown.
     """
     refuse(choice_faults("rule", rule, RULES))
     if rule == "printed":
@@ -180,15 +175,6 @@ def prescribed(
         As for `surface_spectrum.self_affine`.
     rule : {"rings", "split", "printed"}
         As for `line_of`, but C1D = pi q C2D is sampled from the power law.
-
-    Returns
-    -------
-    LineSpectrum
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments; also if there is no mode between the cutoffs.
     """
     refuse(choice_faults("rule", rule, RULES))
     surface = self_affine(points, size, roughness)
@@ -229,11 +215,6 @@ def synthesise(
     -------
     ndarray, shape (points,) or (lines, points)
         Heights at x = j length/points, mean zero; the digits of a line do not depend on the others.
-
-    Raises
-    ------
-    ValueError
-        If the points do not resolve the spectrum, or no generator is given.
     """
     if length is not None and length != spectrum.length:
         spectrum = resample(spectrum, length)

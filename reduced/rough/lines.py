@@ -25,11 +25,6 @@ class RoughLines:
     periodic : bool
         Whether the lines are periodic.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> RoughLines([0.0, 1.0, 0.0, 0.0], 0.5).length

@@ -83,7 +83,6 @@ def press(
 
     Parameters
     ----------
-    lines : RoughLines
     effective_modulus : float
         E*.
     load : Load
@@ -94,14 +93,8 @@ def press(
     threads : int
         Number of threads, without effect on the result.
 
-    Returns
-    -------
-    LineContact
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If a load could not be inverted.
 

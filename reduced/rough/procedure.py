@@ -109,14 +109,8 @@ def calculate(
     sampling : Sampling
         Number of lines and seed.
 
-    Returns
-    -------
-    Procedure
-
     Raises
     ------
-    ValueError
-        If an argument is out of range, or the map is flat.
     ConvergenceError
         If a load could not be inverted.
 

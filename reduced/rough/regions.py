@@ -70,15 +70,6 @@ def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") ->
         Contacts end where the linear interpolant meets the surface, or half a cell beyond the last
         spring.
 
-    Returns
-    -------
-    Regions
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
-
     Examples
     --------
     >>> regions(RoughLines([0.0, 1.0, 0.0, 0.0], 1.0), 0.5).lengths
@@ -130,15 +121,6 @@ def line_stress(
         straight or concave, which on rough lines is a large part of the contact, and at the ends of
         a free line. Or one radius per region, that of the parabola of the same length and depth, R1
         = l^2/(8 delta_max), which is always defined.
-
-    Returns
-    -------
-    LineStress
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
     """
     refuse(
         choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)

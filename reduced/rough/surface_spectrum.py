@@ -164,16 +164,6 @@ def measured(
         True for a periodic map. False (a measured map) applies a Hann window in both
         directions, removes the windowed mean and rescales the result to the <h^2> of the map, so
         that the jump between opposite sides does not fill the spectrum.
-
-    Returns
-    -------
-    SurfaceSpectrum
-
-    Raises
-    ------
-    ValueError
-        If the map is not 2-D, has fewer than 2 points in a direction or is not finite, or a side
-        is not positive.
     """
     h = np.asarray(height, dtype=float)
     sides = _pair(size, "size")
@@ -208,11 +198,6 @@ class SelfAffine:
         Roll-off wavelength; by default the power law extends to the longest mode.
     short_cutoff : float, optional
         Shortest wavelength; default: two cells (of the coarser direction).
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     hurst: float | None = None
@@ -266,11 +251,6 @@ class Grid:
         Points per side, at least 2.
     size : float or (float, float)
         Sides.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     points: tuple[int, int]
@@ -306,11 +286,6 @@ def self_affine(
         Sides of the surface.
     roughness : SelfAffine
         The rms slope is that of the full gradient summed over the modes of the surface.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments; also if there is no mode between the cutoffs.
     """
     grid = Grid(points, size)
     magnitude = _magnitude(grid.points, grid.size)

@@ -43,7 +43,6 @@ def walk(
         0 for a free line.
     levels : ndarray, shape (k,)
         Non-decreasing penetrations.
-    ends : Ends
     out : ndarray, shape (k + 1, ROOM)
         Output in the first six numbers of the first k rows: force over E* dx, contact
         length, sum of squared contact lengths, number of contacts, longest contact (lengths in dx),

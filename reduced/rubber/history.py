@@ -127,14 +127,8 @@ def slide_in_time(
     step_length : float, optional
         v dt, of any length; default: dx.
 
-    Returns
-    -------
-    SlidingHistory
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the force of a step could not be met.
 

@@ -60,7 +60,6 @@ def draw(line, level, step, touching, rubber, state):
         Z0 of the rubber's undisturbed surface, and dx.
     touching : bool
         Whether the spring is initially in contact.
-    rubber : Rubber
     state : ndarray, shape (m,)
         q_k of a spring in contact (the last entry may be unused), or mode amplitudes of a free one.
 

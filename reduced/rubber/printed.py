@@ -106,15 +106,6 @@ def slide_as_printed(
     level : float, optional
         Initial Z0 instead of 3 rms, above which many lines have no point.
 
-    Returns
-    -------
-    PrintedSliding
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> from reduced.memory.materials import kelvin_voigt

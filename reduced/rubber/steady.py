@@ -90,14 +90,8 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
         ``"force"`` F > 0 on the line, or ``"penetration"``, the depth of its highest point below
         the level of the rubber: one value for all speeds, or one per speed.
 
-    Returns
-    -------
-    SteadySliding
-
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If a force could not be met, or the contact of a free line reaches its end.
 

@@ -25,18 +25,12 @@ class Coatings:
 
     Parameters
     ----------
-    thicknesses : sequence of float
     moduli : sequence of float
         E* of each layer.
     base : float
         E* of the half-space below; inf for a rigid base.
     poisson_ratio : float
         Of the uppermost layer.
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
 
     Examples
     --------

@@ -71,7 +71,6 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
 
     Parameters
     ----------
-    half : Half
     d : ndarray, shape (k,)
         Penetrations.
     out : ndarray, shape (3, k)

@@ -56,14 +56,8 @@ def indent(springs: Springs, load: Load) -> Indentation:
     load : Load
         Penetrations or forces, shape (k,).
 
-    Returns
-    -------
-    Indentation
-
     Raises
     ------
-    ValueError
-        If the springs are farther apart than the contact radius at the largest load.
     ConvergenceError
         If the profile is not monotone, or the inversion of the force fails.
 

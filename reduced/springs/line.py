@@ -44,11 +44,6 @@ class Springs:
         The discrete law.
     offset : float
         Position of the first spring right of the axis, in [0, 1) spacings.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     profile: Profile

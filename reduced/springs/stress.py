@@ -39,9 +39,6 @@ def abel(
 
     Raises
     ------
-    ValueError
-        If an argument is out of range, or the pressure is unbounded at a requested radius (the tip
-        of a cone, a kink of a table).
     ConvergenceError
         If the quadrature fails.
 
@@ -100,11 +97,6 @@ def local_rule(
         Shape of r; 0 outside the contact and where the rule is undefined.
     valid : ndarray of bool
         False inside the contact where the rule is undefined.
-
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
     """
     r, a = _check(profile, effective_modulus, penetration, r)
     refuse(positive_faults(spacing=spacing))

@@ -26,11 +26,6 @@ class Rings:
     count : int
         Number of rings, two at least.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     A parabola g = x^2 pressed by 1, below which Hertz's pressure is 2 sqrt(1 - r^2)/pi:

@@ -37,11 +37,6 @@ class Oscillation:
         U, of the displacement.
     lag : float
         G* U/(mu E*), what a spring is pressed in where friction just holds it.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     amplitude: float
@@ -99,7 +94,6 @@ def wear(
 
     Parameters
     ----------
-    body : WearingBody
     effective_modulus : float
         E*.
     load : Load
@@ -117,8 +111,6 @@ def wear(
 
     Raises
     ------
-    ValueError
-        Lists all invalid arguments.
     ConvergenceError
         If the pressure is lost, or the distance takes too many steps.
     """

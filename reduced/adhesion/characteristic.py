@@ -98,66 +98,50 @@ def _fold_function(half, cell, s):
 
 
 @njit(cache=True)
-def _extremes(half, cell):
-    """Return the extrema of a g'^2 in (0, 1), ordered roots of 2 a g'' + g' = 0."""
-    m0, m1 = half.start[cell], half.end[cell]
-    c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
-    away = half.x[cell] / (half.x[cell + 1] - half.x[cell])
-    a, b, c = 15.0 * c3, 6.0 * c2 + 12.0 * c3 * away, 4.0 * c2 * away + m0
-    low = high = 2.0
-    square = b * b - 4.0 * a * c
-    if square >= 0.0:
-        q = -0.5 * (b + np.sqrt(square)) if b >= 0.0 else -0.5 * (b - np.sqrt(square))
-        if a != 0.0:
-            low = q / a
-        if q != 0.0:
-            high = c / q
-    return min(low, high), max(low, high)
-
-
-@njit(cache=True)
-def _fold_place(half, cell, level, low, high):
-    """Return the position at which a g'^2, monotone from low to high, equals the level."""
-    rising = _fold_function(half, cell, high) > level
-    for _ in range(_STEPS):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        if (_fold_function(half, cell, middle) > level) == rising:
-            high = middle
-        else:
-            low = middle
-    return 0.5 * (low + high)
-
-
-@njit(cache=True)
 def cut(half, stretch, control):
-    """Return the half line divided at the extrema of the characteristic load.
-
-    Returns
-    -------
-    Pieces
-    """
+    """Return the half line divided into `Pieces` at the extrema of the characteristic load."""
     cells = half.x.size - 1
     level = FOLD_LEVEL[control] * stretch
     cell, begin, stop = [0], [0.0], [0.0]  # typed lists for numba: first entry dropped below
     for i in range(cells):
+        # between the extrema of a g'^2, ordered roots of 2 a g'' + g' = 0, it is monotone
+        m0, m1 = half.start[i], half.end[i]
+        c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
+        away = half.x[i] / (half.x[i + 1] - half.x[i])
+        a, b, c = 15.0 * c3, 6.0 * c2 + 12.0 * c3 * away, 4.0 * c2 * away + m0
+        first = second = 2.0
+        square = b * b - 4.0 * a * c
+        if square >= 0.0:
+            q = -0.5 * (b + np.sqrt(square)) if b >= 0.0 else -0.5 * (b - np.sqrt(square))
+            if a != 0.0:
+                first = q / a
+            if q != 0.0:
+                second = c / q
         marks = [0.0]
-        for place in _extremes(half, i):
+        for place in (min(first, second), max(first, second)):
             if marks[-1] < place < 1.0:
                 marks.append(place)
         marks.append(1.0)
         last = 0.0
         for j in range(len(marks) - 1):
             low, high = marks[j], marks[j + 1]
-            above = _fold_function(half, i, low) > level
-            if above != (_fold_function(half, i, high) > level):
-                place = _fold_place(half, i, level, low, high)
-                if last < place < 1.0:
-                    cell.append(i)
-                    begin.append(last)
-                    stop.append(place)
-                    last = place
+            rising = _fold_function(half, i, high) > level
+            if (_fold_function(half, i, low) > level) == rising:
+                continue
+            for _ in range(_STEPS):  # bisection for the fold
+                middle = 0.5 * (low + high)
+                if middle in (low, high):
+                    break
+                if (_fold_function(half, i, middle) > level) == rising:
+                    high = middle
+                else:
+                    low = middle
+            place = 0.5 * (low + high)
+            if last < place < 1.0:
+                cell.append(i)
+                begin.append(last)
+                stop.append(place)
+                last = place
         cell.append(i)
         begin.append(last)
         stop.append(1.0)
