@@ -107,7 +107,11 @@ def roll(
     0.875
     """
     load.single()
-    along, across = _creeps(creep, lateral_creep)
+    along, across = np.broadcast_arrays(
+        np.atleast_1d(np.asarray(creep, dtype=float)), np.asarray(lateral_creep, dtype=float)
+    )
+    if along.ndim != 1 or not (np.isfinite(along).all() and np.isfinite(across).all()):
+        raise ValueError("creep and lateral_creep must be finite numbers or lists of one length")
     normal = indent(springs, load)
     depth, radius = float(normal.penetration[0]), float(normal.contact_radius[0])
     x = np.linspace(radius, -radius, 2 * springs.per_radius + 1)
@@ -198,7 +202,23 @@ class RoughRoller:
         finite = [] if np.isfinite(creep) else [f"creep must be finite, got {creep!r}"]
         refuse(positive_faults(force=force) + finite)
         stiffness = self.effective_modulus * self.spacing
-        depth = _depth(self.gap, self.roughness, force / stiffness)
+        # the penetration at which the mean of the normal forces is the given one, by bisection
+        low = float(self.gap.min() - self.roughness.max())
+        depth = low + 1.0
+
+        def carried(depth: float) -> float:
+            return float(_windows(self.gap, self.roughness, depth, 0.0)[0].mean())
+
+        while carried(depth) < force / stiffness:
+            depth = low + 2 * (depth - low)
+        for _ in range(100):
+            middle = (low + depth) / 2
+            if not low < middle < depth:
+                break
+            if carried(middle) < force / stiffness:
+                low = middle
+            else:
+                depth = middle
         unit = friction.coefficient * stiffness
         step = friction.tangential_modulus * creep * self.spacing * self.spacing / unit
         normal, pulled = _windows(self.gap, self.roughness, depth, step)
@@ -208,15 +228,6 @@ class RoughRoller:
             float(pulled.mean() * unit),
             float(pulled.std() * unit),
         )
-
-
-def _creeps(creep: ArrayLike, lateral: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    along, across = np.broadcast_arrays(
-        np.atleast_1d(np.asarray(creep, dtype=float)), np.asarray(lateral, dtype=float)
-    )
-    if along.ndim != 1 or not (np.isfinite(along).all() and np.isfinite(across).all()):
-        raise ValueError("creep and lateral_creep must be finite numbers or lists of one length")
-    return along, across
 
 
 @njit(cache=True)
@@ -243,23 +254,6 @@ def _walk(width, spacing, rate):
         stick += share * spacing
         force = bound
     return sticks, slips, stick
-
-
-def _depth(gap: np.ndarray, heights: np.ndarray, goal: float) -> float:
-    """Return the penetration at which the mean of the normal forces over E* dx is the goal."""
-    low = float(gap.min() - heights.max())
-    high = low + 1.0
-    while _windows(gap, heights, high, 0.0)[0].mean() < goal:
-        high = low + 2 * (high - low)
-    for _ in range(100):
-        middle = (low + high) / 2
-        if not low < middle < high:
-            break
-        if _windows(gap, heights, middle, 0.0)[0].mean() < goal:
-            low = middle
-        else:
-            high = middle
-    return high
 
 
 @njit(cache=True)

@@ -207,11 +207,6 @@ def slide_lines(
     friction, load, path
         As for `slide`, equal for all lines; the load is that of one line.
 
-    Raises
-    ------
-    ValueError, ConvergenceError
-        As for `slide`.
-
     Examples
     --------
     >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)
@@ -241,45 +236,35 @@ def slide_lines(
 
 def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> list[np.ndarray]:
     """Return F_x, u, stick length, stiffness and dissipation along the path of one row."""
-    mu, G = friction.coefficient, friction.tangential_modulus
+    mu, G, depth = friction.coefficient, friction.tangential_modulus, levels.penetration
     if path.control == "tangential_displacement":
-        branch, force = _by_displacement(levels, path.values * (G / (mu * E)))
-        given_force = mu * E * force[branch.points]
-        given_displacement = path.values
+        # T = phi(w) = N(d) - N(d - w) on the branches of w
+        branch = branches(path.values * (G / (mu * E)))
+        way = branch.reach
+        stuck_force = levels.respond("penetration", depth - np.abs(way))[1]
+        force = accumulate(branch, np.sign(way) * (levels.force - stuck_force))
+        given_force, given_displacement = mu * E * force[branch.points], path.values
     else:
-        branch = _by_force(levels, path.values / (mu * E))
-        given_displacement = mu * E / G * branch.value[branch.points]
-        given_force = path.values
-    depth = levels.penetration
+        # w = d - d(N - T), the inverse of phi, on the branches of T
+        values = path.values / (mu * E)
+        if np.any(np.abs(values) > levels.force * (1 + _SPENT)):
+            worst = np.max(np.abs(values)) / levels.force
+            raise ValueError(
+                "tangential_force must not exceed friction times the normal force, got "
+                f"{worst:.6g} times this limit: full sliding"
+            )
+        branch = branches(values)
+        way = branch.reach
+        stuck_depth = levels.respond("force", levels.force - np.abs(way))[0]
+        shift = accumulate(branch, np.sign(way) * (depth - stuck_depth))
+        branch = Branches(shift, branch.start, branch.points)
+        given_force, given_displacement = path.values, mu * E / G * shift[branch.points]
     way, before = np.abs([branch.reach, branch.reach_before])
     length = levels.respond("penetration", depth - way)[2]
     lost = branch.factor * (_dissipated(levels, way) - _dissipated(levels, before))
     lost = mu * E / G * mu * E * np.cumsum(np.maximum(lost, 0.0))
     stick = length[branch.points]
     return [given_force, given_displacement, stick, G * stick, lost[branch.points]]
-
-
-def _by_displacement(levels: _Levels, path: np.ndarray) -> tuple[Branches, np.ndarray]:
-    """Return the branches of a path in w, and T at their nodes: phi(w) = N(d) - N(d - w)."""
-    branch = branches(path)
-    way = branch.reach
-    stuck_force = levels.respond("penetration", levels.penetration - np.abs(way))[1]
-    return branch, accumulate(branch, np.sign(way) * (levels.force - stuck_force))
-
-
-def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
-    """Return the branches in w of a path in T: w = d - d(N - T), the inverse of phi."""
-    if np.any(np.abs(path) > levels.force * (1 + _SPENT)):
-        worst = np.max(np.abs(path)) / levels.force
-        raise ValueError(
-            "tangential_force must not exceed friction times the normal force, got "
-            f"{worst:.6g} times this limit: full sliding"
-        )
-    branch = branches(path)
-    way = branch.reach
-    stuck_depth = levels.respond("force", levels.force - np.abs(way))[0]
-    gain = np.sign(way) * (levels.penetration - stuck_depth)
-    return Branches(accumulate(branch, gain), branch.start, branch.points)
 
 
 def _dissipated(levels: _Levels, way: np.ndarray) -> np.ndarray:

@@ -64,16 +64,8 @@ class _State:
     traction: np.ndarray
     is_point: np.ndarray
 
-    def split_at(self, level: float) -> None:
-        """Insert knots where the gap crosses a level, with exactly that gap."""
-        new = self.split(self.gap - level)
-        self.gap[new] = level
-
     def split(self, zero: np.ndarray) -> np.ndarray:
-        """Insert knots where a piecewise linear function, given at the knots, is zero.
-
-        Returns their indices.
-        """
+        """Insert knots where a function, linear between knots, is zero; return their indices."""
         sign = np.sign(zero)
         first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
         share = zero[first] / (zero[first] - zero[first + 1])
@@ -84,10 +76,52 @@ class _State:
         self.is_point = np.insert(self.is_point, first + 1, False)
         return first + 1 + np.arange(first.size)
 
-    def keep(self, needed: np.ndarray) -> None:
-        """Remove all other knots."""
+    def advance(self, before: float, d: float, step: float) -> None:
+        """Move to penetration d and by v = step, and update the tangential forces."""
+        for level in (before, d):
+            new = self.split(self.gap - level)
+            self.gap[new] = level
+        for side in (-1.0, 1.0):
+            trial = self._unslipped(before, d, step)
+            self.split(np.where(self.gap <= d, trial - side * (d - self.gap), 0.0))
+        trial = self._unslipped(before, d, step)
+        width = np.maximum(d - self.gap, 0.0)
+        self.traction = np.clip(trial, -width, width)
+        # inner knots of a free or slipping part go
+        sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
+        same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
+        kept = np.concatenate([[True], ~same | self.is_point[1:-1], [True]])
         for name in ("place", "gap", "traction", "is_point"):
-            setattr(self, name, getattr(self, name)[needed])
+            setattr(self, name, getattr(self, name)[kept])
+
+    def _unslipped(self, before: float, d: float, step: float) -> np.ndarray:
+        """Return the tangential forces if no spring slipped in the step."""
+        if d <= before:
+            return self.traction + step
+        share = np.where(self.gap >= before, (d - self.gap) / (d - before), 1.0)
+        return self.traction + step * share
+
+    def sums(self, d: float) -> tuple[float, ...]:
+        """Return integrals over the line in cells: w, t, contact and stick length, energies."""
+        width, traction = np.maximum(d - self.gap, 0.0), self.traction
+        cell = np.diff(self.place)
+        in_contact = (width[:-1] > 0) | (width[1:] > 0)
+        margin = (width - np.abs(traction)) * 2
+        slips = margin[:-1] + margin[1:] <= 1e-12 * (width[:-1] + width[1:])
+
+        def integral(values: np.ndarray) -> float:
+            return float(np.sum((values[:-1] + values[1:]) / 2 * cell))
+
+        def square(values: np.ndarray) -> float:
+            first, last = values[:-1], values[1:]
+            return float(np.sum((first * first + first * last + last * last) / 3 * cell))
+
+        lengths = float(cell[in_contact].sum()), float(cell[in_contact & ~slips].sum())
+        return (
+            *(integral(width), integral(traction)),
+            *lengths,
+            *(square(width) / 2, square(traction) / 2),
+        )
 
 
 @dataclass(frozen=True)
@@ -147,14 +181,21 @@ class StickingLine:
                 "penetration and tangential_displacement must be lists of one length, "
                 f"got shapes {depth.shape} and {shift.shape}"
             )
-        state = _start(np.asarray(self.gap, dtype=float), self.periodic)
+        gap = np.asarray(self.gap, dtype=float)
+        place = np.arange(gap.size, dtype=float)
+        if self.periodic:
+            place, gap = np.append(place, gap.size), np.append(gap, gap[0])
+        else:
+            place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
+            gap = np.concatenate([gap[:1], gap, gap[-1:]])
+        state = _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
         mu = self.friction.coefficient
         ratio = self.friction.tangential_modulus / (mu * self.effective_modulus)
         before = min(depth[0], 0.0)
         rows = []
         for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
-            _advance(state, before, d, step)
-            rows.append([*_sums(state, d), state.place.size])
+            state.advance(before, d, step)
+            rows.append([*state.sums(d), state.place.size])
             before = d
         normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
         unit = self.effective_modulus * self.spacing
@@ -163,65 +204,3 @@ class StickingLine:
             *(depth, shift, unit * normal, mu * unit * tangential),
             *(self.spacing * contact, self.spacing * stick, energy, knots.astype(int)),
         )
-
-
-def _start(gap: np.ndarray, periodic: bool) -> _State:
-    """Return the knots of the line out of contact, with positions in cells."""
-    place = np.arange(gap.size, dtype=float)
-    if periodic:
-        place, gap = np.append(place, gap.size), np.append(gap, gap[0])
-    else:
-        place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
-        gap = np.concatenate([gap[:1], gap, gap[-1:]])
-    return _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
-
-
-def _advance(state: _State, before: float, d: float, step: float) -> None:
-    """Move to penetration d and by v = step, and update the tangential forces of the state."""
-    state.split_at(before)
-    state.split_at(d)
-    trial = _trial(state, before, d, step)
-    for side in (-1.0, 1.0):
-        state.split(np.where(state.gap <= d, trial - side * (d - state.gap), 0.0))
-        trial = _trial(state, before, d, step)
-    width = np.maximum(d - state.gap, 0.0)
-    state.traction = np.clip(trial, -width, width)
-    sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
-    same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
-    state.keep(np.concatenate([[True], ~same | state.is_point[1:-1], [True]]))
-
-
-def _trial(state: _State, before: float, d: float, step: float) -> np.ndarray:
-    """Return the tangential forces if no spring slipped in the step."""
-    if d <= before:
-        return state.traction + step
-    share = np.where(state.gap >= before, (d - state.gap) / (d - before), 1.0)
-    return state.traction + step * share
-
-
-def _sums(state: _State, d: float) -> tuple[float, ...]:
-    """Return integrals over the line in cells: w, t, contact and stick length, energies."""
-    width, traction = np.maximum(d - state.gap, 0.0), state.traction
-    cell = np.diff(state.place)
-    open_ends = (width[:-1] > 0) | (width[1:] > 0)
-    margin = (width - np.abs(traction)) * 2
-    slips = margin[:-1] + margin[1:] <= 1e-12 * (width[:-1] + width[1:])
-    return (
-        _integral(width, cell),
-        _integral(traction, cell),
-        float(cell[open_ends].sum()),
-        float(cell[open_ends & ~slips].sum()),
-        _square(width, cell) / 2,
-        _square(traction, cell) / 2,
-    )
-
-
-def _integral(values: np.ndarray, cell: np.ndarray) -> float:
-    """Return the integral of a function that is linear between the knots."""
-    return float(np.sum((values[:-1] + values[1:]) / 2 * cell))
-
-
-def _square(values: np.ndarray, cell: np.ndarray) -> float:
-    """Return the integral of its square."""
-    first, last = values[:-1], values[1:]
-    return float(np.sum((first * first + first * last + last * last) / 3 * cell))

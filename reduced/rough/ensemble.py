@@ -122,7 +122,7 @@ class Sampling:
         refuse(count_faults(realisations=self.realisations, workers=self.workers))
 
     def lines(self, spectrum: LineSpectrum, points: int) -> RandomLines:
-        """Return lines of a spectrum with at least the given points, enough for its highest mode."""
+        """Return lines of a spectrum with at least these points, enough for its highest mode."""
         if not np.any(spectrum.power > 0):
             raise ValueError("the map is flat: its spectrum has no power")
         # Corner modes are beyond the map's Nyquist wavenumber.
