@@ -15,4 +15,6 @@
 - `motion`: the continuous friction law (19.1), a rigid mass on a contact (Fig. 19.4).
 
 Inputs and outputs are arrays and numbers in consistent units; the package uses no files or scenes.
+Arguments out of range are refused with one ValueError that names all of them; solvers that find no
+answer raise `errors.ConvergenceError`.
 """

@@ -175,12 +175,12 @@ def integrate(
         wrong.append(f"position and velocity must be finite, got {position!r}, {velocity!r}")
     refuse(wrong)
     records = np.empty((2, stepping.records, size))
-    law = (data, float(characteristic_speed))
-    clock = (float(stepping.step), int(stepping.steps), int(stepping.stride))
+    clock = float(stepping.step), int(stepping.steps), int(stepping.stride)
+    problem = data, float(characteristic_speed), *start, *clock, records
     if scheme in _EXPLICIT:
-        evaluations, failed = _explicit(_EXPLICIT[scheme], law, start, clock, records), -1
+        evaluations, failed = _explicit(_EXPLICIT[scheme], *problem), -1
     else:
-        evaluations, failed = _implicit(_IMPLICIT[scheme], law, start, clock, records)
+        evaluations, failed = _implicit(_IMPLICIT[scheme], *problem)
     if failed >= 0 or not np.isfinite(records).all():
         at = max(failed, 0)
         raise ConvergenceError(f"{scheme}: no finite velocity at step {at}", [stepping.step])
@@ -188,9 +188,9 @@ def integrate(
 
 
 @njit(cache=True)
-def _acceleration(t, x, v, law, out):
+def _acceleration(t, x, v, system, v0, out):
     """Return the accelerations of the blocks; one evaluation of the law per block."""
-    (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
+    mass, load, amplitude, frequency, stiffness, damping, belt, limit = system
     swing = np.cos(frequency * t)
     for i in range(mass.size):
         force = load[i] + amplitude[i] * swing
@@ -208,14 +208,13 @@ def _record(records, k, x, v):
 
 
 @njit(cache=True)
-def _explicit(scheme, law, start, clock, records):
+def _explicit(scheme, system, v0, x, v, h, steps, stride, records):
     """Run Euler (0), semi-implicit Euler (1) or Runge and Kutta (2)."""
-    (x, v), (h, steps, stride) = start, clock
     _record(records, 0, x, v)
     slopes = np.empty((4, x.size))
     for k in range(steps):
         t = k * h
-        _acceleration(t, x, v, law, slopes[0])
+        _acceleration(t, x, v, system, v0, slopes[0])
         if scheme == 0:
             x, v = x + h * v, v + h * slopes[0]
         elif scheme == 1:
@@ -223,11 +222,11 @@ def _explicit(scheme, law, start, clock, records):
             x = x + h * v
         else:
             v1 = v + 0.5 * h * slopes[0]
-            _acceleration(t + 0.5 * h, x + 0.5 * h * v, v1, law, slopes[1])
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v, v1, system, v0, slopes[1])
             v2 = v + 0.5 * h * slopes[1]
-            _acceleration(t + 0.5 * h, x + 0.5 * h * v1, v2, law, slopes[2])
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v1, v2, system, v0, slopes[2])
             v3 = v + h * slopes[2]
-            _acceleration(t + h, x + h * v2, v3, law, slopes[3])
+            _acceleration(t + h, x + h * v2, v3, system, v0, slopes[3])
             x = x + h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3)
             v = v + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         if (k + 1) % stride == 0:
@@ -236,13 +235,12 @@ def _explicit(scheme, law, start, clock, records):
 
 
 @njit(cache=True)
-def _implicit(theta, law, start, clock, records):
+def _implicit(theta, system, v0, x, v, h, steps, stride, records):
     """Run m (u - v)/(theta h) = force(t + theta h, x + theta h u, u), u the velocity at theta.
 
     Returns the evaluations of the law and the step at which the velocities did not converge, or -1.
     """
-    (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
-    (x, v), (h, steps, stride) = start, clock
+    mass, load, amplitude, frequency, stiffness, damping, belt, limit = system
     n = mass.size
     matrix = h * damping + h * h * theta * stiffness
     for i in range(n):
@@ -281,34 +279,24 @@ def _solve(matrix, right, impulse, belt, v0, u):
             for j in range(n):
                 if j != i:
                     remainder -= matrix[i, j] * u[j]
-            slip, used = _slip(matrix[i, i], impulse[i], remainder, v0)
-            evaluations += used
+            # a w + (2/pi) b arctan(w/v0) = c: for c > 0 the left side is concave in w > 0, Newton's
+            # method increases to the root from any smaller w, such as (c - b)/a and the root of the
+            # tangent at w = 0, until rounding stops it
+            a, b, goal = matrix[i, i], impulse[i], abs(remainder)
+            w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
+            for _ in range(_NEWTON):
+                evaluations += 1
+                ratio = w / v0
+                excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)
+                slope = a + 2.0 / np.pi * b / (v0 * (1.0 + ratio * ratio))
+                step = excess / slope
+                if step <= 2.0 * _EPSILON * w:
+                    break
+                w += step
+            slip = np.copysign(w, remainder)
             new = belt[i] + slip
             change, size = max(change, abs(new - u[i])), max(size, abs(new))
             u[i] = new
         if n == 1 or change <= 4.0 * _EPSILON * size:
             return evaluations
     return -1
-
-
-@njit(cache=True)
-def _slip(a, b, c, v0):
-    """Solve a w + (2/pi) b arctan(w/v0) = c for w, and count the evaluations.
-
-    For c > 0 the left side is concave in w > 0: Newton's method increases to the root from any
-    smaller w, such as (c - b)/a and the root of the tangent at w = 0; it ends when rounding stops
-    the increase.
-    """
-    goal = abs(c)
-    w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
-    used = 0
-    for _ in range(_NEWTON):
-        used += 1
-        ratio = w / v0
-        excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)
-        slope = a + 2.0 / np.pi * b / (v0 * (1.0 + ratio * ratio))
-        step = excess / slope
-        if step <= 2.0 * _EPSILON * w:
-            break
-        w += step
-    return np.copysign(w, c), used

@@ -215,10 +215,13 @@ def move(
     parts = (1.0,) if scheme != "yoshida" else _YOSHIDA
     evaluations, failed = _move(
         (tuple(contact.line.halves), contact.effective_modulus),
-        (scheme == "energy", parts),
-        (float(mass.mass), float(mass.damping)),
+        scheme == "energy",
+        parts,
+        float(mass.mass),
+        float(mass.damping),
         (float(push.load), float(push.amplitude), float(push.frequency), *push.table),
-        (float(stepping.step), int(stepping.stride)),
+        float(stepping.step),
+        int(stepping.stride),
         records,
     )
     if failed >= 0 or not np.isfinite(records).all():
@@ -260,9 +263,8 @@ def _push(t, pushed):
 
 
 @njit(cache=True)
-def _move(contact, scheme, body, pushed, clock, records):
+def _move(contact, implicit, parts, mass, damping, pushed, step, stride, records):
     """Fill the records; return the evaluations of the law, and the failed step or -1."""
-    (implicit, parts), (mass, damping), (step, stride) = scheme, body, clock
     x, v = records[0, 0], records[1, 0]
     out = np.empty((3, 1))
     _law(contact, x, out)
@@ -275,7 +277,7 @@ def _move(contact, scheme, body, pushed, clock, records):
             v *= decay
             if implicit:
                 push = _push(t + 0.5 * h, pushed)
-                new, used = _implicit_position(contact, mass, push, (x, v), h, out)
+                new, used = _implicit_position(contact, mass, push, x, v, h, out)
                 if used < 0:
                     return evaluations, k
                 evaluations += used
@@ -296,13 +298,12 @@ def _move(contact, scheme, body, pushed, clock, records):
 
 
 @njit(cache=True)
-def _implicit_position(contact, mass, push, state, h, out):
+def _implicit_position(contact, mass, push, x, v, h, out):
     """Solve y = x + h v + h^2/(2 m) (push - mean force between x and y); evaluations, or -1.
 
     The mean force increases with y, so the difference of both sides has a slope of at least 1:
     Newton's method inside a shrinking bracket.
     """
-    x, v = state
     free = x + h * v + 0.5 * h * h / mass * push
     gain = 0.5 * h * h / mass
     _law(contact, x, out)
@@ -312,8 +313,21 @@ def _implicit_position(contact, mass, push, state, h, out):
     y, used = free - gain * start_force, 2
     scale = abs(x) + abs(h * v) + abs(free)
     for _ in range(_NEWTON):
-        mean, slope, more = _mean_force(contact, x, y, start_energy, out)
-        used += more
+        # the mean of F between x and y, (U(y) - U(x))/(y - x), and its derivative in y; close to x,
+        # where digits cancel, by a Gauss rule
+        _law(contact, y, out)
+        stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]
+        way = y - x
+        used += 1
+        if abs(way) > 1e-3 * max(abs(x), abs(y)):
+            mean = (energy - start_energy) / way
+            slope = (force - mean) / way
+        else:
+            mean, slope = 0.0, 0.5 * stiffness
+            for k in range(len(_NODES)):
+                _law(contact, x + _NODES[k] * way, out)
+                mean += _WEIGHTS[k] * out[1, 0]
+            used += len(_NODES)
         excess = y + gain * mean - free
         if excess > 0.0:
             high = y
@@ -326,22 +340,3 @@ def _implicit_position(contact, mass, push, state, h, out):
             return new, used
         y = new if low <= new <= high else 0.5 * (low + high)
     return y, -1
-
-
-@njit(cache=True)
-def _mean_force(contact, x, y, start_energy, out):
-    """Return the mean of F between x and y, its derivative in y, and evaluations of the law.
-
-    The mean is (U(y) - U(x))/(y - x); close to x, where digits cancel, a Gauss rule is used.
-    """
-    _law(contact, y, out)
-    stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]
-    way = y - x
-    if abs(way) > 1e-3 * max(abs(x), abs(y)):
-        mean = (energy - start_energy) / way
-        return mean, (force - mean) / way, 1
-    mean = 0.0
-    for k in range(len(_NODES)):
-        _law(contact, x + _NODES[k] * way, out)
-        mean += _WEIGHTS[k] * out[1, 0]
-    return mean, 0.5 * stiffness, 1 + len(_NODES)

@@ -44,21 +44,19 @@ class ZunkerKamrin:
         )
         self.radius, self.modulus, self.yield_stress = radius, effective_modulus, yield_stress
         self._sphere, self._reach = sphere, radius if sphere else np.inf
-        self.yields_at = self._first_yield()
+        # where the mean pressure of Hertz's contact is p_Y
+        self.yields_at = 0.0
+        for _ in range(_ROUNDS):
+            mean = 3 * np.pi * self.pressure(self.yields_at) / (4 * self.modulus)
+            before, self.yields_at = self.yields_at, float(mean**2 * self.radius)
+            if abs(self.yields_at - before) <= 1e-14 * self.yields_at:
+                break
+        else:
+            raise ConvergenceError("the mean pressure never reaches that of full yield")
 
     def pressure(self, deepest: float) -> float:
         """Return p_Y = Y (1.75 exp(-4.4 d_max/R) + 1)."""
         return self.yield_stress * float(1.75 * np.exp(-4.4 * deepest / self.radius) + 1)
-
-    def _first_yield(self) -> float:
-        """Return the penetration at which the mean pressure of Hertz's contact is p_Y."""
-        depth = 0.0
-        for _ in range(_ROUNDS):
-            mean = 3 * np.pi * self.pressure(depth) / (4 * self.modulus)
-            depth, before = float(mean**2 * self.radius), depth
-            if abs(depth - before) <= 1e-14 * depth:
-                return depth
-        raise ConvergenceError("the mean pressure never reaches that of full yield")
 
     def widest(self, deepest: float) -> float:
         """Return the contact radius at a largest penetration."""

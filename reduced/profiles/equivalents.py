@@ -115,7 +115,11 @@ def cone(slope: float) -> Profile:
         curvature=lambda x: np.zeros(np.shape(x)),
         length=1.0,
         inverse=lambda d: d / factor,
-        abel_integral=lambda r, a: factor * _inverse_cosine(r, a),
+        # arcosh(a/r), accurate for r close to a; large, not inf, at r = 0
+        abel_integral=lambda r, a: (
+            factor
+            * np.arcsinh(np.sqrt((a - r) * (a + r)) / np.maximum(r, np.finfo(float).tiny * a))
+        ),
         section=_power_section("cone", 1.0, slope, 1.0),
     )
 
@@ -135,7 +139,10 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     refuse(positive_faults(exponent=exponent, coefficient=coefficient))
     n = float(exponent)
     kappa = np.sqrt(np.pi) / 2 * n / poch(n / 2, 0.5)
-    section = _power_section("power_law", n, coefficient, _power_length(n, coefficient))
+    # the length at which c r^n has height r, the only length scale (the cone has none)
+    logarithm = 0.0 if n == 1 else np.log(coefficient) / (1 - n)
+    length = float(np.exp(np.clip(logarithm, -200, 200)))
+    section = _power_section("power_law", n, coefficient, length)
     curve = _power_section("power_law", n, kappa * coefficient, section.length)
     # The root is taken of a length scaled by a power of two, independent of units.
     unit = 2.0 ** round(np.log2(section.length))
@@ -181,7 +188,13 @@ def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
     b, radius = float(flat_radius), float(edge_radius)
 
     def height(x: np.ndarray) -> np.ndarray:
-        return x * b / radius * _t_minus_arctan(_beyond(x, b) / b)
+        # t - arctan(t), by its series where the difference cancels
+        t = _beyond(x, b) / b
+        small = np.minimum(t, 0.5) ** 2
+        series = np.zeros_like(small)
+        for k in range(26, 0, -1):
+            series = small * ((-1) ** (k + 1) / (2 * k + 1) + series)
+        return x * b / radius * np.where(t < 0.5, t * series, t - np.arctan(t))
 
     def slope(x: np.ndarray) -> np.ndarray:
         w = _beyond(x, b)
@@ -283,12 +296,6 @@ def _power_section(name: str, n: float, c: float, length: float) -> Section:
     )
 
 
-def _power_length(n: float, c: float) -> float:
-    """Return the length at which c r^n has height r, the only length scale (the cone has none)."""
-    logarithm = 0.0 if n == 1 else np.log(c) / (1 - n)
-    return float(np.exp(np.clip(logarithm, -200, 200)))
-
-
 def _below(x: np.ndarray, radius: float, function) -> np.ndarray:
     """Return function(x/radius) for x < radius, inf beyond."""
     t = np.asarray(x, dtype=float) / radius
@@ -298,17 +305,3 @@ def _below(x: np.ndarray, radius: float, function) -> np.ndarray:
 def _beyond(x: np.ndarray, b: float) -> np.ndarray:
     """Return sqrt(x^2 - b^2) without cancellation, 0 for x <= b."""
     return np.sqrt(np.maximum(np.asarray(x, dtype=float) - b, 0.0) * (x + b))
-
-
-def _t_minus_arctan(t: np.ndarray) -> np.ndarray:
-    """T - arctan(t), by its series where the difference cancels."""
-    small = np.minimum(t, 0.5) ** 2
-    series = np.zeros_like(small)
-    for k in range(26, 0, -1):
-        series = small * ((-1) ** (k + 1) / (2 * k + 1) + series)
-    return np.where(t < 0.5, t * series, t - np.arctan(t))
-
-
-def _inverse_cosine(r: np.ndarray, a: float) -> np.ndarray:
-    """Return arcosh(a/r), accurate for r close to a; large, not inf, at r = 0."""
-    return np.arcsinh(np.sqrt((a - r) * (a + r)) / np.maximum(r, np.finfo(float).tiny * a))

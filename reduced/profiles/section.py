@@ -119,7 +119,21 @@ def invert(
     ndarray, shape (k,)
         The roots, to about two units in the last place.
     """
-    lower, upper = _bracket(function, value, length, end)
+    # bracket the roots, by doubling or halving from `length`
+    upper = np.full(value.shape, float(min(length, end)))
+    for _ in range(_ITERATIONS):
+        short = (function(upper) < value) & (upper < end)
+        if not short.any():
+            break
+        upper[short] = np.minimum(4 * upper[short], end)
+    lower = upper.copy()
+    for _ in range(_ITERATIONS):
+        above = (function(lower) >= value) & (value > 0)
+        if not above.any():
+            break
+        upper[above] = lower[above]
+        lower[above] /= 4
+    lower = np.where(value > 0, lower, 0.0)
     x = upper.copy()
     active = np.flatnonzero((value > 0) & (function(upper) > value))
     history = []
@@ -133,7 +147,12 @@ def invert(
         lower[active[below]] = at[below]
         upper[active[~below]] = at[~below]
         low, high = lower[active], upper[active]
-        step = _newton_in_logarithms(at, f, derivative(at), goal)
+        # Newton's step for log f against log x; nan if it does not exist
+        slope = derivative(at)
+        good = (f > 0) & (slope > 0) & np.isfinite(slope) & np.isfinite(f)
+        safe_f, safe_slope = np.where(good, f, 1.0), np.where(good, slope, 1.0)
+        rise = np.clip(np.log(goal / safe_f) * (safe_f / (at * safe_slope)), -50, 50)
+        step = np.where(good, at * np.exp(rise), np.nan)
         moved = np.abs(step - at)
         # Two units in the last place without further decrease are the limit of rounding.
         settled = (moved <= _EPSILON * at) | ((moved <= 8 * _EPSILON * at) & (moved > 0.5 * last))
@@ -144,33 +163,3 @@ def invert(
         history.append(float(np.max((high - low) / high)))
         active, last = active[~done], np.abs(step - at)[~done]
     raise ConvergenceError("no contact radius found: the profile is not monotone", history)
-
-
-def _newton_in_logarithms(
-    x: np.ndarray, f: np.ndarray, slope: np.ndarray, goal: np.ndarray
-) -> np.ndarray:
-    """Return Newton's step for log f against log x; nan if it does not exist."""
-    good = (f > 0) & (slope > 0) & np.isfinite(slope) & np.isfinite(f)
-    safe_f, safe_slope = np.where(good, f, 1.0), np.where(good, slope, 1.0)
-    exponent = safe_f / (x * safe_slope)
-    return np.where(good, x * np.exp(np.clip(np.log(goal / safe_f) * exponent, -50, 50)), np.nan)
-
-
-def _bracket(
-    function: Curve, value: np.ndarray, length: float, end: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return lower and upper bounds of the roots, by doubling or halving from `length`."""
-    upper = np.full(value.shape, float(min(length, end)))
-    for _ in range(_ITERATIONS):
-        short = (function(upper) < value) & (upper < end)
-        if not short.any():
-            break
-        upper[short] = np.minimum(4 * upper[short], end)
-    lower = upper.copy()
-    for _ in range(_ITERATIONS):
-        high = (function(lower) >= value) & (value > 0)
-        if not high.any():
-            break
-        upper[high] = lower[high]
-        lower[high] /= 4
-    return np.where(value > 0, lower, 0.0), upper

@@ -42,15 +42,6 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
     3.14159265359
     """
     r, f = np.asarray(r, dtype=float), np.asarray(f, dtype=float)
-    _check_table(r, f, interpolation)
-    curve = _interpolant(r, f, interpolation)
-    profile = _profile(curve, r)
-    _refuse_hollow(profile, r)
-    return profile
-
-
-def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
-    """Raise one ValueError with all errors in the table."""
     wrong = choice_faults("interpolation", interpolation, ("pchip", "linear"))
     if r.ndim != 1 or f.shape != r.shape or r.size < 2:
         wrong.append(f"r and f must be 1-D of equal length >= 2, got {r.shape} and {f.shape}")
@@ -69,13 +60,21 @@ def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
                 "the reduced model holds for compact contacts only"
             )
     refuse(wrong)
-
-
-def _interpolant(r: np.ndarray, f: np.ndarray, interpolation: str) -> PPoly:
-    """Return the piecewise polynomial through the table."""
-    if interpolation == "pchip" and r.size > 2:
-        return PchipInterpolator(r, f)
-    return PPoly(np.array([np.diff(f) / np.diff(r), f[:-1]]), r)
+    smooth = interpolation == "pchip" and r.size > 2
+    segments = np.array([np.diff(f) / np.diff(r), f[:-1]])
+    profile = _profile(PchipInterpolator(r, f) if smooth else PPoly(segments, r), r)
+    # g must not fall anywhere, on samples that cluster behind the nodes
+    inside = (np.arange(1, _SAMPLES + 1) / _SAMPLES) ** 3
+    x = (r[:-1, None] + np.diff(r)[:, None] * inside).ravel()
+    g = np.concatenate([[0.0], profile.height(x)])
+    falls = np.diff(g) < -1e-12 * g[-1]
+    if falls.any():
+        raise ValueError(
+            f"the equivalent profile falls at x = {x[int(np.argmax(falls))]:.6g}: the flank flattens out so quickly (or "
+            "kinks inwards) that the contact would be a ring, and the reduced model holds for "
+            "compact contacts only; a smooth table or interpolation = 'pchip' may help"
+        )
+    return profile
 
 
 def _profile(curve: PPoly, r: np.ndarray) -> Profile:
@@ -190,21 +189,6 @@ def _per_node(x: np.ndarray, nodes: np.ndarray, function) -> np.ndarray:
     square = np.maximum(x - nodes, 0.0) * (x + nodes)
     root = np.sqrt(np.where(square > 0, square, 1.0))
     return np.where(square > 0, function(np.where(x > 0, x, 1.0), nodes, root), 0.0)
-
-
-def _refuse_hollow(profile: Profile, r: np.ndarray) -> None:
-    """Raise ValueError if g decreases anywhere, on samples that cluster behind the nodes."""
-    inside = (np.arange(1, _SAMPLES + 1) / _SAMPLES) ** 3
-    x = (r[:-1, None] + np.diff(r)[:, None] * inside).ravel()
-    g = np.concatenate([[0.0], profile.height(x)])
-    falls = np.diff(g) < -1e-12 * g[-1]
-    if falls.any():
-        at = float(x[int(np.argmax(falls))])
-        raise ValueError(
-            f"the equivalent profile falls at x = {at:.6g}: the flank flattens out so quickly (or "
-            "kinks inwards) that the contact would be a ring, and the reduced model holds for "
-            "compact contacts only; a smooth table or interpolation = 'pchip' may help"
-        )
 
 
 def _pressure_integral(

@@ -14,8 +14,6 @@ of them have a weight cos(t)^k, and jumps have (sqrt(x^2 - b^2)/x)^k.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from scipy.special import beta
 
@@ -72,7 +70,7 @@ def from_function(
         if not v > 0
     ]
     refuse(wrong)
-    return _profile(_Slopes(name, f_prime, f_second, float(length), marks, float(edge)), 0.0)
+    return _profile(name, f_prime, f_second, float(length), marks, float(edge), 0.0)
 
 
 def weighted(section: Section, power: float) -> Profile:
@@ -84,26 +82,24 @@ def weighted(section: Section, power: float) -> Profile:
         Above -1.
     """
     marks = tuple(b for b in section.breakpoints if b < section.edge)
-    parts = section.slope, section.curvature, section.length, marks, section.edge
-    return _profile(_Slopes(section.name, *parts), power)
+    slopes = section.slope, section.curvature
+    return _profile(section.name, *slopes, section.length, marks, section.edge, power)
 
 
-class _Slopes(NamedTuple):
-    """f' and f'' (None: unknown) of a body, a typical radius, the kinks and the edge."""
-
-    name: str
-    first: Curve
-    second: Curve | None
-    length: float
-    marks: tuple[float, ...]
-    edge: float
-
-
-def _profile(body: _Slopes, power: float) -> Profile:
-    marks, edge, first = body.marks, body.edge, body.first
+def _profile(
+    name: str,
+    first: Curve,
+    second: Curve | None,
+    length: float,
+    marks: tuple[float, ...],
+    edge: float,
+    power: float,
+) -> Profile:
+    """Return the profile of f' and f'' (None: unknown), a typical length, the kinks, the edge."""
     nodes = np.array([0.0, *marks, edge])
-    second = body.second or _relative_difference(first, nodes)
+    bend = second or _relative_difference(first, nodes)
     jumps = [(b, _jump(first, b)) for b in marks]
+    whole = float(beta((1 + power) / 2, 0.5) / 2)  # int_0^(pi/2) cos(t)^power dt
 
     def transform(function: Curve, x: np.ndarray) -> np.ndarray:
         return _transform(function, np.ravel(x), np.array(marks), power).reshape(np.shape(x))
@@ -114,14 +110,20 @@ def _profile(body: _Slopes, power: float) -> Profile:
         regular = np.where(x > 0, inside * transform(first, inside), 0.0)
         return np.where(x <= edge, regular, np.inf)
 
+    def kink(x: np.ndarray, b: float) -> np.ndarray:
+        # b/sqrt(x^2 - b^2) (sqrt(x^2 - b^2)/x)^power beyond the kink at b, else 0
+        square = np.maximum(x - b, 0.0) * (x + b)
+        root = np.sqrt(np.where(square > 0, square, 1.0))
+        return np.where(square > 0, b / root * (root / np.maximum(x, b)) ** power, 0.0)
+
     def slope(x: np.ndarray) -> np.ndarray:
         x = np.minimum(np.asarray(x, dtype=float), edge)
-        regular = transform(lambda r: first(r) + r * second(r), x)
-        regular = np.where(x > 0, regular, _whole(power) * first(np.zeros(1)))
-        return regular + sum(_kink(x, b, power) * jump for b, jump in jumps)
+        regular = transform(lambda r: first(r) + r * bend(r), x)
+        regular = np.where(x > 0, regular, whole * first(np.zeros(1)))
+        return regular + sum(kink(x, b) * jump for b, jump in jumps)
 
     curvature = _relative_difference(slope, nodes)
-    return Profile(body.name, height, slope, curvature, body.length, marks, edge)
+    return Profile(name, height, slope, curvature, length, marks, edge)
 
 
 def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
@@ -166,11 +168,6 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
     return f.reshape(r.shape)
 
 
-def _whole(power: float) -> float:
-    """Return int_0^(pi/2) cos(t)^power dt."""
-    return float(beta((1 + power) / 2, 0.5) / 2)
-
-
 def _transform(function: Curve, x: np.ndarray, marks: np.ndarray, power: float = 0.0) -> np.ndarray:
     """Return int_0^(pi/2) function(x sin t) cos(t)^power dt between breakpoints; 0 at x = 0."""
     safe = np.where(x > 0, x, 1.0)
@@ -182,14 +179,6 @@ def _transform(function: Curve, x: np.ndarray, marks: np.ndarray, power: float =
         return value * np.cos(t) ** power if power else value
 
     return np.where(x > 0, integrate_panels(integrand, ends[:, :-1], ends[:, 1:]), 0.0)
-
-
-def _kink(x: np.ndarray, b: float, power: float) -> np.ndarray:
-    """Return b/sqrt(x^2 - b^2) (sqrt(x^2 - b^2)/x)^power beyond the kink at b, else 0."""
-    square = np.maximum(x - b, 0.0) * (x + b)
-    root = np.sqrt(np.where(square > 0, square, 1.0))
-    beyond = b / root * (root / np.maximum(x, b)) ** power
-    return np.where(square > 0, beyond, 0.0)
 
 
 def _jump(function: Curve, b: float) -> float:

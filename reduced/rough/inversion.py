@@ -3,24 +3,22 @@
 In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
 length. A prescribed force requires Phi(d) = F. A prescribed mean gap is a prescribed force on the
 line turned upside down, whose contacts are the open parts: n times the mean gap is its force, and
-no digits are lost near full contact. Short lines are sorted, which gives the roots directly. Long
-lines start from sums on two ladders of levels, a coarse one and a fine one around the roots, and
-continue with Newton's method, which converges monotonically on a convex function. One walk along
-the line then measures the contacts.
+no digits are lost near full contact. Short lines are sorted, which gives the roots directly
+(`_roots`): between two neighbouring depths the set of cells cut by the surface does not change, so
+that the contact length grows at a constant rate (or not at all for nodal sums) and the force is
+quadratic (linear) in d; one pass over the sorted depths covers all loads. Long lines start from
+sums on two ladders of levels, a coarse one and a fine one around the roots, and continue with
+Newton's method, which converges monotonically on a convex function. One walk along the line then
+measures the contacts.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 
-from reduced.rough import sums as line_sums
 from reduced.rough import walk as line_walk
-from reduced.rough.knots import roots
 from reduced.rough.lines import Ends
-from reduced.rough.sums import add_up
 from reduced.rough.walk import walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
@@ -33,42 +31,8 @@ _FINISHED, _AGREED = 5e-14, 1e-13
 _PROMISING_CUT, _PROMISING_WHOLE = 1e-5, 1e-7
 _COARSE, _LADDER = 16, 64
 _NEWTON = 100
+_PHI, _LENGTH, _RATE, _CELLS, _TOTAL = range(5)  # of `_add_up`
 _BOLD = 8  # steps that also use the rate of the contact length; plain Newton steps always converge
-
-
-class Target(NamedTuple):
-    """The prescribed loads of the lines.
-
-    Attributes
-    ----------
-    control : int
-        PENETRATION, FORCE or MEAN_GAP.
-    goals : ndarray, shape (k,)
-        Increasing penetrations, forces over E* dx, or mean gaps.
-    """
-
-    control: int
-    goals: np.ndarray
-
-
-class Results(NamedTuple):
-    """Arrays for the results of all lines.
-
-    Attributes
-    ----------
-    units : ndarray, shape (FIELDS,)
-        Units of the fields.
-    fields : ndarray, shape (FIELDS, all, k)
-        Penetrations, forces (E* dx is their unit), sums of squared contact lengths, contact
-        lengths, longest contacts, mean gaps, energies (E* dx) and contact lengths once more, for
-        the stiffness.
-    counts : ndarray of int, shape (all, k)
-        Numbers of contacts.
-    """
-
-    units: np.ndarray
-    fields: np.ndarray
-    counts: np.ndarray
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -76,9 +40,12 @@ def press_lines(
     heights: np.ndarray,
     orders: np.ndarray,
     first: int,
-    target: Target,
+    control: int,
+    goals: np.ndarray,
     ends: Ends,
-    results: Results,
+    units: np.ndarray,
+    fields: np.ndarray,
+    counts: np.ndarray,
 ) -> np.ndarray:
     """Solve lines one by one; return the last relative steps of the inversions.
 
@@ -91,30 +58,40 @@ def press_lines(
         sorting.
     first : int
         Index of the first of these m lines.
-    results : Results
-        The rows of the m lines are filled.
+    control : int
+        PENETRATION, FORCE or MEAN_GAP.
+    goals : ndarray, shape (k,)
+        Increasing penetrations, forces over E* dx, or mean gaps.
+    units : ndarray, shape (FIELDS,)
+        Units of the fields.
+    fields : ndarray, shape (FIELDS, all, k)
+        The rows of the m lines are filled: penetrations, forces (E* dx is their unit), sums of
+        squared contact lengths, contact lengths, longest contacts, mean gaps, energies (E* dx) and
+        contact lengths once more, for the stiffness.
+    counts : ndarray of int, shape (all, k)
+        Numbers of contacts, filled.
     """
-    control, goals = target
-    lines, n = orders.shape[0], heights.shape[1]
+    lines, n, k = orders.shape[0], heights.shape[1], goals.size
     steps = np.zeros(lines)
     depth, d = np.empty(n), goals.copy()
-    contact = np.empty((goals.size + 1, line_walk.ROOM))
+    contact = np.empty((k + 1, line_walk.ROOM))
     ordered, turned = orders.shape[1] > 0, control == MEAN_GAP
     forces = n * goals if turned else goals
     promising = _PROMISING_CUT if ends.sub_cell else _PROMISING_WHOLE
     for index in range(lines):
-        line = heights[first + index]
+        row = first + index
+        line = heights[row]
         lowest, highest, mean = _extremes_and_mean(line)
         mean_depth = mean - lowest if turned else highest - mean
         if control != PENETRATION:
             for i in range(n):
                 depth[i] = line[i] - lowest if turned else highest - line[i]
             if ordered:
-                roots(depth, orders[index], turned, forces, ends, d)
+                _roots(depth, orders[index], turned, forces, ends, d)
             else:
-                first_guess(depth, forces, mean_depth, ends, d)
+                _first_guess(depth, forces, mean_depth, ends, d)
                 enough = _FINISHED if turned else promising
-                steps[index] = refine(depth, forces, mean_depth, ends, enough, d)
+                steps[index] = _refine(depth, forces, mean_depth, ends, enough, d)
             _settle(d, highest - lowest, turned)
         if control != FORCE:
             for i in range(n):
@@ -124,23 +101,31 @@ def press_lines(
             start += 1
         walk(depth, start, d, ends, contact)
         if control == FORCE:
-            steps[index] = _mismatch(contact, forces, d)
+            # the largest further relative step of Newton's method, by the force of the walk
+            largest = 0.0
+            for j in range(k):
+                excess = abs(contact[j, line_walk.FORCE] - forces[j])
+                largest = max(largest, excess / (contact[j, line_walk.LENGTH] * d[j]))
+            steps[index] = largest
             if not steps[index] <= _AGREED:
-                steps[index] = refine(depth, forces, mean_depth, ends, _FINISHED, d)
+                steps[index] = _refine(depth, forces, mean_depth, ends, _FINISHED, d)
                 _settle(d, 0.0, turned)
                 walk(depth, start, d, ends, contact)
-        _write(first + index, d, contact, (n, highest - mean), turned, results)
+        for j in range(k):  # mean gaps in reverse order
+            to = k - 1 - j if turned else j
+            force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
+            # In full contact only rounding would remain.
+            gap = 0.0 if length >= n else max(highest - mean - d[j] + force / n, 0.0)
+            fields[PENETRATIONS, row, to] = units[PENETRATIONS] * d[j]
+            fields[FORCES, row, to] = units[FORCES] * force
+            fields[AREAS, row, to] = units[AREAS] * contact[j, line_walk.SQUARES]
+            fields[LENGTHS, row, to] = units[LENGTHS] * length
+            fields[LONGESTS, row, to] = units[LONGESTS] * contact[j, line_walk.LONGEST]
+            fields[GAPS, row, to] = units[GAPS] * gap
+            fields[ENERGIES, row, to] = units[ENERGIES] * contact[j, line_walk.ENERGY]
+            fields[STIFFNESSES, row, to] = units[STIFFNESSES] * length
+            counts[row, to] = int(contact[j, line_walk.COUNT])
     return steps
-
-
-@njit(cache=True, error_model="numpy")
-def _mismatch(contact, forces, d):
-    """Return the largest further relative step of Newton's method, by the force of the walk."""
-    largest = 0.0
-    for j in range(d.size):
-        excess = abs(contact[j, line_walk.FORCE] - forces[j])
-        largest = max(largest, excess / (contact[j, line_walk.LENGTH] * d[j]))
-    return largest
 
 
 @njit(cache=True)
@@ -154,31 +139,6 @@ def _settle(d, range_of_heights, turned):
             d[j] = range_of_heights - d[j]
     for j in range(1, k):
         d[j] = max(d[j], d[j - 1])
-
-
-@njit(cache=True)
-def _write(row, d, contact, line, turned, results):
-    """Store the results of one line, in reverse order for mean gaps.
-
-    `line` are its number of points and its mean depth.
-    """
-    n, mean = line
-    units, fields, counts = results
-    k = d.size
-    for j in range(k):
-        to = k - 1 - j if turned else j
-        force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
-        # In full contact only rounding would remain.
-        gap = 0.0 if length >= n else max(mean - d[j] + force / n, 0.0)
-        fields[PENETRATIONS, row, to] = units[PENETRATIONS] * d[j]
-        fields[FORCES, row, to] = units[FORCES] * force
-        fields[AREAS, row, to] = units[AREAS] * contact[j, line_walk.SQUARES]
-        fields[LENGTHS, row, to] = units[LENGTHS] * length
-        fields[LONGESTS, row, to] = units[LONGESTS] * contact[j, line_walk.LONGEST]
-        fields[GAPS, row, to] = units[GAPS] * gap
-        fields[ENERGIES, row, to] = units[ENERGIES] * contact[j, line_walk.ENERGY]
-        fields[STIFFNESSES, row, to] = units[STIFFNESSES] * length
-        counts[row, to] = int(contact[j, line_walk.COUNT])
 
 
 @njit(cache=True, fastmath={"nnan", "nsz"})  # heights are finite, so extrema can be vectorised
@@ -205,25 +165,30 @@ def _extremes_and_mean(line):
 
 
 @njit(cache=True, error_model="numpy")
-def refine(depth, goals, mean, ends, enough, d):
+def _refine(depth, goals, mean, ends, enough, d):
     """Refine penetrations d by Newton's method until the relative steps are `enough`.
 
     The first steps assume a quadratic force, as between two knots, the others a linear one.
     `mean` is the mean depth: Phi lies between n (d - mean) and n d. Returns the largest last step.
     """
     n, k = depth.size, goals.size
-    sums = np.empty((k + 1, line_sums.ROOM))
+    sums = np.empty((k + 1, 5))
     levels, last, loads = np.empty(k), np.full(k, np.inf), np.arange(k)
     for iteration in range(_NEWTON):
-        _insertion_sort(loads, d)
+        for i in range(1, loads.size):  # by insertion: nearly ordered
+            load, j = loads[i], i
+            while j > 0 and d[loads[j - 1]] > d[load]:
+                loads[j] = loads[j - 1]
+                j -= 1
+            loads[j] = load
         for i in range(loads.size):
             levels[i] = d[loads[i]]
-        add_up(depth, levels[: loads.size], ends, sums)
+        _add_up(depth, levels[: loads.size], ends, sums)
         left = 0
         for i in range(loads.size):
             load = loads[i]
-            excess = sums[i, line_sums.FORCE] - goals[load]
-            slope, rate = sums[i, line_sums.LENGTH], sums[i, line_sums.RATE]
+            excess = sums[i, _PHI] - goals[load]
+            slope, rate = sums[i, _LENGTH], sums[i, _RATE]
             square = slope * slope - 2.0 * rate * excess
             bold = iteration < _BOLD and square > 0.0
             step = 2.0 * excess / (slope + (np.sqrt(square) if bold else slope))
@@ -242,47 +207,43 @@ def refine(depth, goals, mean, ends, enough, d):
     return largest
 
 
-@njit(cache=True)
-def _insertion_sort(loads, d):
-    """Sort loads by penetration, in which they are nearly ordered."""
-    for i in range(1, loads.size):
-        load, j = loads[i], i
-        while j > 0 and d[loads[j - 1]] > d[load]:
-            loads[j] = loads[j - 1]
-            j -= 1
-        loads[j] = load
-
-
 @njit(cache=True, error_model="numpy")
-def first_guess(depth, goals, mean, ends, guess):
+def _first_guess(depth, goals, mean, ends, guess):
     """Return penetrations near the roots, interpolated between the levels of a ladder.
 
     With a cubic through force and slope at two levels, in logarithms because the force is nearly a
     power of d, Newton's method needs two or three steps.
     """
     n = depth.size
-    sums = np.empty((max(_COARSE, _LADDER) + 1, line_sums.ROOM))
+    sums = np.empty((max(_COARSE, _LADDER) + 1, 5))
     rungs = _rungs(goals[0] / n, goals[-1] / n + mean, _COARSE)
-    add_up(depth, rungs, ends, sums)
+    _add_up(depth, rungs, ends, sums)
     # A finer ladder around the roots.
     first, last = 0, _COARSE - 1
-    while first < _COARSE - 2 and sums[first + 1, line_sums.FORCE] < goals[0]:
+    while first < _COARSE - 2 and sums[first + 1, _PHI] < goals[0]:
         first += 1
-    while last > first + 1 and sums[last - 1, line_sums.FORCE] >= goals[-1]:
+    while last > first + 1 and sums[last - 1, _PHI] >= goals[-1]:
         last -= 1
     rungs = _rungs(rungs[first], rungs[last], _LADDER)
-    add_up(depth, rungs, ends, sums)
+    _add_up(depth, rungs, ends, sums)
     j = 1
     for i in range(goals.size):
-        while j < _LADDER - 1 and sums[j, line_sums.FORCE] < goals[i]:
+        while j < _LADDER - 1 and sums[j, _PHI] < goals[i]:
             j += 1
         a, b = rungs[j - 1], rungs[j]
-        below, above = sums[j - 1, line_sums.FORCE], sums[j, line_sums.FORCE]
+        below, above = sums[j - 1, _PHI], sums[j, _PHI]
         span, width = np.log(above / below), np.log(b / a)
         part = np.log(goals[i] / below) / span if span > 0.0 else 0.0
-        begin = sums[j - 1, line_sums.LENGTH] * a / below
-        end = sums[j, line_sums.LENGTH] * b / above
-        guess[i] = a * np.exp(width * _cubic(part, span / width, begin, end)) if width > 0.0 else b
+        begin = sums[j - 1, _LENGTH] * a / below
+        end = sums[j, _LENGTH] * b / above
+        if not width > 0.0:
+            guess[i] = b
+            continue
+        # inverse slopes are limited to three times the mean, to keep the cubic monotone
+        start, stop = min(span / width / begin, 3.0), min(span / width / end, 3.0)
+        t = min(max(part, 0.0), 1.0)
+        rise = t * (start + t * (3.0 - 2.0 * start - stop + t * (start + stop - 2.0)))
+        guess[i] = a * np.exp(width * rise)
 
 
 @njit(cache=True)
@@ -295,13 +256,148 @@ def _rungs(bottom, top, count):
 
 
 @njit(cache=True, error_model="numpy")
-def _cubic(part, secant, begin, end):
-    """Return the inverse of a monotone function on a unit cell, by a cubic Hermite polynomial.
+def _roots(depth, order, rising, goals, ends, depths):
+    """Compute the penetrations at increasing forces over E* dx from sorted depths.
 
-    `part` is the fraction of the rise, `secant` the mean slope, `begin` and `end` the slopes at the
-    ends; inverse slopes are limited to three times the mean to keep the cubic monotone.
+    `order` sorts the depths in increasing order, or in decreasing order if not `rising`. Rates of
+    cells with very different slopes are added and subtracted in a compensated sum; all other sums
+    only increase.
     """
-    start = min(secant / begin, 3.0)
-    stop = min(secant / end, 3.0)
-    t = min(max(part, 0.0), 1.0)
-    return t * (start + t * (3.0 - 2.0 * start - stop + t * (start + stop - 2.0)))
+    n = depth.size
+    sub_cell, periodic = ends
+    # inverse rises of the cells before the points and of the last cell, inf if flat; zero if cells
+    # are never cut: with whole springs, and beyond free ends
+    rises = np.zeros(n + 1)
+    if sub_cell:
+        for i in range(1, n):
+            rises[i] = 1.0 / (depth[i] - depth[i - 1])
+        rises[0] = rises[n] = 1.0 / (depth[0] - depth[n - 1]) if periodic else 0.0
+        for i in range(n + 1):
+            if rises[i] == -np.inf:
+                rises[i] = np.inf
+    outer = 0.5 if sub_cell and not periodic else 0.0
+    force = length = rate = carry = y = 0.0
+    j = 0
+    for i in range(goals.size):
+        while j < n:
+            point = order[j] if rising else order[n - 1 - j]
+            t = depth[point] - y
+            grown = t * (rate + carry)
+            next_force = force + t * (length + 0.5 * grown)
+            if next_force >= goals[i] and t > 0.0:
+                break
+            force, y = next_force, depth[point]
+            length += grown
+            before, after = rises[point], rises[point + 1]
+            if not sub_cell or after == np.inf:  # a whole spring, or the flat cell behind a point
+                length, after = length + 1.0, 0.0
+            if before == np.inf:
+                before = 0.0
+            if point == 0 or point == n - 1:
+                length += outer
+            rate, carry = _add(rate, carry, after)
+            rate, carry = _add(rate, carry, -before)
+            j += 1
+        missing = goals[i] - force
+        slope_rate = max(rate + carry, 0.0)
+        root = np.sqrt(length * length + 2.0 * slope_rate * missing)
+        depths[i] = y + 2.0 * missing / (length + root)
+
+
+@njit(cache=True)
+def _add(total, carry, term):
+    """Return the sum and its rounding error (Knuth's two-sum)."""
+    result = total + term
+    back = result - total
+    return result, carry + ((total - (result - back)) + (term - back))
+
+
+@njit(cache=True, error_model="numpy")
+def _add_up(depth, levels, ends, out):
+    """Compute force, contact length and its rate of growth at every level, in the first k rows.
+
+    Contacts need not be distinguished, so all levels that cut a cell are added in one step. Beside
+    them `out` (k + 1, 5) holds the whole cells and their heights, at their shallowest level.
+    """
+    out[: levels.size + 1] = 0.0
+    if ends.sub_cell:
+        _cut_cells(depth, levels, ends.periodic, out)
+    else:
+        _whole_springs(depth, levels, out)
+    count = total = 0.0
+    for j in range(levels.size):
+        count += out[j, _CELLS]
+        total += out[j, _TOTAL]
+        out[j, _PHI] += count * levels[j] - total
+        out[j, _LENGTH] += count
+
+
+@njit(cache=True)
+def _whole_springs(depth, levels, out):
+    """Add every spring to the shallowest level at which it is in contact."""
+    k, level = levels.size, 0
+    lower, upper = -np.inf, levels[0]
+    count = total = 0.0
+    for i in range(depth.size):
+        z = depth[i]
+        if z < lower or z >= upper:
+            out[level, _CELLS] += count
+            out[level, _TOTAL] += total
+            count = total = 0.0
+            while level > 0 and levels[level - 1] > z:
+                level -= 1
+            while level < k and levels[level] <= z:
+                level += 1
+            lower = levels[level - 1] if level > 0 else -np.inf
+            upper = levels[level] if level < k else np.inf
+        count += 1.0
+        total += z
+    out[level, _CELLS] += count
+    out[level, _TOTAL] += total
+
+
+@njit(cache=True, error_model="numpy")
+def _cut_cells(depth, levels, periodic, out):
+    """Add every cell to the shallowest level fully in contact, and to all that cut it."""
+    n, k = depth.size, levels.size
+    # The walk starts with the cell across the seam, or half a flat cell at a free end.
+    y = depth[n - 1]
+    level = np.searchsorted(levels, y, side="right")
+    if not periodic:
+        out[level, _CELLS] += 0.5
+        out[level, _TOTAL] += 0.5 * y
+        y = depth[0]
+        level = np.searchsorted(levels, y, side="right")
+        out[level, _CELLS] += 0.5
+        out[level, _TOTAL] += 0.5 * y
+    lower = levels[level - 1] if level > 0 else -np.inf
+    upper = levels[level] if level < k else np.inf
+    count = total = 0.0
+    for i in range(0 if periodic else 1, n):
+        z = depth[i]
+        if z < lower or z >= upper:
+            out[level, _CELLS] += count
+            out[level, _TOTAL] += total
+            count = total = 0.0
+            old = level
+            while level > 0 and levels[level - 1] > z:
+                level -= 1
+            while level < k and levels[level] <= z:
+                level += 1
+            top, inverse = min(y, z), 1.0 / abs(z - y)
+            for j in range(min(old, level), max(old, level)):
+                deflection = levels[j] - top
+                part = deflection * inverse
+                out[j, _PHI] += 0.5 * deflection * part
+                out[j, _LENGTH] += part
+                out[j, _RATE] += inverse
+            out[max(old, level), _CELLS] += 1.0
+            out[max(old, level), _TOTAL] += 0.5 * (y + z)
+            lower = levels[level - 1] if level > 0 else -np.inf
+            upper = levels[level] if level < k else np.inf
+        else:
+            count += 1.0
+            total += 0.5 * (y + z)
+        y = z
+    out[level, _CELLS] += count
+    out[level, _TOTAL] += total

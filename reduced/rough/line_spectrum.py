@@ -227,7 +227,13 @@ def synthesise(
             f"points must be an integer above {2 * highest} for mode {highest}, got {points!r}"
         )
     streams: Iterable[object] = rng if isinstance(rng, Iterable) else [rng]
-    phase = np.stack([_phases(stream, spectrum) for stream in streams])
+
+    def drawn(stream: object) -> np.ndarray:
+        if not isinstance(stream, np.random.Generator):
+            raise ValueError(f"rng must be a numpy.random.Generator, got {stream!r}")
+        return stream.uniform(0.0, 2 * np.pi, spectrum.power.size)
+
+    phase = np.stack([drawn(stream) for stream in streams])
     modes = np.zeros((len(phase), points // 2 + 1), dtype=complex)
     waves = modes[:, 1 : highest + 1]
     np.multiply(phase[:, :highest], 1j, out=waves)
@@ -237,12 +243,6 @@ def synthesise(
     # depends on the others.
     heights = np.fft.irfft(modes, n=int(points), norm="forward")
     return heights if isinstance(rng, Iterable) else heights[0]
-
-
-def _phases(rng: object, spectrum: LineSpectrum) -> np.ndarray:
-    if not isinstance(rng, np.random.Generator):
-        raise ValueError(f"rng must be a numpy.random.Generator, got {rng!r}")
-    return rng.uniform(0.0, 2 * np.pi, spectrum.power.size)
 
 
 def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:

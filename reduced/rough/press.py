@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -110,38 +109,33 @@ def press(
     control, loads, heights = load.one_of(*CONTROLS), load.values, lines.heights
     stiff, cell = effective_modulus * lines.spacing, lines.spacing
     goals = loads / stiff if control == "force" else loads
-    target = inversion.Target(CONTROLS[control], goals)
     squares = np.pi / 4 * cell * cell
     units = np.array([1.0, stiff, squares, cell, cell, 1.0, stiff, stiff])
     fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
     counts = np.empty(fields.shape[1:], np.int64)
-    results = inversion.Results(units, fields, counts)
     ends = Ends(edges == "sub_cell", bool(lines.periodic))
 
     def press_rows(rows: slice) -> None:
         block = heights[rows]
         ordered = control != "penetration" and block.shape[1] <= _SHORT
         orders = (block if ordered else block[:, :0]).argsort(axis=1)
-        steps = inversion.press_lines(heights, orders, rows.start, target, ends, results)
+        steps = inversion.press_lines(
+            *(heights, orders, rows.start, CONTROLS[control], goals, ends, units, fields, counts)
+        )
         if not np.all(steps <= inversion.CONVERGED):
             row = rows.start + int(np.argmax(~(steps <= inversion.CONVERGED)))
             raise ConvergenceError(f"{control} of line {row} could not be inverted", steps.tolist())
 
-    _for_blocks(press_rows, heights.shape, threads)
+    # blocks of rows small enough for the cache
+    count, rows = heights.shape[0], max(1, _BLOCK // heights.shape[1])
+    blocks = [slice(begin, min(begin + rows, count)) for begin in range(0, count, rows)]
+    if threads == 1 or len(blocks) == 1:
+        for block in blocks:
+            press_rows(block)
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(press_rows, blocks))
     if control != "penetration":
         fields[inversion.FORCES if control == "force" else inversion.GAPS] = loads
     penetration, force, area, length, longest, gap, energy, stiffness = fields
     return LineContact(*(penetration, force, area, length, counts, longest, gap, stiffness, energy))
-
-
-def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: int) -> None:
-    """Distribute blocks of rows, small enough for the cache, to threads."""
-    rows = max(1, _BLOCK // shape[1])
-    blocks = [slice(begin, min(begin + rows, shape[0])) for begin in range(0, shape[0], rows)]
-    if threads == 1 or len(blocks) == 1:
-        for block in blocks:
-            work(block)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(work, blocks):
-            pass

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from reduced.loads import Load
-from reduced.rough.ensemble import HUNDRED, Ensemble, RandomLines, Sampling, press_ensemble
+from reduced.rough.ensemble import HUNDRED, Ensemble, Sampling, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, SumRules, line_of, sum_rules
 from reduced.rough.regions import line_stress
 from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
@@ -130,13 +130,27 @@ def calculate(
         workers=sampling.workers,
     )
     penetrations = ensemble.samples["penetration"]
-    sizes, pressures, shares = _distributions(lines, penetrations, effective_modulus, variant)
+    # contact lengths and stresses of all lines by load, and the points without a stress
+    steps = penetrations.shape[1]
+    sizes: list[list[np.ndarray]] = [[] for _ in range(steps)]
+    pressures: list[list[np.ndarray]] = [[] for _ in range(steps)]
+    valid, total = np.zeros(steps), np.zeros(steps)
+    for k, depths in enumerate(penetrations):
+        one = lines.draw([k])
+        for step, depth in enumerate(depths):
+            stress = line_stress(
+                *(one, effective_modulus, depth), rule=variant.stress, edges=variant.edges
+            )
+            sizes[step].append(stress.regions.lengths)
+            pressures[step].append(stress.pressure[stress.valid])
+            valid[step] += np.count_nonzero(stress.valid)
+            total[step] += stress.valid.size
     area = ensemble.samples["contact_area"]
     return Procedure(
         *(variant, surface, surface.radial_average(), line, sum_rules(surface, line), ensemble),
-        contact_sizes=sizes,
-        pressures=pressures,
-        undefined_share=shares,
+        contact_sizes=tuple(map(np.concatenate, sizes)),
+        pressures=tuple(map(np.concatenate, pressures)),
+        undefined_share=1 - valid / total,
         mean_pressure=np.mean(ensemble.samples["force"] / area, axis=0),
     )
 
@@ -153,25 +167,3 @@ def side_by_side(
         for variant in (LITERAL, CORRECTED)
     )
     return literal, corrected
-
-
-def _distributions(
-    lines: RandomLines, penetrations: np.ndarray, effective_modulus: float, variant: Variant
-) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
-    """Return contact lengths and stresses of all lines by load, and the undefined fractions."""
-    steps = penetrations.shape[1]
-    sizes: list[list[np.ndarray]] = [[] for _ in range(steps)]
-    pressures: list[list[np.ndarray]] = [[] for _ in range(steps)]
-    valid, total = np.zeros(steps), np.zeros(steps)
-    for k, depths in enumerate(penetrations):
-        line = lines.draw([k])
-        for step, depth in enumerate(depths):
-            stress = line_stress(
-                *(line, effective_modulus, depth), rule=variant.stress, edges=variant.edges
-            )
-            sizes[step].append(stress.regions.lengths)
-            pressures[step].append(stress.pressure[stress.valid])
-            valid[step] += np.count_nonzero(stress.valid)
-            total[step] += stress.valid.size
-    pooled_sizes = tuple(np.concatenate(part) for part in sizes)
-    return pooled_sizes, tuple(np.concatenate(part) for part in pressures), 1 - valid / total

@@ -175,7 +175,12 @@ def measured(
     refuse(wrong)
     h = h - h.mean()
     if not periodic:
-        h = _hann(h)
+        # Hann window, without mean, rescaled to the map's mean square
+        x, y = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in h.shape)
+        window = x[:, None] * y
+        windowed = window * (h - np.sum(window * h) / np.sum(window))
+        mean_square = np.mean(windowed**2)
+        h = windowed * np.sqrt(np.mean(h**2) / mean_square) if mean_square > 0 else windowed
     power = np.abs(scipy.fft.fft2(h, norm="forward")) ** 2
     power[0, 0] = 0.0
     return SurfaceSpectrum(power, sides)
@@ -301,15 +306,6 @@ def self_affine(
         cutoffs = f"{roughness.long_cutoff!r} and {roughness.short_cutoff!r}"
         raise ValueError(f"no mode lies between the cutoffs {cutoffs}")
     return SurfaceSpectrum(target**2 / total * square, grid.size)
-
-
-def _hann(h: np.ndarray) -> np.ndarray:
-    """Return the map times the Hann window, without mean, rescaled to the map's mean square."""
-    x, y = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in h.shape)
-    window = x[:, None] * y
-    windowed = window * (h - np.sum(window * h) / np.sum(window))
-    mean_square = np.mean(windowed**2)
-    return windowed * np.sqrt(np.mean(h**2) / mean_square) if mean_square > 0 else windowed
 
 
 def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray:

@@ -56,26 +56,34 @@ def walk(
     if not periodic:
         for j in range(level, k):
             out[j, _REACH] = _end_half_cell(out, j, levels[j] - y)
-    level = _stretch(depth, (start + 1, n, start), level, levels, sub_cell, out)
+    level = _stretch(depth, start + 1, n, start, level, levels, sub_cell, out)
     if periodic:
-        level = _stretch(depth, (0, start + 1, start - n), level, levels, sub_cell, out)
+        level = _stretch(depth, 0, start + 1, start - n, level, levels, sub_cell, out)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
         else:
             part = _end_half_cell(out, j, levels[j] - depth[n - 1])
             _close(out, j, (n - 1 - out[j, _BEGIN]) + out[j, _REACH] + part)
-    _sum_whole_cells(out, levels, 1.0 / 3.0 if sub_cell else 0.5)
+    # whole cells are summed from the shallowest level down
+    third = 1.0 / 3.0 if sub_cell else 0.5
+    count = total = square = 0.0
+    for j in range(k):
+        count += out[j, _CELLS]
+        total += 0.5 * out[j, _TOTAL]
+        square += third * out[j, _SQUARE]
+        d = levels[j]
+        out[j, FORCE] += count * d - total
+        out[j, ENERGY] += 0.5 * (d * (count * d - 2.0 * total) + square)
 
 
 @njit(cache=True, error_model="numpy")
-def _stretch(depth, way, level, levels, sub_cell, out):
+def _stretch(depth, first, stop, origin, level, levels, sub_cell, out):
     """Walk from the point before the first over the points first ... stop - 1.
 
-    `way` contains first, stop, and the index at the start of the walk; `level` is the number of
-    levels without contact at the point before the first; returns that of the last one.
+    `origin` is the index at the start of the walk, `level` the number of levels without contact at
+    the point before the first; returns that of the last one.
     """
-    first, stop, origin = way
     k, y = levels.size, depth[first - 1]
     cross = 1.0 if sub_cell else 0.0
     lower = levels[level - 1] if level > 0 else -np.inf
@@ -149,16 +157,3 @@ def _close(out, level, length):
     out[level, COUNT] += 1.0
     if length > out[level, LONGEST]:
         out[level, LONGEST] = length
-
-
-@njit(cache=True)
-def _sum_whole_cells(out, levels, third):
-    """Force and energy of the whole cells, summed from the shallowest level down."""
-    count = depth = square = 0.0
-    for j in range(levels.size):
-        count += out[j, _CELLS]
-        depth += 0.5 * out[j, _TOTAL]
-        square += third * out[j, _SQUARE]
-        d = levels[j]
-        out[j, FORCE] += count * d - depth
-        out[j, ENERGY] += 0.5 * (d * (count * d - 2.0 * depth) + square)

@@ -41,16 +41,9 @@ class Half(NamedTuple):
     second: np.ndarray
 
 
+@njit(cache=True)
 def half_line(x: np.ndarray, heights: np.ndarray, slopes: np.ndarray) -> Half:
     """Return cubics through knots x, from x = 0 outwards, with g and g' there, all (n,)."""
-    return Half(x, heights, *_moments(x, heights, slopes))
-
-
-@njit(cache=True)
-def _moments(
-    x: np.ndarray, heights: np.ndarray, slopes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return end slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot."""
     n = x.size
     start, end = np.zeros(n - 1), np.zeros(n - 1)
     first, second = np.zeros(n), np.zeros(n)
@@ -62,7 +55,7 @@ def _moments(
         area, squares = part_moments(heights[i], rise, width, start[i], end[i], 1.0)
         first[i + 1] = first[i] + area
         second[i + 1] = second[i] + squares
-    return start, end, first, second
+    return Half(x, heights, start, end, first, second)
 
 
 @njit(cache=True)
@@ -82,8 +75,20 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
         cell = min(np.searchsorted(heights, d[k]) - 1, last)
         base, rise = heights[cell], heights[cell + 1] - heights[cell]
         start, end, width, part = starts[cell], ends[cell], x[cell + 1] - x[cell], 1.0
-        if d[k] <= heights[-1]:
-            part = _locate(start, end, (d[k] - base) / rise)
+        if d[k] <= heights[-1]:  # the contact edge in the cell, by bracketed Newton steps
+            goal, low, high = (d[k] - base) / rise, 0.0, 1.0
+            part = goal
+            for _ in range(_EDGE_STEPS):
+                value, slope = rise_and_slope(start, end, part)
+                if value < goal:
+                    low = part
+                else:
+                    high = part
+                step = part - (value - goal) / slope if slope > 0.0 else -1.0
+                last_part = part
+                part = step if low <= step <= high else 0.5 * (low + high)
+                if abs(part - last_part) <= _EPSILON * part:
+                    break
         area, squares = part_moments(base, rise, width, start, end, part)
         area, squares = area + first[cell], squares + second[cell]
         length = x[cell] + part * width
@@ -97,24 +102,6 @@ def rise_and_slope(m0, m1, s):
     """Return the relative rise in the cell and its derivative at s."""
     c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
     return s * (m0 + s * (c2 + s * c3)), m0 + s * (2.0 * c2 + s * 3.0 * c3)
-
-
-@njit(cache=True)
-def _locate(m0, m1, goal):
-    """Return the position of the contact edge in the cell, in [0, 1], by bracketed Newton steps."""
-    low, high, s = 0.0, 1.0, goal
-    for _ in range(_EDGE_STEPS):
-        value, slope = rise_and_slope(m0, m1, s)
-        if value < goal:
-            low = s
-        else:
-            high = s
-        step = s - (value - goal) / slope if slope > 0.0 else -1.0
-        last = s
-        s = step if low <= step <= high else 0.5 * (low + high)
-        if abs(s - last) <= _EPSILON * s:
-            break
-    return s
 
 
 @njit(cache=True)

@@ -10,7 +10,7 @@ from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile, invert
-from reduced.springs.line import NodalLine, SmoothLine, Springs
+from reduced.springs.line import Springs
 
 CONTROLS = ("penetration", "force")
 _NEWTON = 100
@@ -74,7 +74,23 @@ def indent(springs: Springs, load: Load) -> Indentation:
     else:
         largest = continuum_radius(springs.profile, loads[-1] / modulus)
     line = springs.lay(largest)
-    d = loads if control == "penetration" else _invert(line, loads / modulus)
+    d = loads
+    if control == "force":
+        # F(d) is convex with slope equal to the contact length: Newton's method from the deep side
+        # decreases monotonically; it ends when rounding stops the decrease
+        goal, history = loads / modulus, []
+        d = line.deep_start(goal)
+        for _ in range(_NEWTON):
+            length, force, _ = line.respond(d)
+            step = (force - goal) / length
+            history.append(float(np.max(np.abs(step) / d)))
+            d = d - step
+            if history[-1] <= 4 * np.finfo(float).eps or (
+                history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
+            ):
+                break
+        else:
+            raise ConvergenceError("the force could not be inverted", history)
     length, reduced_force, reduced_energy = line.respond(d)
     return Indentation(
         penetration=d,
@@ -112,23 +128,3 @@ def continuum_radius(profile: Profile, reduced_force: float) -> float:
 
     goal = np.array([reduced_force])
     return float(invert(force, rate, goal, profile.length, profile.edge)[0])
-
-
-def _invert(line: SmoothLine | NodalLine, goal: np.ndarray) -> np.ndarray:
-    """Return the penetrations at which the line carries F/E* = goal.
-
-    F(d) is convex with slope equal to the contact length, so Newton's method from the deep side
-    decreases monotonically; it ends when rounding stops the decrease.
-    """
-    d = line.deep_start(goal)
-    history = []
-    for _ in range(_NEWTON):
-        length, force, _ = line.respond(d)
-        step = (force - goal) / length
-        history.append(float(np.max(np.abs(step) / d)))
-        d = d - step
-        if history[-1] <= 4 * np.finfo(float).eps or (
-            history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
-        ):
-            return d
-    raise ConvergenceError("the force could not be inverted", history)

@@ -132,8 +132,27 @@ class SmoothLine:
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
         self.spacing = spacing
         self.springs = [_springs(spacing, o, largest) for o in (offset, 1 - offset)]
-        knots = _knots(profile, self.springs, largest)
-        self.halves: list[Half] = [half_line(*part) for part in knots]
+        places = [_places(profile, half) for half in self.springs]
+        heights = profile.height(np.concatenate(places))
+        if not np.isfinite(heights).all():
+            # unbounded heights (a sphere): knots to one beyond the largest contact
+            both = np.concatenate(places)
+            wall = both[~np.isfinite(heights)].min()
+            places = [x[x < wall] for x in places]
+            for half, x in enumerate(places):
+                beyond, step = max(largest, x[-1]), largest
+                for _ in range(_WALL_STEPS):
+                    step /= 2
+                    if np.isfinite(profile.height(np.array([beyond + step])))[0]:
+                        places[half] = np.append(x, beyond + step)
+                        break
+            heights = profile.height(np.concatenate(places))
+        slopes = profile.slope(np.concatenate(places))
+        cut = places[0].size
+        self.halves: list[Half] = [
+            half_line(places[0], heights[:cut], slopes[:cut]),
+            half_line(places[1], heights[cut:], slopes[cut:]),
+        ]
 
     def respond(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Contact length, F/E* and energy/E* at penetrations d."""
@@ -170,24 +189,6 @@ def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:
     return (np.arange(count) + offset) * spacing
 
 
-def _knots(
-    profile: Profile, springs: list[np.ndarray], largest: float
-) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return knots of both halves with g and g': axis, springs, breakpoints, sharp edge."""
-    places = [_places(profile, half) for half in springs]
-    both = np.concatenate(places)
-    heights = profile.height(both)
-    if not np.isfinite(heights).all():
-        wall = both[~np.isfinite(heights)].min()
-        places = [_stop_before_wall(profile, x[x < wall], largest) for x in places]
-        both = np.concatenate(places)
-        heights = profile.height(both)
-    slopes = profile.slope(both)
-    cut = places[0].size
-    parts = (slice(0, cut), slice(cut, None))
-    return [(both[part], heights[part], slopes[part]) for part in parts]
-
-
 def _places(profile: Profile, springs: np.ndarray) -> np.ndarray:
     """Return the knots of a half line."""
     x = springs if springs[0] == 0 else np.concatenate([[0.0], springs])
@@ -195,14 +196,3 @@ def _places(profile: Profile, springs: np.ndarray) -> np.ndarray:
     if profile.edge <= springs[-1]:
         x = np.append(x[x < profile.edge], profile.edge)
     return np.unique(np.concatenate([x, marks])) if marks else x
-
-
-def _stop_before_wall(profile: Profile, x: np.ndarray, largest: float) -> np.ndarray:
-    """Return knots to one beyond the largest contact, for unbounded heights (a sphere)."""
-    beyond = max(largest, x[-1])
-    step = largest
-    for _ in range(_WALL_STEPS):
-        step /= 2
-        if np.isfinite(profile.height(np.array([beyond + step])))[0]:
-            return np.append(x, beyond + step)
-    return x

@@ -53,12 +53,22 @@ def abel(
     inside = r < a
     pressure = np.zeros(r.shape)
     radii = r[inside]
-    if not _bounded_at_tip(profile, radii).all():
+    if not ((radii > 0) | (profile.slope(np.zeros(radii.shape)) == 0)).all():  # g'(0) = 0
         raise ValueError("the pressure is unbounded at r = 0 (a sharp tip): ask beside it")
     if profile.abel_integral is not None:
         integral = profile.abel_integral(radii, a)
     else:
-        integral = _abel_integral(profile, radii, a)
+        # int g'(sqrt(r^2 + w^2))/sqrt(r^2 + w^2) dw between the breakpoints
+        marks = np.array([0.0, *(b for b in profile.breakpoints if b < a), a])
+        ends = np.sqrt(np.maximum(marks - radii[:, None], 0.0) * (marks + radii[:, None]))
+
+        def integrand(w: np.ndarray, row: np.ndarray) -> np.ndarray:
+            # Rounding must not move x beyond a, where the profile may end, and w = 0 at r = 0 must
+            # not divide.
+            x = np.clip(np.hypot(radii[row], w), np.finfo(float).tiny * a, a)
+            return profile.slope(x) / x
+
+        integral = integrate_panels(integrand, ends[:, :-1], ends[:, 1:])
     integral = np.array(integral, dtype=float)
     if np.isfinite(profile.edge) and a == profile.edge:
         fall = penetration - float(profile.height(np.array(a)))
@@ -155,22 +165,3 @@ def _check(
         wrong.append(f"r must be finite and >= 0, got {r}")
     refuse(wrong)
     return r, float(profile.contact_radius(penetration))
-
-
-def _bounded_at_tip(profile: Profile, r: np.ndarray) -> np.ndarray:
-    """Return where the pressure is bounded at the tip: p(0) requires g'(0) = 0."""
-    return (r > 0) | (profile.slope(np.zeros(r.shape)) == 0)
-
-
-def _abel_integral(profile: Profile, r: np.ndarray, a: float) -> np.ndarray:
-    """int_r^a g'(x)/sqrt(x^2 - r^2) dx = int g'(sqrt(r^2 + w^2))/sqrt(r^2 + w^2) dw."""
-    marks = np.array([0.0, *(b for b in profile.breakpoints if b < a), a])
-    ends = np.sqrt(np.maximum(marks - r[:, None], 0.0) * (marks + r[:, None]))
-
-    def integrand(w: np.ndarray, row: np.ndarray) -> np.ndarray:
-        # Rounding must not move x beyond a, where the profile may end, and w = 0 at r = 0 must not
-        # divide.
-        x = np.clip(np.hypot(r[row], w), np.finfo(float).tiny * a, a)
-        return profile.slope(x) / x
-
-    return integrate_panels(integrand, ends[:, :-1], ends[:, 1:])

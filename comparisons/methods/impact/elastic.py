@@ -20,7 +20,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
-from reduced.motion.impact import Impact, strike
+from reduced.motion.elastic_impact import Impact, strike
 from reduced.springs.line import Springs
 from reference.dynamics.collision import collide
 

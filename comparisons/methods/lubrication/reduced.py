@@ -13,7 +13,7 @@ from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
-from reduced.film.line import Ball, approach, entrain
+from reduced.film.reynolds import Ball, approach, entrain
 
 WIDTHS = {
     "local": "P = sqrt Q: the film's pressure is the stress of the local rule (19.37)",

@@ -20,8 +20,8 @@ from comparisons.tasks.task import Task
 from reduced.loads import EDGES, Load
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
+from reduced.wear.archard import Oscillation, WornLine, wear
 from reduced.wear.bodies import LineRule, RoundBody, WearingBody, WearingLine
-from reduced.wear.walk import Oscillation, WornLine, wear
 
 _RULES: dict[str, LineRule] = {"local": "own_curvature", "one_radius": "one_radius"}
 _WORDS = {

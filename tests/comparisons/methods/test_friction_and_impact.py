@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from reduced.motion.blocks import Blocks, integrate
-from reduced.motion.impact import strike
+from reduced.motion.elastic_impact import strike
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import paraboloid, power_law, sphere
 from reduced.springs.line import Springs

@@ -13,7 +13,7 @@ from scipy.special import beta
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import impact_depth, spring_contact
 from reduced.motion.course import SCHEMES, Mass, Push, move
-from reduced.motion.impact import rebound, strike
+from reduced.motion.elastic_impact import rebound, strike
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import (
     cone,

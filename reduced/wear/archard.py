@@ -116,69 +116,57 @@ def wear(
     """
     faults = positive_faults(effective_modulus=effective_modulus, coefficient=coefficient)
     refuse(faults + increasing_faults(distances=distances))
-    load.one_of(*CONTROLS)
-    load.single()
-    return _Walk(body, effective_modulus, load, oscillation).along(coefficient, distances)
+    control, prescribed = load.one_of(*CONTROLS), load.single()
+    modulus = effective_modulus
 
+    def pressed(worn: np.ndarray) -> tuple[float, float]:
+        """Return the penetration since first touch of the unworn body, and the springs' force."""
+        line = body.line(worn)
+        touch = -float(line.single().max())
+        if control == "force":
+            contact = press(line, modulus, load, edges="nodal")
+            return touch + float(contact.penetration[0, 0]), prescribed
+        if prescribed <= touch:
+            raise ConvergenceError("worn so far that nothing touches any more")
+        contact = press(line, modulus, Load("penetration", prescribed - touch), edges="nodal")
+        return prescribed, float(contact.force[0, 0])
 
-@dataclass
-class _Walk:
-    body: WearingBody
-    modulus: float
-    load: Load
-    oscillation: Oscillation | None
+    def contact_at(worn: np.ndarray, depth: float) -> LineContact:
+        line = body.line(worn)
+        return press(line, modulus, Load("penetration", depth + float(line.single().max())))
 
-    def along(self, coefficient: float, distances: np.ndarray) -> Iterator[WornLine]:
-        """Yield the states at the distances."""
-        farthest = 1.0 if self.oscillation is None else 4 * self.oscillation.amplitude
-        longest = _STEP * self.body.spacing / (coefficient * self.modulus * farthest)
+    def rate(worn: np.ndarray) -> Rate:
+        depth, _ = pressed(worn)
+        if oscillation is None:
+            return body.rate(worn, modulus, depth, None)
+        slipped = body.rate(worn, modulus, depth, depth - oscillation.lag)
+        return Rate(oscillation.slip * slipped.depth, oscillation.slip * slipped.volume)
+
+    def stuck(worn: np.ndarray, depth: float) -> float:
+        """Return the length of the springs with g < d - lag."""
+        inner = -np.inf if oscillation is None else depth - oscillation.lag
+        if inner <= -float(body.line(worn).single().max()):
+            return 0.0
+        return float(contact_at(worn, inner).contact_length[0, 0])
+
+    def along() -> Iterator[WornLine]:
+        farthest = 1.0 if oscillation is None else 4 * oscillation.amplitude
+        longest = _STEP * body.spacing / (coefficient * modulus * farthest)
         needed = float(distances[-1]) / longest
         if not needed <= MOST_STEPS:
             raise ConvergenceError(f"the wear takes {needed:.3g} steps, more than {MOST_STEPS}")
-        worn, volume, at, steps = np.zeros(self.body.places), 0.0, 0.0, 0
+        worn, volume, at, steps = np.zeros(body.places), 0.0, 0.0, 0
         for distance in distances:
             count = int(np.ceil((distance - at) / longest))
             k = coefficient * (distance - at) / count
-            for _ in range(count):
-                first = self._rate(worn)
-                second = self._rate(worn + k * first.depth)
+            for _ in range(count):  # Heun
+                first = rate(worn)
+                second = rate(worn + k * first.depth)
                 worn = worn + 0.5 * k * (first.depth + second.depth)
                 volume += 0.5 * k * (first.volume + second.volume)
             at, steps = float(distance), steps + count
-            depth, force = self._press(worn)
-            contact, stuck = self._contact(worn, depth), self._stuck(worn, depth)
-            yield WornLine(depth, contact, force, worn, volume, stuck, steps)
+            depth, force = pressed(worn)
+            contact = contact_at(worn, depth)
+            yield WornLine(depth, contact, force, worn, volume, stuck(worn, depth), steps)
 
-    def _press(self, worn: np.ndarray) -> tuple[float, float]:
-        """Return the penetration since first touch of the unworn body, and the springs' force."""
-        line = self.body.line(worn)
-        touch = -float(line.single().max())
-        if self.load.control == "force":
-            contact = press(line, self.modulus, self.load, edges="nodal")
-            return touch + float(contact.penetration[0, 0]), self.load.single()
-        depth = self.load.single()
-        if depth <= touch:
-            raise ConvergenceError("worn so far that nothing touches any more")
-        contact = press(line, self.modulus, Load("penetration", depth - touch), edges="nodal")
-        return depth, float(contact.force[0, 0])
-
-    def _contact(self, worn: np.ndarray, depth: float) -> LineContact:
-        line = self.body.line(worn)
-        over = depth + float(line.single().max())
-        return press(line, self.modulus, Load("penetration", over))
-
-    def _rate(self, worn: np.ndarray) -> Rate:
-        depth, _ = self._press(worn)
-        if self.oscillation is None:
-            return self.body.rate(worn, self.modulus, depth, None)
-        rate = self.body.rate(worn, self.modulus, depth, depth - self.oscillation.lag)
-        return Rate(self.oscillation.slip * rate.depth, self.oscillation.slip * rate.volume)
-
-    def _stuck(self, worn: np.ndarray, depth: float) -> float:
-        """Return the length of the springs with g < d - lag."""
-        if self.oscillation is None:
-            return 0.0
-        inner = depth - self.oscillation.lag
-        if inner <= -float(self.body.line(worn).single().max()):
-            return 0.0
-        return float(self._contact(worn, inner).contact_length[0, 0])
+    return along()

@@ -133,7 +133,9 @@ class _Line:
 
     def step(self, control: str, load: float) -> tuple[LineContact, float, float]:
         """Go to the next load; return the contact, what would remain, and the share that yields."""
-        depth = load if control == "penetration" else self._elastic_depth(load)
+        depth = load
+        if control == "force":
+            depth = float(self._pressed(self.lost, "force", load).penetration[0, 0])
         if control == "force" and (self._shortened(depth)[0] > self.lost).any():
             depth = self._depth(load, depth)
         lost, full = self._shortened(depth)
@@ -151,12 +153,6 @@ class _Line:
         if depth < self.deepest * (1 - _SAME) or depth <= 0:
             return self.lost, np.zeros(self.gap.shape, dtype=bool)
         total = depth - self.gap
-        limit = self._limit(depth, total)
-        lost = np.maximum(self.lost, total - limit)
-        return lost, (lost > 0) & (total > lost) & (total - lost >= limit * (1 - _SAME))
-
-    def _limit(self, depth: float, total: np.ndarray) -> np.ndarray:
-        """Return the largest elastic deflections at a penetration."""
         springs, bend = self.springs, self.bend
         if springs.rule == "one_radius":
             contacts = regions(self.line, depth, edges=springs.edges)
@@ -166,7 +162,9 @@ class _Line:
             bend[contacts.points] = (8 * deepest / contacts.lengths**2)[contacts.region]
         radius = np.divide(1.0, bend, out=np.full(bend.shape, np.inf), where=bend > 0)
         root = np.pi * springs.hardness / springs.effective_modulus * np.sqrt(radius / 2)
-        return elastic_limit(springs.reading, root, total)
+        limit = elastic_limit(springs.reading, root, total)
+        lost = np.maximum(self.lost, total - limit)
+        return lost, (lost > 0) & (total > lost) & (total - lost >= limit * (1 - _SAME))
 
     def _pressed(self, lost: np.ndarray, control: str, load: float) -> LineContact:
         """Return the elastic contact of the line less what it has lost, under a load above that."""
@@ -186,9 +184,6 @@ class _Line:
         """Return the force at a penetration, springs yielding on the way there."""
         lost, _ = self._shortened(depth)
         return float(self._pressed(lost, "penetration", depth - self._left(lost)).force[0, 0])
-
-    def _elastic_depth(self, force: float) -> float:
-        return float(self._pressed(self.lost, "force", force).penetration[0, 0])
 
     def _depth(self, force: float, least: float) -> float:
         """Return the penetration at a force that some springs yield under."""

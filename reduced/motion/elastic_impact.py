@@ -100,50 +100,44 @@ def rebound(
         f.
     """
     speeds = _checked(mass, velocity, load)
-    depth = _turning_points(law, 0.5 * mass * speeds**2, deepest, load)
+    energy = 0.5 * mass * speeds**2
+    # the turning points, by Newton's method from the deep side, where U(d) - f d is convex
+    depth = np.full(energy.shape, float(deepest))
+    for _ in range(_ITERATIONS):
+        short = law.respond(depth)[1] - load * depth < energy
+        if not short.any():
+            break
+        depth[short] *= 2
+    history: list[float] = []
+    for _ in range(_ITERATIONS):
+        force, stored, _ = law.respond(depth)
+        step = (stored - load * depth - energy) / (force - load)
+        history.append(float(np.max(np.abs(step) / depth)))
+        depth = depth - step
+        # quadratic convergence, until rounding limits the step
+        if history[-1] <= 4 * np.finfo(float).eps or (
+            history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
+        ):
+            break
+    else:
+        raise ConvergenceError("the largest penetration was not found", history)
     nodes, weights = gauss_legendre(_NODES)
     angle = np.pi / 2 * nodes
     approach = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation
     x = depth[:, None] * np.sin(angle) ** 2
-    speed = np.sqrt(2 / mass * _released(law, depth[:, None], x, approach, load))
+    # U(d) - U(x), near d as an integral of the force to keep its digits
+    c, shares = gauss_legendre(8)
+    mean = law.respond(x[..., None] + approach[..., None] * c)[0] @ shares
+    far = law.respond(depth[:, None])[1] - law.respond(x)[1]
+    near = approach < _NEAR * depth[:, None]
+    released = np.where(near, mean * approach, far) - load * approach
+    speed = np.sqrt(2 / mass * released)
     swept = depth[:, None] * np.sin(2 * angle) / speed
     duration = 2 * (np.pi / 2) * (swept @ weights)
     if not np.isfinite(duration).all():
         raise ConvergenceError("the impact has no finite duration", duration.tolist())
     force = law.respond(depth)[0]
     return Impact(speeds, duration, depth, force, np.ones(speeds.size))
-
-
-def _released(
-    law: Law, depth: np.ndarray, x: np.ndarray, approach: np.ndarray, load: float
-) -> np.ndarray:
-    """Return U(d) - U(x) - f (d - x), near d as an integral of the force to keep its digits."""
-    c, weights = gauss_legendre(8)
-    mean = law.respond(x[..., None] + approach[..., None] * c)[0] @ weights
-    far = law.respond(depth)[1] - law.respond(x)[1]
-    return np.where(approach < _NEAR * depth, mean * approach, far) - load * approach
-
-
-def _turning_points(law: Law, energy: np.ndarray, deepest: float, load: float) -> np.ndarray:
-    """Solve U(d) - f d = energy by Newton's method from the deep side, where it is convex."""
-    d = np.full(energy.shape, float(deepest))
-    for _ in range(_ITERATIONS):
-        short = law.respond(d)[1] - load * d < energy
-        if not short.any():
-            break
-        d[short] *= 2
-    history = []
-    for _ in range(_ITERATIONS):
-        force, stored, _ = law.respond(d)
-        step = (stored - load * d - energy) / (force - load)
-        history.append(float(np.max(np.abs(step) / d)))
-        d = d - step
-        # quadratic convergence, until rounding limits the step
-        if history[-1] <= 4 * np.finfo(float).eps or (
-            history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
-        ):
-            return d
-    raise ConvergenceError("the largest penetration was not found", history)
 
 
 def _checked(mass: float, velocity: ArrayLike, load: float) -> np.ndarray:

@@ -271,25 +271,17 @@ class _Line:
             push = slope * self.dx / self.softness
             # A ds + c dl = -m and push ds = -f: dl = (f - push A^-1 m)/(push A^-1 c)
             rise = (force - float(push @ part)) / float(push @ answer)
-            state = self._moved(flow, state, w, (-part - rise * answer, rise))
+            # shortened where the film would become too thin
+            before, kept = self.gap + state.separation + w, 1.0
+            for _ in range(40):
+                s = state.s + kept * (-part - rise * answer)
+                separation = state.separation + kept * rise
+                after = self.gap + separation + self.springs(np.maximum(s, 0.0))[0]
+                if (after > _KEPT * before).all() and flow.admits(separation):
+                    break
+                kept /= 2
+            state = _State(s, separation)
         raise ConvergenceError("the film on the line is too thin for its cells", history)
-
-    def _moved(
-        self,
-        flow: _Entrained | _Squeezed,
-        state: _State,
-        w: np.ndarray,
-        change: tuple[np.ndarray, float],
-    ) -> _State:
-        """Return the state after a step, shortened where the film would become too thin."""
-        before, share = self.gap + state.separation + w, 1.0
-        for _ in range(40):
-            s, separation = state.s + share * change[0], state.separation + share * change[1]
-            after = self.gap + separation + self.springs(np.maximum(s, 0.0))[0]
-            if (after > _KEPT * before).all() and flow.admits(separation):
-                break
-            share /= 2
-        return _State(s, separation)
 
     def film(self, state: _State, speed: float) -> LineFilm:
         """Return a film in the units of the ball."""
@@ -299,9 +291,15 @@ class _Line:
         h, q = self.gap + state.separation + w, w / self.softness
         strip = np.divide(q, p, out=np.zeros(p.size), where=p > 0)
         strip *= np.clip((self.end - np.abs(self.x)) / self.dx + 0.5, 0.0, 1.0)  # below the ball
+        # the least film: of the parabola through the thinnest cell and its neighbours
+        i = min(max(int(np.argmin(h)), 1), h.size - 2)
+        before, middle, after = h[i - 1 : i + 2]
+        bend = before - 2 * middle + after
+        below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
+        least = float(middle - (below if below < middle / 4 else 0.0))  # a kink is no parabola
         return LineFilm(
             film_central=float(np.interp(0.0, self.x, h)) * unit,
-            film_minimum=_least(h) * unit,
+            film_minimum=least * unit,
             load=float(q @ self.dx) * ball.load,
             penetration=-state.separation * unit,
             shear=float((strip / h) @ self.dx) * ball.viscosity * speed * ball.radius,
@@ -427,13 +425,3 @@ def _edges(resolution: int, reach: float) -> np.ndarray:
         grown = np.cumsum(growth ** np.arange(1, count + 1))
         sides.append(grown * (length / grown[-1]))
     return np.concatenate([_BEGIN - sides[0][::-1], inner, _END + sides[1]])
-
-
-def _least(h: np.ndarray) -> float:
-    """Return the least film, of the parabola through the thinnest cell and its neighbours."""
-    i = min(max(int(np.argmin(h)), 1), h.size - 2)
-    before, middle, after = h[i - 1 : i + 2]
-    bend = before - 2 * middle + after
-    below = (after - before) ** 2 / (8 * bend) if bend > 0 else 0.0
-    # a kink of the film is no parabola
-    return float(middle - (below if below < middle / 4 else 0.0))
