@@ -69,9 +69,10 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
     g = np.concatenate([[0.0], profile.height(x)])
     falls = np.diff(g) < -1e-12 * g[-1]
     if falls.any():
+        fall = float(x[int(np.argmax(falls))])
         raise ValueError(
-            f"the equivalent profile falls at x = {x[int(np.argmax(falls))]:.6g}: the flank flattens out so quickly (or "
-            "kinks inwards) that the contact would be a ring, and the reduced model holds for "
+            f"the equivalent profile falls at x = {fall:.6g}: the flank flattens out so quickly "
+            "(or kinks inwards) that the contact would be a ring, and the reduced model holds for "
             "compact contacts only; a smooth table or interpolation = 'pchip' may help"
         )
     return profile

@@ -136,10 +136,10 @@ def calculate(
     pressures: list[list[np.ndarray]] = [[] for _ in range(steps)]
     valid, total = np.zeros(steps), np.zeros(steps)
     for k, depths in enumerate(penetrations):
-        one = lines.draw([k])
+        line_k = lines.draw([k])
         for step, depth in enumerate(depths):
             stress = line_stress(
-                *(one, effective_modulus, depth), rule=variant.stress, edges=variant.edges
+                *(line_k, effective_modulus, depth), rule=variant.stress, edges=variant.edges
             )
             sizes[step].append(stress.regions.lengths)
             pressures[step].append(stress.pressure[stress.valid])
