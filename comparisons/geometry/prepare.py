@@ -176,9 +176,7 @@ def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
     slope, height = combined(faces)
     periodic, (first, *_) = scene.surface.periodic, faces
     geometry = RoughGeometry(first.size, first.points, periodic, slope, height, faces, treatment)
-    unit = 1.0
-    if scene.loading.relative:
-        unit = scene.effective_modulus * geometry.area * geometry.rms_slope
+    unit = scene.loading.unit(geometry.area, scene.effective_modulus * geometry.rms_slope)
     return geometry, loads_of(scene, unit)
 
 

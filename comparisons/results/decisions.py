@@ -187,6 +187,8 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
     rows = (row for (other, *_), row in _judged_rows(record).items() if other == name)
     if any(math.isfinite(_float(row.get("maximum"))) for row in rows):
         return ""
+    if zero := _why_zero(record, name, selection.column(selection.solved(record), name)):
+        return f"zero in every answer: {zero}"
     if name in record.reference.get("bars", {}):
         alone = name == record.along and _loads(record) < 2
         return f"only one load, so no comparison at equal {equal_at(record, name)}" if alone else ""
@@ -397,9 +399,26 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     gives = np.isfinite(selection.column(solved, name)).any()
     if lost and (gives or solved.empty or name in FIELDS):
         return lost[0]
-    if gives:
-        return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
-    return NOT_COMPUTED
+    if not gives:
+        return NOT_COMPUTED
+    truth, resolution = selection.reference(record)
+    true = selection.setting_rows(record, truth, resolution)
+    if zero := _why_zero(record, name, selection.column(true, name)):
+        return f"zero in the reference ({zero}), but not in the {title}: no relative error"
+    lost = [item.reason for item in selection.failures(record) if item.method == truth]
+    if lost:
+        return f"the reference has no value at these loads: {lost[0]}"
+    return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
+
+
+def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
+    """Return why a quantity is zero at all loads; "" where it is not."""
+    known = values[np.isfinite(values)]
+    if not len(known) or known.any():
+        return ""
+    if not np.nan_to_num(selection.column(selection.solved(record), "contact_area")).any():
+        return "nothing touches at any load"
+    return "nothing yields" if "plasticity" in quantity(name).physics else "nothing happens"
 
 
 def _text(value: object) -> str:

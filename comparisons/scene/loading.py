@@ -15,7 +15,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationIn
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.scene.fields import excerpt, fail, flagged, quantity
-from comparisons.scene.units import FORCE, LENGTH, NUMBER, SPEED, TIME, Dimension, to_si
+from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
 
 Control = Literal[
     "penetration",
@@ -33,6 +33,8 @@ Control = Literal[
 ]
 RELATIVE_FORCE = "E* A0 h'"
 MOST_STEPS = 10_000
+# The normal loads that a scene prescribes.
+PRESCRIBED = (*NORMAL, "pressure")
 # What validation is told about a scene: its normal loads are a path, in the order given.
 PATH = "path"
 # How the numbers of a range may follow each other.
@@ -57,8 +59,9 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
 
 
 class Loading(BaseModel):
-    """Exactly one of penetration, force and mean_gap; beside it a tangential path, or times.
+    """Exactly one of penetration, force, pressure, mean_gap; beside it a tangential path, or times.
 
+    pressure: the nominal one, force over the apparent area of a rough surface or a flat face.
     tangential_force, tangential_displacement: an ordered path from zero, at the last normal load.
     time: of each load; between them the load is linear. Before the first nothing touches.
     squeeze_speed: at which lubricated bodies approach each other, far from the contact.
@@ -68,6 +71,7 @@ class Loading(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     penetration: Annotated[LoadRange | None, ranged(LENGTH)] = None
     force: Annotated[LoadRange | None, ranged(FORCE)] = None
+    pressure: Annotated[LoadRange | None, ranged(PRESSURE)] = None
     mean_gap: Annotated[LoadRange | None, ranged(LENGTH)] = None
     tangential_force: Annotated[LoadRange | None, ranged(FORCE, "path")] = None
     tangential_displacement: Annotated[LoadRange | None, ranged(LENGTH, "path")] = None
@@ -77,10 +81,10 @@ class Loading(BaseModel):
 
     @model_validator(mode="after")
     def _one_control(self) -> Loading:
-        controls = [name for name in NORMAL if getattr(self, name)]
+        controls = [name for name in PRESCRIBED if getattr(self, name)]
         if len(controls) > 1 or not (controls or self.time):
             raise fail(
-                "expected exactly one of penetration, force and mean_gap, got "
+                "expected exactly one of penetration, force, pressure and mean_gap, got "
                 + (" and ".join(controls) or "none")
             )
         if all(getattr(self, name) for name in TANGENTIAL):
@@ -92,22 +96,29 @@ class Loading(BaseModel):
 
     @property
     def control(self) -> Control:
-        """The prescribed normal load."""
+        """The prescribed normal load; a pressure is a force."""
         if self.penetration is not None:
             return "penetration"
-        return "force" if self.force is not None else "mean_gap"
+        return "mean_gap" if self.forces is None else "force"
+
+    @property
+    def forces(self) -> LoadRange | None:
+        """The prescribed forces, or pressures."""
+        return self.force or self.pressure
 
     @property
     def range(self) -> LoadRange:
         """The prescribed normal loads."""
-        chosen = getattr(self, self.control)
-        assert isinstance(chosen, LoadRange)
+        chosen = self.forces or self.penetration or self.mean_gap
+        assert chosen is not None
         return chosen
 
-    @property
-    def relative(self) -> bool:
-        """Whether the normal loads are relative to the roughness."""
-        return any(getattr(self, name) for name in NORMAL) and self.range.relative_to is not None
+    def unit(self, area: float, modulus_slope: float) -> float:
+        """Return what the normal loads are multiplied by, from A0 and E* h'; 1 if absolute."""
+        if self.pressure is not None:
+            return area
+        relative = self.force is not None and self.force.relative_to is not None
+        return area * modulus_slope if relative else 1.0
 
     @property
     def tangential(self) -> Literal["tangential_force", "tangential_displacement"] | None:
@@ -132,7 +143,8 @@ class Loading(BaseModel):
         >>> loading.along("tangential_force", start=0.0).tolist()
         [1.0, 2.0, 0.0, -2.0]
         """
-        knots = list(getattr(self, name).values)
+        chosen = self.range if name == "force" else getattr(self, name)
+        knots = list(chosen.values)
         first = [] if start is not None else knots[:1]
         knots = knots if start is None else [start, *knots]
         shares = np.arange(1, self.substeps + 1) / self.substeps

@@ -215,13 +215,24 @@ class Scene(_Physics):
     @model_validator(mode="after")
     def _forces_that_press(self) -> Scene:
         """Without adhesion no force of a path pulls, and one of them presses."""
-        force = self.loading.force
+        force = self.loading.forces
         if force is None or self.adhesion is not None:
             return self
         if min(force.values) < 0:
             raise fail("loading.force: expected no negative force without [adhesion]")
         if max(force.values) == 0 and self.dynamics is None:
             raise fail("loading.force: expected at least one positive force")
+        return self
+
+    @model_validator(mode="after")
+    def _pressures_on_an_area(self) -> Scene:
+        """Take a nominal pressure where the area is known that it acts on."""
+        flat = self.indenter is not None and self.indenter.face_area is not None
+        if self.loading.pressure is not None and self.surface is None and not flat:
+            raise fail(
+                "loading.pressure: expected a [surface] or a flat face, whose area makes it a "
+                "force: prescribe force"
+            )
         return self
 
     @model_validator(mode="after")
@@ -232,7 +243,7 @@ class Scene(_Physics):
         timed = self.loading.time is not None
         if timed and len(self.dynamics.velocity.values) > 1:
             raise fail("dynamics.velocity: expected one velocity with loading.time")
-        if self.dynamics.at_rest and not self.loading.force:
+        if self.dynamics.at_rest and not self.loading.forces:
             raise fail("dynamics.velocity: expected above zero, or a loading.force with its times")
         return self
 

@@ -44,8 +44,9 @@ def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
     data["title"] = f"{scene.heading}: patch of {nx} x {ny} points"
     data["surface"] |= {"crop": crop}
     data.get("compare", {}).pop("resolutions", None)
-    if scene.loading.range.relative_to is None and scene.loading.control == "force":
-        values = [share * load for load in scene.loading.range.values]
+    force = scene.loading.force
+    if force is not None and force.relative_to is None:
+        values = [share * load for load in force.values]
         data["loading"] = {"force": {"values": values}}
     return validated(data), crop
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from comparisons.facts.methods import ELEMENTS, GRID
+from comparisons.formatting import number, with_unit
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
@@ -28,6 +31,7 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
     scene, geometry = draft.scene, draft.geometry
     if isinstance(geometry, RoughGeometry):
         yield from (*geometry.treatment, *surface_notes(geometry))
+    yield from _loads(draft)
     yield from scene_notes(scene, geometry)
     yield from _coarser_pictures(draft, methods)
     if scene.physics and draft.realisations < scene.realisations:
@@ -44,6 +48,28 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
         yield "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
     if draft.loads.normal is not None and len(scene.loading.range.values) > 1:
         yield "only the last of the normal loads is held"
+
+
+def _loads(draft: Plan) -> Iterable[str]:
+    """Say which nominal pressures the forces on a rough surface or a flat face are."""
+    geometry, loads = draft.geometry, draft.loads.normal or draft.loads
+    rough = geometry if isinstance(geometry, RoughGeometry) else None
+    face = geometry.indenter.face_area if isinstance(geometry, IndenterGeometry) else None
+    area = rough.area if rough else face
+    if loads.control != "force" or area is None:
+        return
+    pressures = loads.values / area
+    said = f"loads: F = {_span(loads.values, 'N')}, nominal pressure F/A0 = "
+    said += _span(pressures, "Pa")
+    if rough:
+        shares = pressures / (draft.scene.effective_modulus * rough.rms_slope)
+        said += f", F/(E* A0 h') = {_span(shares)}"
+    yield said
+
+
+def _span(values: np.ndarray, unit: str = "") -> str:
+    ends = dict.fromkeys((values.min(), values.max()))
+    return " to ".join(with_unit(end, unit) if unit else number(end) for end in ends)
 
 
 def _coarser_pictures(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:

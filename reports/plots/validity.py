@@ -56,19 +56,20 @@ def _known(record: SceneRecord) -> list[Nearest]:
         return []
     try:
         scene: Scene = load_scene({"name": record.name, **record.tables})
-        unit = _force_unit(scene, record)
-        relative = scene.loading.relative and math.isfinite(unit)
-        return nearest(scene, loads_of(scene, unit if relative else 1.0), unit)
+        area, slope = _area_and_slope(scene, record)
+        modulus_slope = scene.effective_modulus * slope
+        unit = scene.loading.unit(area, modulus_slope) if math.isfinite(area) else None
+        return nearest(scene, loads_of(scene, unit), area * modulus_slope)
     except (InputError, KeyError, TypeError, ValueError):
         return []  # damaged results, or of another version
 
 
-def _force_unit(scene: Scene, record: SceneRecord) -> float:
-    """Return E* A0 h' of a synthetic surface, with h' as it was made; NaN where it is not known."""
+def _area_and_slope(scene: Scene, record: SceneRecord) -> tuple[float, float]:
+    """Return A0 and h' of a synthetic surface, as it was made; NaN where they are not known."""
     if scene.surface is None or scene.surface.size is None or "roughness" not in record.plan:
-        return math.nan
+        return math.nan, math.nan
     slope = float(record.plan["roughness"]["statistics"]["rms_slope"])
-    return scene.effective_modulus * math.prod(scene.surface.size) * slope
+    return math.prod(scene.surface.size), slope
 
 
 def _place(measured: Measured, value: float) -> float:

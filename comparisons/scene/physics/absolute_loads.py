@@ -63,21 +63,23 @@ class AbsoluteLoads:
         return columns if self.times is None else columns | {"time": self.times}
 
 
-def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
+def loads_of(scene: Scene, unit: float | None = None) -> AbsoluteLoads:
     """Return what a scene walks along.
 
     Parameters
     ----------
     scene : Scene
-    unit : float
-        What its relative normal loads are multiplied by; 1 where they are absolute.
+    unit : float, optional
+        What its normal loads are multiplied by (`Loading.unit`), on a rough surface; default: the
+        area of a flat face under a pressure, else 1.
     """
-    loading = scene.loading
+    loading, face = scene.loading, scene.indenter and scene.indenter.face_area
+    unit = loading.unit(face or 1.0, 1.0) if unit is None else unit
     if scene.dynamics is not None and loading.time is None:
         return AbsoluteLoads("velocity", np.array(scene.dynamics.velocity.values))
     if loading.time is not None:
         times = loading.along("time")
-        if scene.dynamics is not None and not loading.force:
+        if scene.dynamics is not None and not loading.forces:
             return AbsoluteLoads("time", times, "time", times)
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.remembers and loading.tangential is None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, NORMAL, TANGENTIAL, quantity
+from comparisons.facts.quantities import DEFAULT, DISTRIBUTIONS, TANGENTIAL, quantity
 from comparisons.scene.half_space import DEPTH_KEYS
+from comparisons.scene.loading import PRESCRIBED
 from comparisons.scene.physics.tables import TABLES
 
 
@@ -85,7 +86,8 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     loading = data.get("loading", {})
     if not isinstance(loading, dict):
         return
-    normal = [name for name in NORMAL if name in loading]
+    # a nominal pressure is a force
+    normal = ["force" if n == "pressure" else n for n in PRESCRIBED if n in loading]
     tangential = [name for name in TANGENTIAL if name in loading]
     if "loading" not in data and "dynamics" not in tables:
         yield "loading: expected, but missing"

@@ -182,10 +182,10 @@ def test_all_problems_of_a_file_come_at_once():
         ({"half_space": None}, "half_space: expected, but missing"),
         ({"half_space": 3}, "half_space: expected a table, got 3"),
         ({"loading": None}, "loading: expected, but missing"),
-        ({"loading": {}}, "exactly one of penetration, force and mean_gap, got none"),
+        ({"loading": {}}, "exactly one of penetration, force, pressure and mean_gap, got none"),
         (
             {"loading": {"penetration": 1e-3, "force": 1}},
-            "exactly one of penetration, force and mean_gap, got force and penetration",
+            "exactly one of penetration, force, pressure and mean_gap, got force and penetration",
         ),
         ({"loading": {"mean_gap": 1e-3}}, "loading.mean_gap: expected a [surface]"),
         (

@@ -9,6 +9,7 @@ import numpy as np
 import psutil
 import pytest
 
+from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.methods.registry import concerns, solver_of
 from comparisons.scene.scene import SceneError, load_scene
@@ -333,6 +334,22 @@ def test_streams_do_not_depend_on_the_blocks(rough, method):
 
 
 # --- patches of maps ------------------------------------------------------------------------
+
+
+def test_a_nominal_pressure_is_a_force_on_the_apparent_area(rough, scene):
+    """On a rough surface, a map and a flat face; a ball has no such area."""
+    (plan, *_) = plan_scene(rough(loading={"pressure": ["1 MPa", "2 MPa"]}))
+    area, stiff = plan.geometry.area, plan.scene.effective_modulus * plan.geometry.rms_slope
+    np.testing.assert_allclose(plan.loads.values, [1e6 * area, 2e6 * area], rtol=1e-15)
+    assert (plan.loads.control, plan.scene.loading.control) == ("force", "force")
+    (said,) = (note for note in plan.notes if note.startswith("loads: "))
+    assert "F/A0 = 1.00\u202fMPa to 2.00\u202fMPa" in said
+    assert f"F/(E* A0 h') = {fmt.number(1e6 / stiff)} to {fmt.number(2e6 / stiff)}" in said
+    punch = {"shape": "square_punch", "side": 1e-3}
+    (plan,) = plan_scene(scene(indenter=punch, loading={"pressure": "3 MPa"}))
+    np.testing.assert_allclose(plan.loads.values, [3.0], rtol=1e-15)
+    with pytest.raises(SceneError, match=r"pressure: expected a \[surface\] or a flat face"):
+        plan_scene(scene(loading={"pressure": "3 MPa"}))
 
 
 def with_dense(map_scene, **tables):

@@ -241,3 +241,27 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
     assert advise(scene).unanswered == {}
     unknown = replace(scene, reference=scene.reference | {"bars": {}})
     assert "pressure" in advise(unknown).unanswered
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "quantity", "reason"),
+    [
+        (
+            "plastic-ball",
+            {"plasticity.yield_stress": "500 GPa", "loading": {"penetration": ["1 um", "0 um"]}},
+            "residual_depth",
+            "zero in every answer: nothing yields",
+        ),
+        (
+            "adhesive-ball",
+            {"loading": {"force": ["-5 mN", "-10 mN"]}},
+            "contact_area",
+            "zero in every answer: nothing touches at any load",
+        ),
+    ],
+)
+def test_what_is_zero_everywhere_is_no_verdict_and_says_why(name, changes, quantity, reason):
+    """A ball that stays elastic leaves no dent; one that is only pulled at never touches."""
+    scene = solved(name, changes | {"compare.methods": ["reduced"]})
+    (zero,) = (item for item in verdicts(scene) if item.quantity == quantity)
+    assert (zero.reason, zero.counts) == (reason, False)
