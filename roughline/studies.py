@@ -13,6 +13,7 @@ from comparisons import formatting as fmt
 from comparisons.questions import study
 from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results.decisions import judged_methods
+from comparisons.results.finding import methods_of
 from comparisons.results.folder import held
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.jobs import Done
@@ -20,7 +21,8 @@ from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
 from reports.cli.workers import Workers
-from reports.tables.judged import answers
+from reports.tables.judged import answers, finding_table
+from reports.tables.terminal import plain
 from roughline import notebook
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
@@ -98,11 +100,10 @@ class Results:
         return write_paper(self.record, Path(folder), formats, figures=figures)
 
     def __repr__(self) -> str:
-        lines = [
-            f"{comparison.name}: reduced model {comparison.verdict}. {comparison.answer}"
-            for comparison in self
+        tables = [
+            finding_table(self.record.scenes, name) for name in methods_of(self.record.scenes)
         ]
-        return "\n".join([f"{self.folder}: {len(self)} scenes", *lines])
+        return "\n".join([f"{self.folder}: {len(self)} scenes", *map(plain, tables)])
 
     def _repr_html_(self) -> str:
         scenes = self.record.scenes[:MOST_ROWS]
@@ -113,6 +114,7 @@ class Results:
         return notebook.block(
             f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
             *sentences,
+            *(notebook.table(finding_table(scenes, name)) for name in methods_of(scenes)),
             notebook.table(answers(scenes, judged)),
             notebook.more(len(self) - MOST_ROWS, "scenes"),
         )

@@ -72,7 +72,9 @@ def in_words(proved: Mapping[str, Any]) -> str:
     bars, missed = proved["bars"], proved["missed"]
     if not bars:
         return f"theorems enclose none of the loads, as {duration(proved['seconds'])} have shown."
-    reached = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
+    reached = (
+        "every bar of a reference reaches it" if not missed else f"{missed} of {bars} bars miss it"
+    )
     return (
         "interval in which the truth lies by theorem, at most "
         f"{relative(proved['width'])} wide in force or penetration; {reached}. "
@@ -81,24 +83,27 @@ def in_words(proved: Mapping[str, Any]) -> str:
 
 
 def tally(documents: Iterable[Mapping[str, Any]]) -> str:
-    """Say of the documents of some scenes how many bars are held against theorems, and miss them.
+    """Say in how many scenes bars are held against theorems, and in how many of them they miss.
+
+    Scenes are counted: the loads and quantities of one are often one number.
 
     >>> ball = {"bars": 6, "missed": 0, "seconds": 0.1, "truth_seconds": 0.5}
     >>> tally([ball, ball | {"missed": 1}]).splitlines()[0]
-    'Proved: 12 bars of references are held against intervals that theorems give; 1 misses.'
+    'Proved: the references of 2 scenes are held against theorems; bars miss in 1.'
     >>> tally([ball | {"bars": 0}])
     ''
     """
     known = [document for document in documents if document["bars"]]
     if not known:
         return ""
-    total = {key: sum(item[key] for item in known) for key in ("bars", "missed")}
     times = (duration(sum(item[key] for item in known)) for key in ("seconds", "truth_seconds"))
     own, judged = times
-    missed = {0: "none misses", 1: "1 misses"}.get(total["missed"], f"{total['missed']} miss")
+    missed = sum(item["missed"] > 0 for item in known)
+    scenes = f"{len(known)} scene{'s' if len(known) > 1 else ''}"
     return (
-        f"Proved: {total['bars']} bars of references are held against intervals that theorems "
-        f"give; {missed}.\nThe intervals took {own}, the solves that they judge {judged}."
+        f"Proved: the references of {scenes} are held against theorems; "
+        f"{f'bars miss in {missed}' if missed else 'no bar misses'}.\n"
+        f"The intervals took {own}, the solves that they judge {judged}."
     )
 
 

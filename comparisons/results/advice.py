@@ -87,10 +87,14 @@ class Setting:
         return f"{self.title} {duration(self.seconds)} ({self.place})"
 
     @property
+    def starred(self) -> str:
+        """The title, with a star that a note explains where it judges itself."""
+        return f"{self.title}{'*' if self.judges_itself and not self.is_truth else ''}"
+
+    @property
     def brief(self) -> str:
-        """The same, where a note explains the star."""
-        star = "*" if self.judges_itself and not self.is_truth else ""
-        return f"{self.title}{star} {duration(self.seconds)} (N = {self.resolution})"
+        """Method, time and resolution, starred."""
+        return f"{self.starred} {duration(self.seconds)} (N = {self.resolution})"
 
     @property
     def place(self) -> str:

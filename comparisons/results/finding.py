@@ -1,27 +1,74 @@
-"""The finding of a study in one sentence, made from its verdicts.
+"""Where a method may be used: a row for each family of scenes, at most `MOST`.
 
-It says where the reduced model may be used and what that costs and saves, where not, and for each
-family of scenes what to use there instead: a closed form where it is the truth itself, else the
-fastest method. Words and numbers are those of `comparisons.results.decisions` and of the advice.
+The rows stand on the verdicts and settings that the cells of the report show; the page makes the
+same rows (`findingOf` in judging.js) for another tolerance or fewer quantities.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
-from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
+from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, judged_methods, verdicts, worst
 from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 
-OWN = (MODEL, CLOSED_FORM)
-EXACT = f"the {title_of(CLOSED_FORM)} (exact)"
-NAMED = 3  # scenes of a family that are named; the others are counted
+MOST = 8  # rows: a reader has ten seconds
+NAMED = 3  # families of a row that are named; more are counted
+YES, IN_PART, NO, NOT_KNOWN = "yes", "in part", "no", "not known"
+NOTHING = "nothing that was run"
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row.
+
+    Attributes
+    ----------
+    scenes : str
+        A family with its scenes, or several families.
+    use : str
+        "yes", "for F, d only" (within in these quantities), "no", "not known".
+    error : str
+        The largest error with its bar, quantity and load.
+    cost : str
+        Time of its cheapest setting within the tolerance, and how many times as fast that is as
+        the fastest 3-D setting.
+    instead : str
+        The closed form, if it is exact, else the fastest other setting within the tolerance.
+    """
+
+    scenes: str
+    use: str
+    error: str
+    cost: str
+    instead: str
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """What is found of a method on one scene; `own`, `exact`, `other`: settings to use, if any."""
+
+    scene: SceneRecord
+    use: str
+    decisive: Verdict | None
+    own: Setting | None
+    exact: Setting | None
+    other: Setting | None
+
+    @property
+    def family(self) -> str:
+        return family(self.scene)
+
+    @property
+    def kind(self) -> str:
+        return self.use if self.use in (YES, NO, NOT_KNOWN) else IN_PART
 
 
 def deciding(record: SceneRecord) -> Verdict | None:
@@ -30,140 +77,150 @@ def deciding(record: SceneRecord) -> Verdict | None:
     return worst(judgements) if judgements else None
 
 
-def finding(records: tuple[SceneRecord, ...]) -> str:
-    """Return where the leading method holds, where not, and what to use there, in a sentence."""
-    return " ".join(lines(records))
+def methods_of(records: Sequence[SceneRecord]) -> list[str]:
+    """Return the methods that a finding is made for: the model first, and those of the user."""
+    named = dict.fromkeys(name for record in records for name in judged_methods(record))
+    return sorted(named, key=lambda name: name != MODEL)
 
 
-def lines(records: tuple[SceneRecord, ...]) -> list[str]:
-    """Return the finding, a line for each family of scenes: where the method holds, where not."""
-    methods = {judged_methods(record)[0] for record in records}
-    if len(methods) != 1:
-        return []
-    title = title_of(methods.pop())
-    stated: dict[str, list[str]] = {"holds": [], "in part": [], "fails": [], "open": []}
-    within: list[SceneRecord] = []
-    for name in dict.fromkeys(map(family, records)):
-        scenes = [record for record in records if family(record) == name]
-        judged = {scene: item for scene in scenes if (item := deciding(scene))}
-        stated[_kind(scenes, judged)].append(_in_words(name, scenes, judged))
-        within += [scene for scene in scenes if _is_within(judged.get(scene))]
-    heads = {
-        "holds": (f"Use the {title} for ", f": within {_tolerances(within)}{_cost(within)}"),
-        "in part": ("in part for " if stated["holds"] else f"Use the {title} in part for ", ""),
-        "fails": ("not for " if within else f"Do not use the {title} for ", ""),
-        "open": ("not shown for ", ""),
-    }
-    clauses = [_clause(*heads[kind], names) for kind, names in stated.items() if names]
-    if not clauses:
-        return []
-    clauses[0][0] = clauses[0][0][0].upper() + clauses[0][0][1:]
-    for clause in clauses:
-        clause[-1] += "." if clause is clauses[-1] else ";"
-    return [line for clause in clauses for line in clause]
-
-
-def _clause(head: str, tail: str, names: Sequence[str]) -> list[str]:
-    """Return a clause about several families, a line for each.
-
-    >>> _clause("not for ", "", ["a", "b", "c"])
-    ['not for a,', 'b and', 'c']
-    """
-    ends = [","] * (len(names) - 2) + [" and"] * (len(names) > 1) + [tail]
-    own = [f"{name}{end}" for name, end in zip(names, ends, strict=True)]
-    return [head + own[0], *own[1:]]
-
-
-def _kind(scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
-    judgements = [item.word for item in judged.values()]
-    if len(judgements) == len(scenes) and set(judgements) == {WITHIN}:
-        return "holds"
-    if WITHIN in judgements:
-        return "in part"
-    return "fails" if OUTSIDE in judgements else "open"
-
-
-def _is_within(item: Verdict | None) -> bool:
-    return item is not None and item.word == WITHIN
-
-
-def _in_words(name: str, scenes: Sequence[SceneRecord], judged: dict[SceneRecord, Verdict]) -> str:
-    """Return a family with its scenes, or with what decided in the worst and what to use there."""
-    undecided = [item for item in judged.values() if item.word != WITHIN]
-    if not undecided:
-        exact = f"; the {title_of(CLOSED_FORM)} is exact" if all(map(_exact, scenes)) else ""
-        return f"{name} ({_examples(scenes)}{exact})"
-    wrong = [item for item in undecided if item.word == OUTSIDE]
-    if wrong:
-        last = max(wrong, key=lambda item: item.low / item.tolerance)
-        upto = "up to " if len(wrong) > 1 else ""
-        share = f" in {len(wrong)} of {len(judged)}" if len(wrong) < len(judged) else ""
-        reason = f"{quantity(last.quantity).label} off by {upto}{last.number}{share}"
-    else:
-        last = worst(undecided)
-        cause = last.reason if last.word == NO_RESULT else last.number
-        reason = f"{quantity(last.quantity).label}: {cause}"
-    others = [scene for scene in scenes if not _is_within(judged.get(scene))]
-    return f"{name} ({reason}; {_instead(others)})"
-
-
-def _examples(scenes: Sequence[SceneRecord]) -> str:
-    """Return what a family consists of here: nothing else was looked at."""
-    names = [scene.name for scene in scenes]
-    left = len(names) - NAMED
-    return fmt.listed(names if left < 2 else [*names[:NAMED], f"{left} more"])
-
-
-def _cost(scenes: list[SceneRecord]) -> str:
-    """Return time, and how many times faster than the fastest 3-D method at equal tolerance."""
-    ratios, times = [], []
-    for scene in scenes:
-        reached = advise(scene).reaching()
-        times += [item.seconds for item in reached if item.method == MODEL][:1]
-        own = [item.seconds for item in reached if item.method in OWN]
-        other = [item.seconds for item in reached if item.method not in OWN]
-        if own and other and fmt.finite(own[0]) and fmt.finite(other[0]) and own[0] > 0:
-            ratios.append(other[0] / own[0])
-    cost = f" in {_ends(times, fmt.duration)}" if times else ""
-    if not ratios:
-        return cost
-    gain = _ends(ratios, lambda ratio: fmt.number(ratio, 2))
-    return f"{cost}, {gain} times as fast as the fastest 3-D method"
-
-
-def _ends(values: Sequence[float], form: Callable[[float], str]) -> str:
-    """Return the smallest and the largest value, or the one that both are."""
-    return " to ".join(dict.fromkeys(form(value) for value in (min(values), max(values))))
-
-
-def _instead(scenes: list[SceneRecord]) -> str:
-    """Return closed forms, or the fastest methods with their times, of scenes the model fails."""
-    exact = [form for scene in scenes if (form := _exact(scene))]
-    best = [advise(scene).cheapest for scene in scenes if not _exact(scene)]
-    chosen = [item for item in best if item is not None]
-    titles = Counter(item.title for item in chosen).most_common()
-    named = [_timed(EXACT, exact)] if exact else []
-    named += [
-        _timed(title, [item for item in chosen if item.title == title]) for title, _ in titles
+def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[Row]:
+    """Return where a method holds, where not, and what to use there."""
+    standings = [
+        _standing(record, method) for record in records if method in judged_methods(record)
     ]
-    if not named:
-        return "no setting that was run is within the tolerance"
-    left = len(best) - len(chosen)
-    none = f", nothing that was run in {left} of {len(scenes)}" if left else ""
-    which = ", depending on the scene" if len(named) > 1 else ""
-    return f"instead {' or '.join(named)}{which}{none}"
+    families = [item.family for item in standings]
+    return [
+        Row(
+            _named(group, families),
+            uses[0] if len(uses) == 1 else IN_PART,
+            _largest(group),
+            _cost(group),
+            _instead(group),
+        )
+        for group in _groups(standings)
+        for uses in (list(dict.fromkeys(item.use for item in group)),)
+    ]
 
 
-def _exact(scene: SceneRecord) -> Setting | None:
-    """Return the closed form of a scene, if it is the truth."""
-    settings = advise(scene).settings
-    return next((item for item in settings if item.is_truth and item.method == CLOSED_FORM), None)
+def _standing(record: SceneRecord, method: str) -> _Standing:
+    known = [item for item in verdicts(record, method) if item.counts and item.offered]
+    held = in_order(item.quantity for item in known if item.word == WITHIN)
+    within = list(map(symbol, held))
+    if not within:
+        use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
+    else:
+        use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
+    advice = advise(record)
+    exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
+    others = (item for item in advice.reaching() if item.method != method)
+    own = advice.cheapest_for(record.tolerance).get(method)
+    if use == YES and own is None:  # it does not compute all that was asked
+        level = advice.finest.get(method)
+        own = next(
+            (s for s in advice.settings if (s.method, s.resolution) == (method, level)), None
+        )
+    return _Standing(
+        record,
+        use,
+        worst(known) if known else None,
+        own,
+        next(exact, None),
+        next(others, None),
+    )
 
 
-def _timed(title: str, settings: list[Setting]) -> str:
-    return f"{title} in {_ends([item.seconds for item in settings], fmt.duration)}"
+def symbol(name: str) -> str:
+    """Return the symbol of a quantity, or its name in words."""
+    return quantity(name).symbol or quantity(name).label
 
 
-def _tolerances(scenes: list[SceneRecord]) -> str:
-    tolerances = sorted({scene.tolerance for scene in scenes})
-    return " or ".join(fmt.tolerance(value) for value in tolerances)
+def _groups(standings: list[_Standing]) -> list[list[_Standing]]:
+    """Return the scenes of each row, families joined as far as they must be."""
+    joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
+        lambda item: (item.family, item.use),
+        lambda item: ("" if item.use == YES else item.family, item.use),
+        lambda item: (item.family if item.kind == IN_PART else "", item.use),
+        lambda item: ("", item.kind),
+    )
+    groups: dict[tuple[str, str], list[_Standing]] = {}
+    for key in joined:
+        groups = {}
+        for item in standings:
+            groups.setdefault(key(item), []).append(item)
+        if len(groups) <= MOST:
+            break
+    return list(groups.values())
+
+
+def _named(group: list[_Standing], families: list[str]) -> str:
+    """Return "ellipsoids: ellipsoid-2", "rough surfaces (3 of 4 scenes)", or several families."""
+    names = list(dict.fromkeys(item.family for item in group))
+    count = len(group)
+    if count == 1:
+        return f"{names[0]}: {group[0].scene.name}"
+    if len(names) == 1:
+        whole = families.count(names[0])
+        return f"{names[0]} ({count}{'' if count == whole else f' of {whole}'} scenes)"
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"{', '.join(names[:NAMED])}{more} ({count} scenes)"
+
+
+def _largest(group: list[_Standing]) -> str:
+    """Return the error that decides over the scenes, with its quantity, scene and load."""
+    judged = [(item.decisive, item.scene) for item in group if item.decisive]
+    if not judged:
+        return fmt.MISSING
+    decisive = worst(verdict for verdict, _ in judged)
+    scene = next(scene for verdict, scene in judged if verdict is decisive)
+    return largest_error(scene, decisive) + (f", {scene.name}" if len(group) > 1 else "")
+
+
+def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
+    """Return an error with its bar, quantity and load: "A −2.1 ± 0.1 % at d = 1.00 µm"."""
+    if verdict.word == NO_RESULT:
+        return f"{symbol(verdict.quantity)}: {verdict.reason}"
+    along, text = scene.along, f"{symbol(verdict.quantity)} {verdict.number}"
+    if not verdict.when or not quantity(along).load or not fmt.finite(verdict.resolution):
+        return f"{text} at {verdict.when}" if verdict.when else text
+    rows = scene.rows[selection.column(scene.rows, "step") == verdict.step]
+    loads = selection.column(rows, along)
+    loads = loads[selection.column(rows, "resolution") == verdict.resolution]
+    if not len(loads) or not fmt.finite(loads[0]):
+        return f"{text} at {verdict.when}"
+    return f"{text} at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"
+
+
+def _cost(group: list[_Standing]) -> str:
+    own = [item.own for item in group if item.own]
+    ratios = [
+        item.other.seconds / item.own.seconds
+        for item in group
+        if item.own and item.other and item.own.seconds > 0 and fmt.finite(item.other.seconds)
+    ]
+    if not ratios:
+        return _range(own)
+    ends = dict.fromkeys(fmt.number(ratio, 2) for ratio in (min(ratios), max(ratios)))
+    return f"{_range(own)}, {' to '.join(ends)} times as fast as 3-D"
+
+
+def _instead(group: list[_Standing]) -> str:
+    chosen = [best for item in group if (best := item.exact or item.other)]
+    if not chosen:
+        return NOTHING
+    exact = f"{title_of(CLOSED_FORM)} (exact)"
+    titles = dict.fromkeys(
+        exact if item.is_truth and item.method == CLOSED_FORM else item.starred for item in chosen
+    )
+    left = f"; {NOTHING} in {len(group) - len(chosen)}" if len(chosen) < len(group) else ""
+    return f"{' or '.join(titles)} {_range(chosen)}{left}"
+
+
+def _range(settings: Sequence[Setting]) -> str:
+    """Return the smallest and the largest time, with N if it is one; a dash without any."""
+    ordered = sorted(settings, key=lambda setting: setting.seconds)
+    if not ordered:
+        return fmt.MISSING
+    ends = [fmt.duration(setting.seconds) for setting in (ordered[0], ordered[-1])]
+    levels = {setting.resolution for setting in ordered if setting.method != CLOSED_FORM}
+    at = f" (N = {levels.pop()})" if len(levels) == 1 else ""
+    return " to ".join(dict.fromkeys(ends)) + at

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from reports.tables.table import Table
 
 MANY = 12
+FEW = 12  # quantities of all scenes that are printed without being asked
+SCREEN = 21  # lines of tables, beside the notes and the path
 NARROW = 64  # columns: fewer leave a table no room for whole words
 UNFOLDED = 100_000  # columns, more than any line has
 
@@ -67,18 +69,19 @@ def print_plans(plans: list[Plan], times: Mapping[str, str] | None = None) -> No
 def print_study(
     record: StudyRecord, lost: list[tuple[Task, str]], *, verbose: bool = False
 ) -> None:
-    """Print a line per scene, the finding, and the path of the report; all verdicts if `verbose`.
+    """Print what was found and the path of the report, in some 25 lines; all if `verbose`.
 
-    What a reader must know first stands first: doubtful input, references that disagree.
+    What a reader must know first stands first: doubtful input, references that disagree. Every
+    quantity of few scenes; of more a line for each, where there is room.
     """
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import doubtful
     from comparisons.judging.proofs import tally
     from comparisons.results.advice import advise, wide_truth
     from comparisons.results.decisions import asked_in_vain
-    from comparisons.results.finding import lines as finding_lines
+    from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence
-    from reports.tables.judged import summary_lines
+    from reports.tables.judged import finding_table, summary_lines, verdict_table
 
     console = _console()
     for scene in record.scenes:
@@ -88,15 +91,22 @@ def print_study(
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
         if wide := wide_truth(scene, record.effort):
             console.print(f"{scene.name}: {wide}", markup=False, highlight=False)
-    if verbose:
-        _print_verdicts(console, record)
-    lines = summary_lines(record.scenes)
-    if console.width < NARROW:
-        for row in lines.rows:
-            console.print(" ".join(cell.text for cell in row), markup=False, highlight=False)
+    methods = methods_of(record.scenes)
+    findings = [finding_table(record.scenes, method) for method in methods]
+    every = [verdict_table(record.scenes, method).without("cheapest") for method in methods]
+    if verbose or sum(len(table.rows) for table in every) <= FEW:
+        for table in every:
+            console.print(drawn(table))
     else:
-        console.print(drawn(lines, tight=True))
-    console.print(lines.note, style="dim", markup=False, highlight=False)
+        lines = summary_lines(record.scenes)
+        room = SCREEN - sum(len(table.rows) + 2 for table in findings)
+        if len(lines.rows) < room:
+            _print_rows(console, lines)
+        else:
+            console.print(f"{len(record.scenes)} scenes; -v prints every quantity", style="dim")
+    if verbose:
+        for scene in record.scenes:
+            console.print(f"{scene.name}: {advise(scene).sentence}", markup=False, highlight=False)
     for scene in record.scenes:
         if single := advise(scene).single:
             console.print(f"{scene.name}: {single}", markup=False, highlight=False)
@@ -110,26 +120,23 @@ def print_study(
         console.print(f"lost: {name} {method} {resolution}: {reason}", style="bold", markup=False)
     if len(reasons) > MANY:
         console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
-    console.print()
-    for line in finding_lines(record.scenes):
-        console.print(line, markup=False, highlight=False)
+    for table in findings:
+        console.print()
+        _print_rows(console, table)
     proved = [scene.reference["proved"] for scene in record.scenes if "proved" in scene.reference]
     if proved:
         console.print(tally(proved), markup=False, highlight=False)
     console.print(f"{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False)
 
 
-def _print_verdicts(console: Console, record: StudyRecord) -> None:
-    """Print the verdict on every quantity, and the advice for each scene."""
-    from comparisons.results.advice import advise
-    from comparisons.results.decisions import judged_methods
-    from reports.tables.judged import verdict_table
-
-    methods = list(dict.fromkeys(name for scene in record.scenes for name in judged_methods(scene)))
-    for method in methods:
-        console.print(drawn(verdict_table(record.scenes, method).without("cheapest")))
-    for scene in record.scenes:
-        console.print(f"{scene.name}: {advise(scene).sentence}\n", markup=False, highlight=False)
+def _print_rows(console: Console, table: Table) -> None:
+    """Print a table with its note; on narrow terminals its rows as lines."""
+    if console.width < NARROW:
+        for row in table.rows:
+            console.print(" ".join(cell.text for cell in row), markup=False, highlight=False)
+    else:
+        console.print(drawn(table, tight=True))
+    console.print(table.note, style="dim", markup=False, highlight=False)
 
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:

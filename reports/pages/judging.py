@@ -6,14 +6,17 @@ The page gets the ends of what every error may be, |e| - u and |e| + u, and appl
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import CLOSED_FORM
+from comparisons.facts.methods import CLOSED_FORM, title_of
+from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results.advice import Advice, Setting
 from comparisons.results.decisions import Verdict
+from comparisons.results.families import family
+from comparisons.results.finding import largest_error, symbol
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 
@@ -26,30 +29,49 @@ def slider_labels() -> list[str]:
     return [fmt.tolerance(step) for step in STEPS]
 
 
-def judging(scenes: Iterable[tuple[str, SceneRecord, list[Verdict], Advice]]) -> dict[str, Any]:
+def judging(
+    scenes: Sequence[tuple[str, SceneRecord, dict[str, list[Verdict]], Advice]],
+) -> dict[str, Any]:
     """Return what the page needs to judge anew.
 
     Parameters
     ----------
-    scenes : iterable of (str, SceneRecord, list of Verdict, Advice)
-        Anchor, record, the verdicts that the page leads with, and the advice.
+    scenes : sequence of (str, SceneRecord, dict, Advice)
+        Anchor, record, the verdicts on each judged method (the page leads with the first), and the
+        advice.
     """
     return {
         "tolerances": STEPS,
         "labels": slider_labels(),
+        "exact": f"{title_of(CLOSED_FORM)} (exact)",
         "scenes": [
             {
                 "anchor": anchor,
+                "name": scene.name,
+                "family": family(scene),
+                "order": in_order(scene.quantities),
                 "tolerance": scene.tolerance,
-                "verdicts": [_verdict(v) | {"counts": v.counts and v.offered} for v in verdicts],
+                "judged": {
+                    method: [_verdict(scene, verdict) for verdict in verdicts]
+                    for method, verdicts in judged.items()
+                },
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
-            for anchor, scene, verdicts, advice in scenes
+            for anchor, scene, judged, advice in scenes
         ],
     }
 
 
-def _verdict(verdict: Verdict) -> dict[str, Any]:
+def _verdict(scene: SceneRecord, verdict: Verdict) -> dict[str, Any]:
+    return _ends(verdict) | {
+        "counts": verdict.counts and verdict.offered,
+        "symbol": symbol(verdict.quantity),
+        "text": verdict.text,
+        "largest": largest_error(scene, verdict),
+    }
+
+
+def _ends(verdict: Verdict) -> dict[str, Any]:
     return {
         "quantity": verdict.quantity,
         "low": verdict.low,
@@ -57,8 +79,6 @@ def _verdict(verdict: Verdict) -> dict[str, Any]:
         "error": abs(verdict.error),
         "missing": verdict.word == NO_RESULT,
         "counts": verdict.counts,
-        "text": verdict.text,
-        "number": verdict.number,
     }
 
 
@@ -66,7 +86,9 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
     deepest = advice.finest.get(setting.method, -1)
     return {
         "method": setting.method,
+        "title": setting.starred,
         "text": setting.brief,
+        "time": fmt.duration(setting.seconds),
         "colour": look(setting.method).colour,
         "n": setting.resolution,
         "seconds": setting.seconds,
@@ -75,12 +97,5 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
         "judged": not setting.is_truth and setting.resolution <= deepest,
         "finest": setting.resolution == deepest,
         "ranked": setting.method != CLOSED_FORM,
-        "verdicts": [
-            {
-                name: item
-                for name, item in _verdict(verdict).items()
-                if name not in ("text", "number")
-            }
-            for verdict in setting.verdicts
-        ],
+        "verdicts": [_ends(verdict) for verdict in setting.verdicts],
     }

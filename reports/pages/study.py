@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.facts.methods import MODEL
-from comparisons.facts.quantities import QUANTITIES
+from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.confidence import confidence
 from comparisons.results.cost import spent
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
-from comparisons.results.finding import lines
+from comparisons.results.finding import methods_of
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
@@ -49,6 +49,7 @@ from reports.plots.figure import Figure
 from reports.plots.style import look
 from reports.plots.validity import validity_map
 from reports.tables import scene as tables
+from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
 from reports.tables.table import Table
 
@@ -123,15 +124,24 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         _drawn(views, claims) | {item.key: item for item in (everything, standing) if item},
         data={
             "judging": judging(
-                (view.anchor, view.record, list(view.verdicts.values()), view.advice)
-                for view in views
+                [
+                    (
+                        view.anchor,
+                        view.record,
+                        {name: verdicts(view.record, name) for name in judged_methods(view.record)},
+                        view.advice,
+                    )
+                    for view in views
+                ]
             )
             | {"places": overview.places(settings)}
         },
         record=record,
         views=views,
         families=_families(views),
-        finding=lines(record.scenes),
+        findings={
+            method: finding_table(record.scenes, method) for method in methods_of(record.scenes)
+        },
         overview=everything,
         validity=standing,
         compared=compared_methods(record.scenes),
@@ -183,8 +193,7 @@ def _shown_quantities(views: list[SceneView]) -> list[str]:
         for figure in group
         for name in figure.quantity.split()
     }
-    ordered = [name for name in QUANTITIES if name in names]
-    return ordered + sorted(names.difference(ordered))
+    return in_order(names)
 
 
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
@@ -266,12 +275,10 @@ def _seeds(record: StudyRecord) -> dict[str, int]:
 
 def _columns(views: list[SceneView]) -> list[str]:
     """Return the compared quantities of all scenes, known ones first, in standard order."""
-    names = list(dict.fromkeys(name for view in views for name in view.verdicts))
-    ordered = [name for name in QUANTITIES if name in names]
-    return ordered + [name for name in names if name not in ordered]
+    return in_order(name for view in views for name in view.verdicts)
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
-    items = (item for view in views for item in view.verdicts.values())
-    counts = Counter(item.word for item in items if item.counts and item.offered)
+    """Return how many scenes have which verdict."""
+    counts = Counter(view.summary.decisive.word for view in views if view.summary.decisive)
     return [(word, counts[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]

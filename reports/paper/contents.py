@@ -6,10 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from comparisons.results.advice import advise
-from comparisons.results.finding import finding
+from comparisons.results.finding import methods_of
 from comparisons.results.store import StudyRecord
 from reports.paper.style import PAGE
+from reports.tables.judged import finding_table
 from reports.tables.notation import markdown, tex
+from reports.tables.written import in_markdown
 
 SHOWN = ("png", "svg")  # formats that Markdown shows in place
 WIDE = ("verdicts", "-overview")
@@ -33,7 +35,10 @@ def index(
     study: StudyRecord, entries: list[Entry], suffixes: Sequence[str], left: list[str]
 ) -> str:
     """Return the index: the finding, every figure with its caption, the tables, what was left."""
-    lines = ["# Figures and tables", "", markdown(finding(study.scenes)), ""]
+    lines = ["# Figures and tables"]
+    lines += [
+        in_markdown(finding_table(study.scenes, method)) for method in methods_of(study.scenes)
+    ]
     lines += [_shown(entry, suffixes) for entry in entries if not entry.scene]
     lines += ["Tables: [verdicts](verdicts.md), [settings](settings.md); LaTeX beside them.", ""]
     for scene in study.scenes:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.facts.quantities import QUANTITIES, quantity
+from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results.decisions import Verdict, judged_methods, verdicts
 from comparisons.results.store import SceneRecord
@@ -35,8 +35,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     """Return error over tolerance of the leading method of each scene, or None without scenes."""
     rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
     compared = {item.quantity for row in rows for item in row}
-    names = [name for name in QUANTITIES if name in compared]
-    names += sorted(compared.difference(names))
+    names = in_order(compared)
     if not names:
         return None
     ink = look(judged_methods(scenes[0])[0]).colour

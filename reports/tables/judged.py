@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, NOT_ASKED
-from comparisons.facts.quantities import quantity
+from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, advise
@@ -20,6 +20,7 @@ from comparisons.results.decisions import (
     verdicts,
     worst,
 )
+from comparisons.results.finding import finding, symbol
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
@@ -44,13 +45,42 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
     return table(heads, rows, title=f"The {title_of(method)}")
 
 
+def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
+    """Return where a method may be used, at most eight rows; the note explains its symbols."""
+    found = finding(scenes, method)
+    rows = [
+        (
+            Cell(row.scenes, row.scenes, "text wrap"),
+            cells.verdict(row.use),
+            Cell(row.error, row.error),
+            Cell(row.cost, row.cost),
+            Cell(row.instead, row.instead, "text wrap"),
+        )
+        for row in found
+    ]
+    title = title_of(method)
+    heads = ("scenes", "use it?", "largest error", "its time", "instead")
+    words = " ".join(f"{cell.text}" for row in rows for cell in row).replace(",", " ").split()
+    names = {item.quantity for scene in scenes for item in verdicts(scene, method)}
+    note = _explained(name for name in names if symbol(name) in words)
+    if any("*" in row.instead for row in found):
+        note += f"; {ITSELF}"
+    return table(heads, rows, title=title[0].upper() + title[1:], note=note)
+
+
+def _explained(names: Iterable[str]) -> str:
+    """Return the meaning of the symbols of some quantities, in standard order."""
+    rows = [quantity(name) for name in in_order(names)]
+    return ", ".join(f"{row.symbol} {row.label}" for row in rows if row.symbol)
+
+
 def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
     """Return a line per scene and judged method: verdict, worst quantity, cheapest setting.
 
     Quantities are symbols, so that a line has room in 80 columns; the note explains them.
     """
     rows: list[tuple[Cell | str, ...]] = []
-    told_of: dict[str, str] = {}
+    told_of: set[str] = set()
     tolerances: set[float] = set()
     itself = False
     for scene in scenes:
@@ -64,14 +94,14 @@ def summary_lines(scenes: Iterable[SceneRecord]) -> Table:
         tolerances.add(scene.tolerance)
         for method in judged_methods(scene):
             decisive = worst(verdicts(scene, method))
-            row = quantity(decisive.quantity)
-            told_of[row.symbol or row.label] = row.label
+            told_of.add(decisive.quantity)
             name = scene.name if method == MODEL else f"{scene.name}, {title_of(method)}"
             error = _error(decisive)
-            rows.append((name, cells.verdict(decisive.word), row.symbol or row.label, error, *best))
-    symbols = ", ".join(f"{symbol} {label}" for symbol, label in told_of.items() if symbol != label)
+            rows.append(
+                (name, cells.verdict(decisive.word), symbol(decisive.quantity), error, *best)
+            )
     levels = fmt.listed([fmt.tolerance(value) for value in sorted(tolerances)])
-    note = f"worst: {symbols}; verdicts at {levels}" + (f"; {ITSELF}" if itself else "")
+    note = f"worst: {_explained(told_of)}; verdicts at {levels}" + (f"; {ITSELF}" if itself else "")
     heads = ("scene", "verdict", "worst", "error", "cheapest", "time", "N")
     return table(heads, rows, note=note)
 

@@ -8,10 +8,12 @@ from typing import Any
 
 # The tone of every verdict word: good, bad, undecided, partly, no statement.
 TONES = {
-    **dict.fromkeys(("within", "holds", "accurate", "found again", "faster", "same"), "within"),
-    **dict.fromkeys(("outside", "fails", "lost", "moved"), "outside"),
-    **dict.fromkeys(("not resolved", "degraded", "slower"), "not-resolved"),
-    **dict.fromkeys(("holds in a range", "refused", "verdict changed"), "partly"),
+    **dict.fromkeys(
+        ("within", "yes", "holds", "accurate", "found again", "faster", "same"), "within"
+    ),
+    **dict.fromkeys(("outside", "no", "fails", "lost", "moved"), "outside"),
+    **dict.fromkeys(("not resolved", "not known", "degraded", "slower"), "not-resolved"),
+    **dict.fromkeys(("holds in a range", "in part", "refused", "verdict changed"), "partly"),
 }
 NO_TONE = "no-result"
 
@@ -19,10 +21,10 @@ NO_TONE = "no-result"
 def tone(word: str) -> str:
     """Return the tone of a verdict word, a CSS class of the page.
 
-    >>> tone("holds"), tone("left out")
-    ('within', 'no-result')
+    >>> tone("holds"), tone("left out"), tone("for F, d only")
+    ('within', 'no-result', 'partly')
     """
-    return TONES.get(word, NO_TONE)
+    return "partly" if word.endswith(" only") else TONES.get(word, NO_TONE)
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shutil
+from io import StringIO
 
 from rich import table as rich
+from rich.console import Console
 from rich.markup import escape
 
 from reports.tables.table import Table
@@ -35,6 +37,14 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
         style = "bold" if place in table.strong else None
         result.add_row(*(escape(cell.text) for cell in row), style=style)
     return result
+
+
+def plain(table: Table, width: int = 100) -> str:
+    """Return a table as text."""
+    console = Console(width=width, file=StringIO(), emoji=False, color_system=None)
+    with console.capture() as told:
+        console.print(drawn(table, tight=True))
+    return told.get().rstrip()
 
 
 def _kept(table: Table, gap: int) -> list[bool]:

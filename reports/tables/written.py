@@ -31,7 +31,7 @@ def in_markdown(table: Table) -> str:
     """Return the table in Markdown, below its title."""
     rules = ["---" if kind == "l" else "--:" for kind in alignment(table)]
     lines = [
-        markdown(table.title),
+        *([markdown(table.title)] if table.title else []),
         "",
         _bars(map(markdown, _heads(table))),
         _bars(rules),

@@ -7,7 +7,7 @@ and reported. Quantities common to all scenes come first.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -49,6 +49,17 @@ def quantity(name: str) -> Quantity:
     'local stress undefined share'
     """
     return QUANTITIES.get(name, Quantity(name, name.replace("_", " ")))
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Return names in the order of the rows, each once; unknown ones by name behind them.
+
+    >>> in_order(["mine", "penetration", "force", "penetration"])
+    ['force', 'penetration', 'mine']
+    """
+    given = set(names)
+    known = [name for name in QUANTITIES if name in given]
+    return known + sorted(given.difference(known))
 
 
 def counterpart(axis: str) -> str:

@@ -1,6 +1,7 @@
 // Judging anew: another tolerance, fewer quantities. The rule is that of the verdicts (largest
 // |e| + u against t), on the ends of what every error may be; null is an unknown end.
 const judging = JSON.parse(document.getElementById("page-judging")?.textContent ?? "null");
+for (const scene of judging?.scenes ?? []) [scene.verdicts] = Object.values(scene.judged);
 const question = { tolerance: null, counted: null }; // null: as asked
 const LEAST = 1e-3; // of error over tolerance: the foot of the plot of all scenes
 const WORST_FIRST = ["outside", "no result", "not resolved", "within"];
@@ -52,6 +53,74 @@ const asBadge = (node, word) => {
   node.className = `verdict ${toneOf(word)}`;
   node.textContent = word;
 };
+// Where a method may be used: the rows of comparisons.results.finding, from what the cells show.
+const MOST_ROWS = 8, NAMED = 3, KINDS = ["yes", "no", "not known"];
+const twoDigits = (ratio) => ratio < 100 ? ratio.toPrecision(2) : String(Number(ratio.toPrecision(2))).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+const ends = (items) => [...new Set([items[0], items[items.length - 1]])].join(" to ");
+const timesOf = (settings) => {
+  if (!settings.length) return "–";
+  const levels = new Set(settings.filter((one) => one.ranked).map((one) => one.n));
+  return ends([...settings].sort((a, b) => time(a) - time(b)).map((one) => one.time)) + (levels.size === 1 ? ` (N = ${[...levels][0]})` : "");
+};
+const standingOf = (scene, method) => {
+  const tolerance = sceneTolerance(scene), known = scene.judged[method].filter(isAsked);
+  const within = known.filter((one) => wordFor(one, tolerance) === "within").sort((a, b) => scene.order.indexOf(a.quantity) - scene.order.indexOf(b.quantity)).map((one) => one.symbol);
+  const wrong = known.some((one) => wordFor(one, tolerance) === "outside");
+  const use = !within.length ? (wrong ? "no" : "not known") : within.length === known.length ? "yes" : `for ${within.join(", ")} only`;
+  const reached = reaching(scene, tolerance);
+  return {
+    scene, use, kind: KINDS.includes(use) ? use : "in part", worst: worstOf(known, tolerance), tolerance,
+    own: reached.find((one) => one.method === method) ?? (use === "yes" ? scene.settings.find((one) => one.method === method && one.finest && !one.truth) : undefined), other: reached.find((one) => one.method !== method),
+    exact: scene.settings.find((one) => one.truth && !one.ranked),
+  };
+};
+const groupsOf = (standings) => {
+  const joined = [
+    (one) => [one.scene.family, one.use],
+    (one) => [one.use === "yes" ? "" : one.scene.family, one.use],
+    (one) => [one.kind === "in part" ? one.scene.family : "", one.use],
+    (one) => ["", one.kind],
+  ];
+  let groups;
+  for (const key of joined) {
+    groups = new Map();
+    for (const one of standings) groups.set(String(key(one)), [...(groups.get(String(key(one))) ?? []), one]);
+    if (groups.size <= MOST_ROWS) break;
+  }
+  return [...groups.values()];
+};
+const findingOf = (method) => {
+  const standings = judging.scenes.filter((scene) => scene.judged[method]).map((scene) => standingOf(scene, method));
+  return groupsOf(standings).map((group) => {
+    const families = [...new Set(group.map((one) => one.scene.family))], uses = new Set(group.map((one) => one.use));
+    const all = standings.filter((one) => one.scene.family === families[0]).length;
+    const scenes = group.length === 1 ? `${families[0]}: ${group[0].scene.name}`
+      : families.length === 1 ? `${families[0]} (${group.length}${group.length === all ? "" : ` of ${all}`} scenes)`
+      : `${families.slice(0, NAMED).join(", ")}${families.length > NAMED ? ` and ${families.length - NAMED} more` : ""} (${group.length} scenes)`;
+    const worst = group.filter((one) => one.worst).reduce((most, one) =>
+      !most || before(severityOf(one.worst, one.tolerance), severityOf(most.worst, most.tolerance)) ? one : most, null);
+    const error = worst ? worst.worst.largest + (group.length > 1 ? `, ${worst.scene.name}` : "") : "–";
+    const ratios = group.filter((one) => one.own?.seconds > 0 && one.other?.seconds != null).map((one) => one.other.seconds / one.own.seconds).sort((a, b) => a - b);
+    const cost = timesOf(group.map((one) => one.own).filter(Boolean)) + (ratios.length ? `, ${ends(ratios.map(twoDigits))} times as fast as 3-D` : "");
+    const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
+    const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
+    const instead = !chosen.length ? "nothing that was run" : `${[...titles].join(" or ")} ${timesOf(chosen)}`
+      + (chosen.length < group.length ? `; nothing that was run in ${group.length - chosen.length}` : "");
+    return [scenes, uses.size === 1 ? [...uses][0] : "in part", error, cost, instead];
+  });
+};
+const judgeFinding = (table) => {
+  const heads = [...table.tHead.rows[0].cells].map((head) => head.textContent);
+  table.tBodies[0].replaceChildren(...findingOf(table.dataset.method).map(([scenes, use, ...rest]) => {
+    const badge = element("span");
+    asBadge(badge, use);
+    if (use.endsWith(" only") || use === "in part") badge.className = "verdict partly";
+    if (KINDS.includes(use)) badge.className = `verdict ${["within", "outside", "not-resolved"][KINDS.indexOf(use)]}`;
+    return element("tr", {}, element("th", { scope: "row" }, scenes), element("td", { "data-label": "use it?" }, badge),
+      ...rest.map((text, place) => element("td", { "data-label": heads[place + 2], class: text === "–" ? "none" : "" }, text)));
+  }));
+};
+
 const sceneTolerance = (scene) => question.tolerance ?? scene.tolerance;
 const labelOf = (tolerance) => judging.labels[judging.tolerances.indexOf(tolerance)];
 
@@ -80,10 +149,7 @@ const judgeRow = (scene, counts) => {
   if (!row) return;
   const tolerance = sceneTolerance(scene), worst = worstOf(scene.verdicts, tolerance);
   const word = worst ? wordFor(worst, tolerance) : "no result";
-  for (const verdict of scene.verdicts.filter(isAsked)) {
-    const one = wordFor(verdict, tolerance);
-    counts.set(one, (counts.get(one) ?? 0) + 1);
-  }
+  counts.set(word, (counts.get(word) ?? 0) + 1);
   const badge = row.querySelector(".verdict");
   if (badge) asBadge(badge, word);
   if (question.tolerance !== null) row.querySelector(".asked-for").textContent = labelOf(tolerance);
@@ -119,7 +185,8 @@ const judgeAll = () => {
     judgeCells(scene);
     judgeRow(scene, counts);
   }
-  document.querySelector(".tally").replaceChildren(...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
+  for (const table of document.querySelectorAll("table.finding")) judgeFinding(table);
+  document.querySelector(".tally").replaceChildren("Scenes: ", ...WORST_FIRST.filter((word) => counts.get(word)).flatMap((word) => {
     const badge = element("span");
     asBadge(badge, `${counts.get(word)} ${word}`);
     badge.className = `verdict ${toneOf(word)}`;

@@ -200,12 +200,12 @@ def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     figure = curve(record, "penetration", "force")
     assert figure is not None
     assert PROVED in [band.label for band in figure.bands]
-    assert "all 6 bars of references reach it" in figure.caption
+    assert "every bar of a reference reaches it" in figure.caption
     # a theorem about another ball: no bar reaches its interval
     monkeypatch.setattr(proofs, "missed_by", lambda value, *_: np.full(len(value), 0.01))
     record = recorded()
     assert any("misses the proved interval by 1" in text for text in record.disagreements)
-    assert "6 bars miss it" in curve(record, "penetration", "force").caption
+    assert "6 of 6 bars miss it" in curve(record, "penetration", "force").caption
     # another scene of the same study, of which nothing is proved, has the columns, too
     columns = {name: np.nan for name in record.rows if name.endswith(("_lower", "_upper"))}
     reference = {key: entry for key, entry in record.reference.items() if key != "proved"}
@@ -276,4 +276,4 @@ def test_a_run_counts_the_bars_that_are_held_against_theorems(tmp_path, capsys):
     header = {"created": "", "command": "", "effort": "quick", "machine": {}, "versions": {}}
     print_study(StudyRecord(tmp_path, seconds=1.0, scenes=(record, record), **header), [])
     said = " ".join(capsys.readouterr().out.split())
-    assert "12 bars of references are held against intervals that theorems give; none miss" in said
+    assert "references of 2 scenes are held against theorems; no bar misses" in said

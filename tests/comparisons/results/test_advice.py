@@ -17,6 +17,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.judging.verdicts import judge, judged
 from comparisons.results.advice import advise, wide_truth
 from comparisons.results.decisions import asked_in_vain, verdicts, worst
+from comparisons.results.finding import finding
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
@@ -254,3 +255,48 @@ def test_input_errors_are_value_errors_and_survive_a_pickle():
     again = pickle.loads(pickle.dumps(InputError("wrong")))
     assert isinstance(again, ValueError)
     assert str(again) == "wrong"
+
+
+# --- the finding -----------------------------------------------------------------------------
+
+
+def physics(table, *rows, low=None):
+    """Make a scene of a family by its table, from (quantity, |e|) of the reduced model."""
+    made = record([("reduced", 10, e, 1e-3, q) for q, e in rows], quantities=("force", "stiffness"))
+    measures = made.measures if low is None else made.measures.assign(low=low)
+    return replace(made, name=f"{table}-{rows[0][1]}", text=f"[{table}]\n", measures=measures)
+
+
+def test_a_family_is_answered_only_as_far_as_was_shown():
+    """Within in some quantities is no "no", a bar beyond the tolerance is no "no" either."""
+    shown = [
+        physics("wear", ("force", 0.001), ("stiffness", 0.002)),
+        physics("friction", ("force", 0.003), ("stiffness", 0.5)),
+        physics("rolling", ("force", 0.04), ("stiffness", 0.5)),
+        physics("adhesion", ("force", 0.06), low=0.0),
+        physics("adhesion", ("force", 0.004), ("stiffness", 0.002)),
+    ]
+    rows = finding(shown)
+    assert [row.use for row in rows] == ["yes", "for F only", "no", "not known", "yes"]
+    # One scene is one scene: no sentence on all of its kind.
+    assert rows[0].scenes == "contacts that wear: wear-0.001"
+    assert rows[-1].scenes == "adhesive contacts: adhesion-0.004"
+    assert rows[2].error.startswith("k 50\u202f%")
+    assert rows[2].instead == "closed form (exact) 2.0\u202fs"
+
+
+def test_a_finding_has_eight_rows_at_most():
+    """Families are joined, those first that hold; their scenes stay counted."""
+    tables = ("wear", "friction", "rolling", "adhesion", "plasticity", "lubrication", "sliding")
+    good = [physics(name, ("force", 0.001)) for name in tables]
+    bad = [physics(name, ("force", 0.02)) for name in tables]
+    rows = finding(good + bad[:7])
+    assert len(rows) == 8
+    assert rows[0].scenes == (
+        "contacts that wear, contacts with friction, rolling contacts and 4 more (7 scenes)"
+    )
+    several = [*bad, physics("dynamics", ("force", 0.02))]
+    assert [(row.use, row.scenes[-10:]) for row in finding(good + several)] == [
+        ("yes", "(7 scenes)"),
+        ("no", "(8 scenes)"),
+    ]

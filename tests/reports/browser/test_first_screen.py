@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import pytest
 
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts, worst
+from comparisons.results.finding import finding
 
 TOLERANCES = (1e-4, 0.02, 0.5)
 
@@ -22,12 +23,23 @@ def rows_of(page):
     ]
 
 
+def asked_anew(study, tolerance, counted=None):
+    """Return the scenes with another question."""
+    for scene in study.scenes:
+        names = tuple(n for n in scene.quantities if counted is None or n in counted)
+        yield replace(scene, tolerance=tolerance or scene.tolerance, quantities=names)
+
+
+def found(page):
+    """Return the rows of the finding."""
+    rows = page.locator("table.finding tbody tr").all()
+    return [tuple(row.locator("th, td").all_text_contents()) for row in rows]
+
+
 def expected(study, tolerance, counted=None):
     """Return what Python says of the same question."""
     rows = []
-    for scene in study.scenes:
-        names = tuple(n for n in scene.quantities if counted is None or n in counted)
-        asked = replace(scene, tolerance=tolerance or scene.tolerance, quantities=names)
+    for asked in asked_anew(study, tolerance, counted):
         decisive, advice = worst(verdicts(asked)), advise(asked)
         best = ", ".join(setting.text for setting in advice.reaching()[:2])
         rows.append((decisive.word, decisive.quantity, best or "no setting within tolerance"))
@@ -36,12 +48,14 @@ def expected(study, tolerance, counted=None):
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
 def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolerance):
-    """Verdict, deciding quantity and cheapest settings: one rule, in both languages."""
+    """Verdict, deciding quantity, cheapest settings, finding: one rule, in both languages."""
     page = followed(f"#?tolerance={tolerance:g}".replace("e-05", "e-5")).page
     for row, (word, quantity, best) in zip(rows_of(page), expected(study, tolerance), strict=True):
         assert row[0].startswith(word)
         assert row[1].startswith(quantity.replace("_", " "))
         assert row[2] == best
+    said = finding(list(asked_anew(study, tolerance)))
+    assert found(page) == [astuple(row) for row in said]
 
 
 def test_without_the_worst_quantity_a_scene_is_judged_by_the_rest(followed, study):
@@ -53,6 +67,8 @@ def test_without_the_worst_quantity_a_scene_is_judged_by_the_rest(followed, stud
     after = rows_of(page)
     assert [row[0].split()[0] for row in after] == [word.split()[0] for word, _, _ in shown]
     assert after != before
+    said = finding(list(asked_anew(study, None, {"force", "penetration"})))
+    assert found(page) == [astuple(row) for row in said]
     page.locator(".as-asked").click()
     assert rows_of(page) == before
 

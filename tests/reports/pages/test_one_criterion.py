@@ -18,7 +18,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import equal_at, verdicts, worst
-from comparisons.results.finding import finding
+from comparisons.results.finding import NOTHING, finding
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
@@ -179,27 +179,27 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     """May I use it, for what was that shown, what instead, at what cost: without reading on."""
     asked = COARSE | {"compare.quantities": ["force"]}
     ball, oblong = solved("sphere", asked), solved("ellipsoid-5", asked)
-    own = fmt.duration(advise(ball).cheapest.seconds)
+    best = advise(ball).cheapest
     (form,) = (item for item in advise(oblong).settings if item.method == "closed_form")
-    text = finding((ball, oblong))
-    assert (
-        "Use the reduced model for axisymmetric bodies (sphere; the closed form is exact): "
-        f"within 1\u202f% in {own}, " in text
-    )
-    number, other = worst(verdicts(oblong)).number, fmt.duration(form.seconds)
-    assert (
-        f"not for ellipsoids (force off by {number}; instead the closed form (exact) in {other})."
-        in text
-    )
+    good, bad = finding((ball, oblong))
+    assert (good.scenes, good.use) == ("axisymmetric bodies: sphere", "yes")
+    assert good.cost.startswith(f"{fmt.duration(best.seconds)} (N = {best.resolution}), ")
+    assert (bad.scenes, bad.use, bad.cost) == ("ellipsoids: ellipsoid-5", "no", "–")
+    assert bad.error == f"F {worst(verdicts(oblong)).number} at d = 1.00\u202fµm"
+    assert bad.error.startswith("F \u22125.")  # the sign: the model is too soft
+    assert bad.instead == f"closed form (exact) {fmt.duration(form.seconds)}"
 
 
 def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
     """A circle is the softest face of its area (Polya and Szego): a square is 2 % stiffer."""
     scene = solved("square-punch", COARSE | {"compare.quantities": ["force"]})
     best = advise(scene).cheapest
-    assert worst(verdicts(scene)).word == "outside"
-    other = f"instead {best.title} in {fmt.duration(best.seconds)}" if best else "no setting"
-    assert other in finding((scene,))
+    (row,) = finding((scene,))
+    assert row.use == "no"
+    other = (
+        f"{best.title} {fmt.duration(best.seconds)} (N = {best.resolution})" if best else NOTHING
+    )
+    assert row.instead == other
 
 
 def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
