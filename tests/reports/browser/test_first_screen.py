@@ -41,7 +41,7 @@ def expected(study, tolerance, counted=None):
     rows = []
     for asked in asked_anew(study, tolerance, counted):
         decisive, advice = worst(verdicts(asked)), advise(asked)
-        best = ", ".join(setting.text for setting in advice.reaching()[:2])
+        best = ", ".join(setting.brief for setting in advice.reaching()[:2])
         rows.append((decisive.word, decisive.quantity, best or "no setting within tolerance"))
     return rows
 

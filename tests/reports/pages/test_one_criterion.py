@@ -196,9 +196,7 @@ def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
     best = advise(scene).cheapest
     (row,) = finding((scene,))
     assert row.use == "no"
-    other = (
-        f"{best.title} {fmt.duration(best.seconds)} (N = {best.resolution})" if best else NOTHING
-    )
+    other = best.brief if best else NOTHING
     assert row.instead == other
 
 
