@@ -14,6 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import ConvexHull
+from threadpoolctl import threadpool_limits
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
@@ -71,6 +72,8 @@ class Proof:
 def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     """Return lower and upper bounds of all quantities that are enclosed, over the load steps.
 
+    On one thread: several wait for each other in systems this small, for minutes on a busy machine.
+
     Returns
     -------
     dict
@@ -89,16 +92,17 @@ def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[s
     given = [Interval(float(load), float(load)) for load in loads.values]
     by_depth = loads.control == "penetration"
     other, at = ("force", proof.force) if by_depth else ("penetration", proof.penetration)
-    enclosed = [_known(at, load.lower) for load in given]
-    pairs = [
-        (load, answer) if by_depth else (answer, load)
-        for load, answer in zip(given, enclosed, strict=True)
-    ]
-    intervals = {
-        other: enclosed,
-        "energy": [_known(proof.energy, *pair) for pair in pairs],
-        "stiffness": [_known(proof.stiffness, *pair) for pair in pairs],
-    }
+    with threadpool_limits(limits=1):
+        enclosed = [_known(at, load.lower) for load in given]
+        pairs = [
+            (load, answer) if by_depth else (answer, load)
+            for load, answer in zip(given, enclosed, strict=True)
+        ]
+        intervals = {
+            other: enclosed,
+            "energy": [_known(proof.energy, *pair) for pair in pairs],
+            "stiffness": [_known(proof.stiffness, *pair) for pair in pairs],
+        }
     assert set(intervals) <= set(ENCLOSED)
     return {
         f"{name}_{side}": np.array([getattr(interval, side, math.nan) for interval in values])

@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 import roughline
 from comparisons.errors import InputError
 from comparisons.judging import proofs
 from comparisons.judging.truth import Truth
+from comparisons.methods.normal import proved
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
@@ -71,6 +73,19 @@ def test_nothing_is_proved_before_somebody_reads_it(monkeypatch):
     assert not asked
     assert len(result.table()) > 1
     assert len(asked) == 1
+
+
+def test_bounds_are_computed_on_one_thread(monkeypatch):
+    """Threads that wait for each other cost minutes on a machine that is busy otherwise."""
+    threads = []
+    monkeypatch.setattr(
+        proved,
+        "_known",
+        lambda *_: threads.extend(pool["num_threads"] for pool in threadpool_info()),
+    )
+    (plan,) = plan_scene(make_scene(BALL, "ball", Path()))
+    proved.enclosures(plan.scene, plan.geometry, plan.loads)
+    assert set(threads) == {1}
 
 
 def test_a_ball_may_be_pressed_deeper_than_anything_is_proved():
