@@ -20,6 +20,7 @@ from comparisons.questions.experiments.yielding import (
     YIELD_STRESS,
     Dented,
     elements,
+    known_to,
     springs,
 )
 from reference.elasticity import Material
@@ -200,12 +201,13 @@ NAMES = (*READINGS, "kogut_etsion", "jackson_green")
 
 
 def against_elements(place: int, symbol: str) -> list[list[str]]:
-    """Return errors of the force (0), or of the area (1)."""
+    """Return errors of the force (0), or of the area (1), which are known to a bar."""
     rows = [["d/d_y", symbol, *NAMES]]
     for share in SHARES:
-        true = on_elements(share, GRIDS[-1])[0][place]
+        coarse, true = (on_elements(share, n)[0][place] for n in GRIDS[1:])
+        bar = known_to(("force", "area")[place], GRIDS[1:], (coarse, true)) / true
         errors = [f"{100 * (c[place] / true - 1):+.0f} %" for c in others(share)]
-        rows.append([str(share), f"{true:.4g}", *(_known(e) for e in errors)])
+        rows.append([str(share), f"{true:.3g} ± {100 * bar:.1f} %", *(_known(e) for e in errors)])
     return rows
 
 

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 # Stiffness of the surface springs, in E* over the length of an element.
 _SPRINGS = 100.0
 _ROUNDS, _SEARCHES, _HALVINGS = 30, 12, 6
+# Forces of an unloading, over the first, whose beginning has the stiffness of the contact.
+_UNLOADED = np.arange(0.9, 0.25, -0.1)
 # Unbalanced forces, relative to the force on the indenter.
 TOLERANCE = 1e-8
 
@@ -153,7 +155,7 @@ class Indentation:
         """
         return self._reach(state, _Target(force=force))
 
-    def contact_area(self, state: State) -> float:
+    def counted_area(self, state: State) -> float:
         """Return the area within which the surface touches; 0 without contact.
 
         Raises
@@ -167,6 +169,31 @@ class Indentation:
         if not np.isfinite(area):
             raise OutgrownError("the contact is larger than its mesh was made for")
         return area
+
+    def contact_area(self, state: State) -> float:
+        """Return the area of contact; of one that is not round as it is counted.
+
+        A round one starts to unload with dF/dd = 2 E* a, whatever has yielded (Pharr, Oliver &
+        Brotzen 1992). Its edge sticks within elements, which the unloading passes: F^(2/3), linear
+        on Hertz's ball, is a parabola of d over it.
+
+        Raises
+        ------
+        ConvergenceError
+            As `push`; `OutgrownError` as `counted_area`.
+        """
+        area = self.counted_area(state)
+        if area == 0 or len(self.mesh.place) == 3:
+            return area
+        states = [state]
+        for share in _UNLOADED:
+            states.append(self.push(states[-1], share * state.force))
+        risen = np.array([s.penetration - state.penetration for s in states])
+        root = np.array([s.force / state.force for s in states]) ** (2 / 3)
+        unit = -risen[-1]
+        _, slope, start = np.polyfit(risen / unit, root, 2)
+        stiffness = 1.5 * np.sqrt(start) * slope * state.force / unit
+        return float(np.pi * (stiffness * (1 - self.material.elastic.poisson_ratio**2) / 2) ** 2)
 
     def residual_depth(self, state: State) -> float:
         """Return the penetration at which an indenter would just touch the surface as it is."""

@@ -33,6 +33,8 @@ class Moment:
     Attributes
     ----------
     penetration, force, contact_area : float
+    counted_area : float
+        Between the points that touch: to a part of an element.
     work, elastic, dissipated : float
         Work of the force, elastic energy, plastic dissipation so far.
     iterations : int
@@ -44,6 +46,7 @@ class Moment:
     penetration: float
     force: float
     contact_area: float
+    counted_area: float
     work: float
     elastic: float
     dissipated: float
@@ -179,6 +182,7 @@ class Walk:
             penetration=state.penetration * self.length,
             force=state.force * self.modulus * self.length**2,
             contact_area=self.indentation.contact_area(state) * self.length**2,
+            counted_area=self.indentation.counted_area(state) * self.length**2,
             work=state.work * energy,
             elastic=state.elastic * energy,
             dissipated=state.dissipated * energy,

@@ -99,9 +99,19 @@ def test_elastic_limit_is_hertz(per_radius):
     assert_allclose(moment.force, FORCE, rtol=2e-3)
     # the first step of a virgin body, too
     assert_allclose(moment.work, 0.4 * FORCE * YIELD, rtol=2e-3)
-    # to the place of the edge between the points of its element
-    assert_allclose(moment.contact_radius**2, YIELD, rtol=0.25 / per_radius)
+    assert_allclose(moment.contact_radius**2, YIELD, rtol=4e-3)
     assert moment.dissipated == 0.0
+
+
+@pytest.mark.parametrize("per_radius", [4, 6])
+def test_contact_area_is_that_of_the_stiffness_of_unloading_on_coarse_meshes(per_radius):
+    """A/(pi R d) at d/d_y = 20 tends to 1.439 on 18 elements; counted it is 1.28 to 1.42 on 3 to 9.
+
+    Any body starts to unload with dF/dd = 2 E* a (Pharr, Oliver & Brotzen 1992).
+    """
+    (moment,) = pressed(dent(20.0, per_radius), 20.0)
+    assert_allclose(moment.contact_area / (np.pi * moment.penetration), 1.439, rtol=0.015)
+    assert moment.counted_area < 0.98 * moment.contact_area
 
 
 def test_far_field_leaves_nothing_to_the_size_of_the_mesh():

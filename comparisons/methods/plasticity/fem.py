@@ -145,7 +145,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
             "penetration": moment.penetration,
             "force": moment.force,
             "contact_area": moment.contact_area,
-            "contact_area_raw": moment.contact_area,
+            "contact_area_raw": moment.counted_area,
             "energy": moment.elastic,
             **yields_at,
         }
