@@ -70,42 +70,24 @@ class Cells:
             active[np.argsort(self.gaps, kind="stable")[CELL_LIMIT:]] = False
         return active
 
-    def displacement(self, pressures: Field) -> Field:
-        """Return the displacements of the candidate cells under their pressures, (19.8)."""
-        loaded = np.flatnonzero(pressures)
-        places = self.rows, self.columns, self.rows[loaded], self.columns[loaded]
-        return _displacement(*places, pressures[loaded], self.table)
+    def respond(self, inside: Indices, right: Field) -> tuple[Field, Field]:
+        """Solve (19.7) on the cells `inside`, and return (19.8) on all: see `pivot`."""
+        changed = np.setxor1d(inside, self._base, assume_unique=True).size
+        if changed > _WIDEST_BORDER * self._base.size:
+            self._factorise(inside)
+        joined = np.setdiff1d(inside, self._base, assume_unique=True)
+        left = np.setdiff1d(self._base, inside, assume_unique=True)
+        _, kept, positions = np.intersect1d(self._base, inside, True, True)
+        in_joined = np.searchsorted(inside, joined)
+        base = np.zeros((self._base.size, right.shape[1]))
+        base[kept] = right[positions]
+        first, second = self._bordered(joined, left, base, right[in_joined])
+        pressures = np.empty_like(right)
+        pressures[positions], pressures[in_joined] = first[kept], second
+        places = self.rows, self.columns, self.rows[inside], self.columns[inside]
+        return pressures, _displacement(*places, pressures, self.table)
 
-    def equilibrium(self, active: Mask, depth: float, total: float | None) -> tuple[Field, float]:
-        """Return the pressures on a fixed contact set, (19.7), and the depth for the total."""
-        contact = np.flatnonzero(active)
-        sides = np.stack([np.ones(contact.size), self.gaps[contact]], axis=1)
-        unit, shape = self._solve(active, sides).T
-        if total is not None:
-            depth = float((total + shape.sum()) / unit.sum())
-        pressures = np.zeros(self.gaps.size)
-        pressures[contact] = depth * unit - shape
-        return pressures, depth
-
-    def _solve(self, active: Mask, sides: Field) -> Field:
-        """Solve the equations of the active cells, in the order of their indices."""
-        base = np.zeros(active.size, dtype=bool)
-        base[self._base] = True
-        joined, left = np.flatnonzero(active & ~base), np.flatnonzero(base & ~active)
-        if joined.size + left.size > _WIDEST_BORDER * self._base.size:
-            self._factorise(active)
-            joined = left = np.zeros(0, dtype=np.intp)
-        in_base, in_joined = active[self._base], np.searchsorted(np.flatnonzero(active), joined)
-        right = np.zeros((self._base.size, sides.shape[1]))
-        positions = np.searchsorted(np.flatnonzero(active), self._base[in_base])
-        right[in_base] = sides[positions]
-        first, second = self._bordered(joined, left, right, sides[in_joined])
-        result = np.empty_like(sides)
-        result[positions], result[in_joined] = first[in_base], second
-        return result
-
-    def _factorise(self, active: Mask) -> None:
-        contact = np.flatnonzero(active)
+    def _factorise(self, contact: Indices) -> None:
         if contact.size > CELL_LIMIT:
             raise ValueError(
                 f"{contact.size} cells in contact exceed the dense solver's limit of {CELL_LIMIT}: "
@@ -160,12 +142,13 @@ def pairs(rows, columns, other_rows, other_columns, table):
 
 @njit(cache=True)
 def _displacement(rows, columns, loaded_rows, loaded_columns, pressures, table):
-    """Return the direct sum over the loaded cells, (19.2)."""
-    result = np.zeros(rows.size)
+    """Return the direct sums over the loaded cells, (19.2), for two pressures (k, 2)."""
+    result = np.empty((rows.size, 2))
     for i in range(rows.size):
-        total = 0.0
+        one = other = 0.0
         for k in range(loaded_rows.size):
             row, column = abs(rows[i] - loaded_rows[k]), abs(columns[i] - loaded_columns[k])
-            total += table[row, column] * pressures[k]
-        result[i] = total
+            one += table[row, column] * pressures[k, 0]
+            other += table[row, column] * pressures[k, 1]
+        result[i, 0], result[i, 1] = one, other
     return result

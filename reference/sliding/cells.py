@@ -15,11 +15,9 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.errors import ConvergenceError
-from reference.loads import Load
 from reference.sliding.operators import Travelling
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 LIMIT = 9000
 """Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
@@ -56,40 +54,28 @@ class Cells:
         half = values.reshape(-1, self.width)
         return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
 
-    def clearance(self, pressures: Array, depth: float) -> Array:
-        """Return g - d + A p of all cells."""
+    def displacement(self, pressures: Array) -> Array:
+        """Return A p of all cells, `Travelling.datum` included, which makes A definite."""
         pressure = self.on_grid(pressures)
         lift = self.operator.datum * float(pressure.mean())
-        return self.gaps - depth + self.of_grid(self.operator.apply(pressure)) + lift
+        return self.of_grid(self.operator.apply(pressure)) + lift
 
-    def equilibrium(self, chosen: Mask, load: Load) -> tuple[Array, float]:
-        """Return the pressures that close the clearance of the selected cells, and the depth.
+    def respond(self, inside: NDArray[np.intp], right: Array) -> tuple[Array, Array]:
+        """Solve A p = right on the cells `inside`, and return A p of all: see `pivot`.
 
-        p = d p_1 - p_g with A p_1 = 1, A p_g = g. The depth includes the displacement of the mean
-        pressure, `Travelling.datum`.
+        While few cells change, by the old factor.
         """
-        places = np.flatnonzero(chosen)
-        unit, shape = self._solved(places, np.stack([np.ones(places.size), self.gaps[places]]))
-        if load.control == "force":
-            total = load.single() / (self.operator.cell_area * self.copies)
-            depth = (total + shape.sum()) / unit.sum()
-        else:
-            mean = self.operator.datum * self.copies / np.prod(self.operator.shape)
-            depth = (load.single() - mean * shape.sum()) / (1 - mean * unit.sum())
-        pressures = np.zeros(self.gaps.size)
-        pressures[places] = depth * unit - shape
-        return pressures, float(depth)
-
-    def _solved(self, places: NDArray[np.intp], sides: Array) -> Array:
-        """Solve for several right-hand sides, by the old factor if few cells have changed."""
-        changed = np.setxor1d(places, self._base, assume_unique=True).size
-        if self._factor is not None and changed <= _FEW * places.size:
-            solutions = [self._by_old_factor(places, side) for side in sides]
-            solved = [solution for solution in solutions if solution is not None]
-            if len(solved) == len(solutions):
-                return np.stack(solved)
-        self._factorise(places)
-        return lu_solve(self._factor, sides.T, check_finite=False).T
+        changed = np.setxor1d(inside, self._base, assume_unique=True).size
+        several: list[Array | None] = [None]
+        if self._factor is not None and changed <= _FEW * inside.size:
+            several = [self._by_old_factor(inside, side) for side in right.T]
+        solved = [pressures for pressures in several if pressures is not None]
+        if len(solved) < len(several):
+            self._factorise(inside)
+            solved = list(lu_solve(self._factor, right, check_finite=False).T)
+        whole = np.zeros((len(solved), self.gaps.size))
+        whole[:, inside] = solved
+        return np.stack(solved, axis=1), np.stack([self.displacement(p) for p in whole], axis=1)
 
     def _factorise(self, places: NDArray[np.intp]) -> None:
         if places.size > LIMIT:
@@ -109,7 +95,7 @@ class Cells:
         def product(values: Array) -> Array:
             pressures = np.zeros(self.gaps.size)
             pressures[places] = values
-            return self.clearance(pressures, 0.0)[places] - self.gaps[places]
+            return self.displacement(pressures)[places]
 
         def guess(values: Array) -> Array:
             base_side = np.zeros(self._base.size)

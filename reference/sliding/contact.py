@@ -3,12 +3,10 @@
 Find p >= 0 with clearance c = g - d + A p >= 0 and p c = 0, A the travelling operator. A is not
 symmetric, so there is no energy to minimise and conjugate gradients do not apply; but its symmetric
 part is positive definite, so the solution is unique (a linear complementarity problem with a
-P-matrix; Cottle, Pang & Stone 1992). As in the chapter, the equations are solved on a contact set,
-cells in tension are removed and overlapping cells are added. Changing all cells at once can cycle
-here, because pressure on a cell displaces the cells behind it more than the cell itself. Causes are
-ahead of their effects, so only the foremost wrong cells of every row are changed per round. If a
-set recurs nevertheless, only the foremost cell of all is changed from then on: Murty's rule (1974,
-the first wrong variable of a fixed order), which cannot cycle. Coarser grids give the initial set.
+P-matrix; Cottle, Pang & Stone 1992), found by pivoting (`reference.contact.pivot`). Changing all
+cells at once can cycle here, because pressure on a cell displaces the cells behind it more than the
+cell itself. Causes are ahead of their effects, so only the foremost wrong cells of every row are
+changed per round, and in Murty's order the foremost cell of all. Coarser grids give the start.
 """
 
 from __future__ import annotations
@@ -20,6 +18,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import refuse
+from reference.contact.pivot import Pivoted, pivot
 from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.sliding.cells import Cells
@@ -135,12 +134,11 @@ def solve(
     cells = Cells(operator, gap)
     if start is None:
         start = _coarse_start(operator, gap, load, max_rounds)
-    chosen = cells.of_grid(start)
-    pressures, depth, history = _pivot(cells, chosen, load, max_rounds)
-    pressure = cells.on_grid(pressures)
+    found = _settled(cells, cells.of_grid(start), load, max_rounds)
+    pressure, history = cells.on_grid(found.pressures), found.history
     if not operator.periodic and _touches_edge(pressure):
         raise ConvergenceError("the contact reaches the edge of the grid", history)
-    depth -= operator.datum * float(pressure.mean())
+    depth = found.depth - operator.datum * float(pressure.mean())
     clearance = gap - depth + operator.apply(pressure)
     scale = max(abs(depth), float(np.ptp(gap)) * 2.0**-40)
     inside = np.abs(clearance[pressure > 0]).max(initial=0.0)
@@ -156,33 +154,28 @@ def solve(
     )
 
 
-def _pivot(
-    cells: Cells, chosen: Mask, load: Load, max_rounds: int
-) -> tuple[Array, float, list[int]]:
-    """Change the contact set until no cell is wrong; return pressures of the cells, and depth."""
-    history: list[int] = []
+def _settled(cells: Cells, start: Mask, load: Load, max_rounds: int) -> Pivoted:
+    """Return the contact of the cells; depths include `Travelling.datum` times the mean."""
+    area = cells.operator.cell_area * cells.copies
+    mean = cells.operator.datum * cells.copies / np.prod(cells.operator.shape)
+    force = load.control == "force"
     rows = cells.operator.shape[0], cells.width
-    visited: set[bytes] = set()
-    cycling = False
-    for _ in range(max_rounds):
-        if not chosen.any():
-            chosen[np.argmin(cells.gaps)] = True
-        key = np.packbits(chosen).tobytes()
-        cycling = cycling or key in visited
-        visited.add(key)
-        pressures, depth = cells.equilibrium(chosen, load)
-        clearance = cells.clearance(pressures, depth)
-        tension = chosen & (pressures < -_ROUNDING * pressures.max(initial=0.0))
-        overlap = ~chosen & (clearance < -_ROUNDING * abs(depth))
-        wrong = tension | overlap
-        history.append(int(np.count_nonzero(wrong)))
-        if history[-1] == 0:
-            return np.maximum(pressures, 0.0), depth, history
-        if cycling:
-            chosen[np.flatnonzero(wrong)[-1]] ^= True
-        else:
-            chosen = chosen ^ _foremost(tension.reshape(rows), overlap.reshape(rows)).ravel()
-    raise ConvergenceError(f"no contact set was right in {max_rounds} rounds", history)
+
+    def foremost(tension: Mask, overlap: Mask) -> Mask:
+        return _foremost(tension.reshape(rows), overlap.reshape(rows)).ravel()
+
+    return pivot(
+        cells.respond,
+        cells.gaps,
+        start,
+        load.single() / area if force else load.single(),
+        per_depth=0.0 if force else 1.0,
+        per_pressure=1.0 if force else -mean,
+        changes=foremost,
+        patience=np.inf,  # a front moves on while as many cells are wrong as before
+        rounding=_ROUNDING,
+        max_rounds=max_rounds,
+    )
 
 
 @njit(cache=True)
@@ -210,8 +203,8 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
     coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4
     half = operator.coarser()
     cells = Cells(half, coarse)
-    chosen = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
-    loaded = cells.on_grid(_pivot(cells, chosen, load, max_rounds)[0]) > 0
+    start = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
+    loaded = cells.on_grid(_settled(cells, start, load, max_rounds).pressures) > 0
     return loaded.repeat(2, axis=0).repeat(2, axis=1)
 
 
