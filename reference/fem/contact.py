@@ -196,7 +196,7 @@ def _pressed(
         history: list[int] = []
         offset = np.zeros_like(scaled)
         for _ in range(enforcement.max_iterations):
-            found = pivot(
+            settled = pivot(
                 respond,
                 scaled - offset,
                 active,
@@ -205,9 +205,9 @@ def _pressed(
                 per_pressure=1.0 if by_force else 0.0,
                 max_rounds=enforcement.max_iterations,
             )
-            history += found.history
-            active, depth, reactions = found.active, found.depth, found.pressures
-            overlap = float(np.max(depth - scaled - found.displacement, initial=0.0))
+            history += settled.history
+            active, depth, reactions = settled.active, settled.depth, settled.pressures
+            overlap = float(np.max(depth - scaled - settled.displacement, initial=0.0))
             if enforcement.method != "augmented_lagrangian" or overlap <= 1e-10 * depth:
                 break
             offset = reactions * softness  # the forces of the last solution, as multipliers
@@ -217,7 +217,7 @@ def _pressed(
                 "multipliers",
                 history,
             )
-        slope = found.slope
+        slope = settled.slope
         if enforcement.method == "augmented_lagrangian":
             inside = np.flatnonzero(active)
             rigid = np.zeros(len(inside))
@@ -226,7 +226,7 @@ def _pressed(
         yield _contact(
             body,
             reactions * unit,
-            found.displacement * length,
+            settled.displacement * length,
             slope * body.symmetry * body.youngs_modulus * length,
             float(first_touch + depth * length if by_force else value),
             float(value) if by_force else float(body.symmetry * unit * reactions.sum()),

@@ -114,7 +114,7 @@ def _solve(
         if start is not None and start[cells.rows, cells.columns].any():
             active = start[cells.rows, cells.columns]
         force = kind == "force"
-        found = pivot(
+        settled = pivot(
             cells.respond,
             cells.gaps,
             active,
@@ -124,12 +124,12 @@ def _solve(
             max_rounds=max_iterations,
         )
         pressure = np.zeros(operator.shape)
-        pressure[cells.rows, cells.columns] = found.pressures / cells.unit
-        if found.depth <= cells.reach:
-            contact = assemble(touching, pressure, found.depth, len(found.history), found.history)
+        pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
+        if settled.depth <= cells.reach:
+            contact = assemble(touching, pressure, settled.depth, len(settled.history), settled.history)
             return from_first_touch(contact, press.gap) if press.lowest > 0.0 else contact
         # the depth was only an estimate: restart with all cells below the actual one
-        reach, start = 1.2 * found.depth, pressure > 0
+        reach, start = 1.2 * settled.depth, pressure > 0
 
 
 def _free(press: Press) -> FreeOperator:

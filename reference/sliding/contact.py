@@ -134,11 +134,11 @@ def solve(
     cells = Cells(operator, gap)
     if start is None:
         start = _coarse_start(operator, gap, load, max_rounds)
-    found = _settled(cells, cells.of_grid(start), load, max_rounds)
-    pressure, history = cells.on_grid(found.pressures), found.history
+    settled = _settled(cells, cells.of_grid(start), load, max_rounds)
+    pressure, history = cells.on_grid(settled.pressures), settled.history
     if not operator.periodic and _touches_edge(pressure):
         raise ConvergenceError("the contact reaches the edge of the grid", history)
-    depth = found.depth - operator.datum * float(pressure.mean())
+    depth = settled.depth - operator.datum * float(pressure.mean())
     clearance = gap - depth + operator.apply(pressure)
     scale = max(abs(depth), float(np.ptp(gap)) * 2.0**-40)
     inside = np.abs(clearance[pressure > 0]).max(initial=0.0)
