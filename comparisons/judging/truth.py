@@ -19,6 +19,8 @@ from comparisons.tasks.solution import Solution, Solved
 EXACT = 1e-12
 # Bars are missed by chance, in calibration by up to half of themselves; an exact solution is not.
 _DOUBT = 2.0
+# Share of the tolerance that references may differ by without a word: what their bars aim at.
+MATTERS = 0.2
 # What the uncertainty of a truth consists of.
 GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
@@ -201,11 +203,17 @@ class Truth:
             labels = ", ".join(quantity(name).label for name in several)
             yield f"; {labels} not at every load: {reason}"
 
-    def disagreements(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
-        """Return a sentence for each quantity in which a check differs by more than the bars."""
-        return tuple(text for check in self.checks for text in self.disagrees(check, quantities))
+    def disagreements(self, quantities: tuple[str, ...], tolerance: float = 0.0) -> tuple[str, ...]:
+        """Return a sentence for each quantity in which a check differs by more than the bars.
 
-    def disagrees(self, second: Truth, quantities: tuple[str, ...]) -> tuple[str, ...]:
+        Only differences beyond `MATTERS` of the tolerance: others change no verdict.
+        """
+        least = MATTERS * tolerance
+        return tuple(s for check in self.checks for s in self.disagrees(check, quantities, least))
+
+    def disagrees(
+        self, second: Truth, quantities: tuple[str, ...], least: float = 0.0
+    ) -> tuple[str, ...]:
         """Return a sentence for each quantity in which another truth differs beyond both bars.
 
         Over the load steps the rms of the difference must stay below the rms of the combined bars,
@@ -215,7 +223,8 @@ class Truth:
         return tuple(
             f"{METHODS[second.method].title} and {METHODS[self.method].title} differ in "
             f"{quantity(name).label} by {excess}."
-            for name, _, excess in self._differing(second, quantities)
+            for name, difference, excess in self._differing(second, quantities)
+            if np.nanmax(difference) > least
         )
 
     def disputed(self, name: str) -> np.ndarray:

@@ -58,7 +58,7 @@ def record_scene(
         reference={} if truth is None else _truth_document(plan, truth, verification),
         answer="",
         disagreements=(
-            *(() if truth is None else truth.disagreements(quantities)),
+            *(() if truth is None else truth.disagreements(quantities, scene.compare.tolerance)),
             *(() if verification is None else verification.sentences),
         ),
         rows=result.rows,
@@ -71,6 +71,7 @@ def record_scene(
 
 def _truth_document(plan: Plan, truth: Truth, verification: Verification | None) -> dict[str, Any]:
     quantities = plan.compared
+    told = truth.disagreements(quantities, plan.scene.compare.tolerance)
     proved = {} if verification is None else {"proved": plain(verification.document())}
     return proved | {
         "method": truth.method,
@@ -79,4 +80,5 @@ def _truth_document(plan: Plan, truth: Truth, verification: Verification | None)
         "uncertainty": plain({name: truth.known_to(name) for name in quantities}),
         "sources": plain({name: truth.known_from(name) for name in quantities}),
         "bars": plain(truth_bars(plan, truth)),
+        "footnotes": [text for text in truth.disagreements(quantities) if text not in told],
     }

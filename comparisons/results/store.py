@@ -112,11 +112,12 @@ class SceneRecord:
     reference : dict
         ``method``, ``resolution``, ``text`` (one sentence), ``uncertainty`` ({quantity: relative
         95 % half-width, rms over the load steps, or None where unknown}) and ``bars`` ({quantity
-        that it gives: its widest ``bar`` on the very same surfaces, and the ``step`` of it}).
+        that it gives: its widest ``bar`` on the very same surfaces, and the ``step`` of it}),
+        ``footnotes`` (disagreements that are small against the tolerance, in words).
     answer : str
         One sentence: the cheapest setting of each method within the tolerance.
     disagreements : tuple of str
-        References that differ by more than their bars, in words.
+        References that differ by more than their bars and a fifth of the tolerance, in words.
     rows, measures : DataFrame
         The scene's part of results.csv and measures.csv.
     fields : dict

@@ -74,6 +74,7 @@ def print_study(
     What a reader must know first stands first: doubtful input, references that disagree. Every
     quantity of few scenes; of more a line for each, where there is room.
     """
+    from comparisons.facts.methods import METHODS
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import doubtful
     from comparisons.judging.proofs import tally
@@ -116,8 +117,10 @@ def print_study(
         console.print(line, style="bold", markup=False)
     # the blocks of an ensemble are solves of their own, with one reason
     reasons = dict.fromkeys((t.scene.name, t.method, t.resolution, reason) for t, reason in lost)
-    for name, method, resolution, reason in [*reasons][:MANY]:
-        console.print(f"lost: {name} {method} {resolution}: {reason}", style="bold", markup=False)
+    peers = {name for name, row in METHODS.items() if row.peer}  # their failures are footnotes
+    for name, method, resolution, reason in sorted(reasons, key=lambda r: r[1] in peers)[:MANY]:
+        style = "dim" if method in peers else "bold"
+        console.print(f"lost: {name} {method} {resolution}: {reason}", style=style, markup=False)
     if len(reasons) > MANY:
         console.print(f"... and {len(reasons) - MANY} more lost solves", style="bold")
     for table in findings:

@@ -339,6 +339,9 @@ def test_a_planted_fault_is_told_in_words():
     titles = f"{METHODS['fem'].title} and {METHODS['bem_fft'].title}"
     assert sentence.startswith(f"{titles} differ in force by 4.8")  # 0.95 * 1.005 / 1.0025 - 1
     assert "more than their bars" in sentence
+    # 5 % matter at a tolerance of 20 %, and are a footnote at 30 %.
+    assert truth.disagreements(COMPARABLE, 0.2) == (sentence,)
+    assert truth.disagreements(COMPARABLE, 0.3) == ()
 
 
 def test_a_fault_at_one_load_step_is_told_with_the_step():
