@@ -126,7 +126,9 @@ def _solve(
         pressure = np.zeros(operator.shape)
         pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
         if settled.depth <= cells.reach:
-            contact = assemble(touching, pressure, settled.depth, len(settled.history), settled.history)
+            contact = assemble(
+                touching, pressure, settled.depth, len(settled.history), settled.history
+            )
             return from_first_touch(contact, press.gap) if press.lowest > 0.0 else contact
         # the depth was only an estimate: restart with all cells below the actual one
         reach, start = 1.2 * settled.depth, pressure > 0
