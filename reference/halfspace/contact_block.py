@@ -145,10 +145,10 @@ def _displacement(rows, columns, loaded_rows, loaded_columns, pressures, table):
     """Return the direct sums over the loaded cells, (19.2), for two pressures (k, 2)."""
     result = np.empty((rows.size, 2))
     for i in range(rows.size):
-        one = other = 0.0
+        first = second = 0.0
         for k in range(loaded_rows.size):
             row, column = abs(rows[i] - loaded_rows[k]), abs(columns[i] - loaded_columns[k])
-            one += table[row, column] * pressures[k, 0]
-            other += table[row, column] * pressures[k, 1]
-        result[i, 0], result[i, 1] = one, other
+            first += table[row, column] * pressures[k, 0]
+            second += table[row, column] * pressures[k, 1]
+        result[i, 0], result[i, 1] = first, second
     return result
