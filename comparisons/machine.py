@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import tomllib
 from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import psutil
 
 PACKAGES = (
-    *("roughline", "numpy", "scipy", "numba", "scikit-fem", "meshio", "pyvista"),
+    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
 )
@@ -25,10 +26,20 @@ MEMORY_SHARE = 0.8
 OWN_PACKAGES = ("reduced", "reference", "comparisons")
 
 
+def own_version() -> str:
+    """Return the version of roughline: that of pyproject.toml, also where nothing is installed."""
+    try:
+        return metadata.version("roughline")
+    except metadata.PackageNotFoundError:
+        project = Path(__file__).resolve().parent.parent / "pyproject.toml"
+        version: str = tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"]
+        return version
+
+
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
-    releases = {"python": platform.python_version()}
+    releases = {"python": platform.python_version(), "roughline": own_version()}
     for name in PACKAGES:
         try:
             releases[name] = metadata.version(name)

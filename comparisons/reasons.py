@@ -2,11 +2,60 @@
 
 from __future__ import annotations
 
+import difflib
 import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
 
 _NUMBER = r"[-+]?(?:\d[\d.]*(?:e[-+]?\d+)?|nan|inf)"
 # Lists as Python or NumPy write them, with commas or without; rows of a matrix one by one.
 _LONG_LIST = re.compile(rf"\[\s*({_NUMBER})((?:[,\s]+(?:{_NUMBER}|\.\.\.)){{4,}})[,\s]*\]", re.I)
+
+
+# Words of everyday that are far from ours in letters.
+_MEANT = {"ball": ("sphere", "paraboloid"), "diameter": ("radius",)}
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """Return the end of a message on a name that nobody knows: what was meant, perhaps.
+
+    Examples
+    --------
+    >>> near("parabolid", ["paraboloid", "cone"]), near("ball", ["rolling-ball", "cone"])
+    ('; did you mean paraboloid?', '; did you mean rolling-ball?')
+    >>> near("diameter", ["radius", "shape"]), near("colour", ["radius"])
+    ('; did you mean radius?', '')
+    """
+    names = {entry.lower(): entry for entry in known}
+    wanted = name.lower()
+    close = [entry for entry in _MEANT.get(wanted, ()) if entry in names]
+    close += difflib.get_close_matches(wanted, names, n=3)
+    close += [entry for entry in names if len(wanted) > 2 and wanted in entry]
+    meant = [names[entry] for entry in dict.fromkeys(close)][:3]
+    return f"; did you mean {' or '.join(meant)}?" if meant else ""
+
+
+def in_kind(value: Any) -> str:
+    """Return what a value is, for a message that expected something else.
+
+    Examples
+    --------
+    >>> in_kind(np.ones((3, 4))), in_kind(np.ones(7) * 1j), in_kind(None)
+    ('an array of shape (3, 4)', 'an array of shape (7,) of complex128', 'None')
+    >>> in_kind([1.0, 2.0]), in_kind({}), in_kind(1j), in_kind("abc")
+    ('a list of 2', 'an empty dict', 'a complex', 'a str')
+    """
+    if isinstance(value, np.ndarray):
+        odd = "" if value.dtype.kind in "biuf" else f" of {value.dtype}"
+        return f"an array of shape {value.shape}{odd}"
+    if value is None:
+        return "None"
+    kind = type(value).__name__
+    if isinstance(value, (list, tuple, dict)):
+        return f"a {kind} of {len(value)}" if value else f"an empty {kind}"
+    return f"a {kind}"
 
 
 def one_line(text: str) -> str:

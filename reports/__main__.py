@@ -17,7 +17,7 @@ SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
 
 
 class Interrupts:
-    """What a ctrl-C does: the first one is an exception, so that what is done is kept.
+    """What a ctrl-C or TERM does: the first one is an exception, so that what is done is kept.
 
     There is no second exception, which would meet the first one's handling and end in a traceback:
     a later press ends the program at once, and processes that it has started end with it.
@@ -28,14 +28,17 @@ class Interrupts:
         self._over = False
 
     def listen(self) -> None:
-        """Take ctrl-C over, unless whoever started the program had it ignored (a shell's ``&``)."""
+        """Take both over, unless whoever started the program had it ignored (a shell's ``&``)."""
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             signal.signal(signal.SIGINT, self._press)
+        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+            signal.signal(signal.SIGTERM, self._press)
 
     def ignore(self) -> None:
         """All is done and said: a ctrl-C that comes now would only spoil the exit code."""
         self._over = True
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
     def _press(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
@@ -50,11 +53,23 @@ class Interrupts:
             os._exit(INTERRUPTED)
 
 
+def open_standard_streams() -> None:
+    """Give what is closed (``>&-``) to nothing: no file of ours may get its number."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            mode = "r" if name == "stdin" else "w"
+            stream = open(os.devnull, mode, encoding="utf-8")  # noqa: SIM115 (until the end)
+            if stream.fileno() != number:
+                os.dup2(stream.fileno(), number)
+            setattr(sys, name, stream)
+
+
 def main() -> None:
     """Run a command and exit with its code; a ctrl-C while packages are imported is one too."""
     interrupts = Interrupts()
     try:
         interrupts.listen()
+        open_standard_streams()
         from reports.cli.cli import run_command
 
         code = run_command(sys.argv[1:])

@@ -81,12 +81,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import PackageNotFoundError, version
+        from comparisons.machine import own_version
 
-        try:
-            return version("roughline")
-        except PackageNotFoundError:
-            raise AttributeError("roughline is not installed, so its version is unknown") from None
+        return own_version()
     if name not in _HOMES:
         raise AttributeError(f"module 'roughline' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
+from comparisons.errors import InputError
+from comparisons.reasons import near
+
 
 @dataclass(frozen=True)
 class Method:
@@ -140,6 +143,20 @@ INDEPENDENT = (
     CLOSED_FORM,
     *(n for n in references() if n == GRID or not (METHODS[n].grid or METHODS[n].on_request)),
 )
+
+
+def method_named(name: str, where: str = "--method: ") -> str:
+    """Return the name of a method, in capitals or not.
+
+    Raises
+    ------
+    InputError
+        With the names that there are.
+    """
+    if is_known(name.lower()):
+        return name.lower()
+    hint = near(name, METHODS)
+    raise InputError(f"{where}expected one of {', '.join(METHODS)}, got {name!r:.60}{hint}")
 
 
 def is_known(name: str) -> bool:

@@ -285,19 +285,25 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 @contextlib.contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Defer Ctrl-C until after the block."""
-    handler = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+    """Defer Ctrl-C, and a TERM that is taken for one, until after the block."""
+    handlers = {
+        number: handler
+        for number in (signal.SIGINT, signal.SIGTERM)
+        if callable(handler := signal.getsignal(number))
+    }
+    if threading.current_thread() is not threading.main_thread():
         yield
         return
     pressed: list[tuple[int, FrameType | None]] = []
-    signal.signal(signal.SIGINT, lambda number, frame: pressed.append((number, frame)))
+    for number in handlers:
+        signal.signal(number, lambda number, frame: pressed.append((number, frame)))
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, handler)
-    if pressed:
-        handler(*pressed[-1])
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    for number, frame in pressed[-1:]:
+        handlers[signal.Signals(number)](number, frame)
 
 
 def _watch(

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.solver import Refused, Solver
+from comparisons.reasons import in_kind
 from comparisons.scene.scene import Scene
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import MalformedError, Solution, curve_of
 from comparisons.tasks.task import Task
 
 LoadStep = Callable[[Task, float, int], Mapping[str, float]]
+
+
+def _numbers(returned: Any) -> dict[str, float]:
+    if not isinstance(returned, Mapping) or not returned:
+        raise MalformedError(f"expected numbers by quantity, got {in_kind(returned)}")
+    return {name: float(curve_of(name, value, ())) for name, value in returned.items()}
 
 
 class FunctionSolver(Solver[Geometry]):
@@ -37,7 +44,10 @@ class FunctionSolver(Solver[Geometry]):
         for row, realisation in enumerate(task.realisations):
             for step, load in enumerate(task.loads.values):
                 try:
-                    values = dict(type(self).step(task, float(load), realisation))
+                    values = _numbers(type(self).step(task, float(load), realisation))
+                except MalformedError as error:
+                    solution.fail((row, step), str(error))
+                    continue
                 except (ValueError, ArithmeticError, RuntimeError) as error:
                     solution.fail((row, step), f"{type(error).__name__}: {error}")
                     continue

@@ -11,7 +11,8 @@ from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.decades import solve_in_decades
 from comparisons.methods.solver import Solver
-from comparisons.tasks.solution import Solution
+from comparisons.reasons import in_kind
+from comparisons.tasks.solution import MalformedError, Solution
 from comparisons.tasks.steps import NO_ANSWER
 from comparisons.tasks.task import Task
 
@@ -21,6 +22,8 @@ _DRAGGED = frozenset({"friction", "sliding"})
 
 def in_words(error: Exception) -> str:
     """Return an exception that a method should not raise, with the function that raised it."""
+    if isinstance(error, MalformedError):
+        return str(error)
     where = traceback.extract_tb(error.__traceback__)[-1]
     name = type(error).__name__
     return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
@@ -56,6 +59,8 @@ def run(
 def _answer(solver: Solver[Any], task: Task) -> Solution:
     try:
         solution = solver.solve(task)
+        if not isinstance(solution, Solution):
+            raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
     except NO_ANSWER as error:
         return Solution.lost(task, error.reason)
     # What the method has not computed itself.

@@ -114,6 +114,11 @@ class Campaign(ABC, Generic[A, R]):
         """Number of completed jobs and of all jobs so far; refinements add jobs."""
         return self._inquiries.counts
 
+    @property
+    def finished(self) -> tuple[str, ...]:
+        """The names of the inquiries that are answered, or lost."""
+        return (*self._inquiries.answers, *self._inquiries.lost)
+
     def remaining(self) -> Remaining:
         """Return the remaining time, estimated from the measured costs of similar jobs."""
         return self._inquiries.remaining()

@@ -14,7 +14,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import CLOSED_FORM, METHODS
+from comparisons.facts.methods import CLOSED_FORM, method_named
+from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry, RoughGeometry
 from comparisons.judging.distributions import last_histogram
@@ -60,14 +61,14 @@ class SingleResult:
 
     def solved(self) -> dict[str, np.ndarray]:
         """Return the quantities over the load steps: means, and standard errors of ensembles."""
-        columns = {}
-        curves = mean_curves(self.solution)
-        for name, values in self.plan.loads.columns.items():
-            columns[name] = curves.pop(name, values)
-        for name, values in curves.items():
-            columns[name] = values
-            if len(self.solution.converged) > 1:
-                columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
+        columns, loads = {}, self.plan.loads.columns
+        curves = loads | mean_curves(self.solution)
+        # The loads first, the others as all lists of quantities have them, whatever the method.
+        for name in dict.fromkeys((*loads, *QUANTITIES, *curves)):
+            if name in curves:
+                columns[name] = curves[name]
+                if name not in loads and len(self.solution.converged) > 1:
+                    columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
         return columns
 
     def columns(self) -> dict[str, np.ndarray]:
@@ -186,8 +187,7 @@ def solve_scene(
     if not 1 <= threads <= cores:
         limits = f"expected 1 to {cores} (the cores of this machine), got {threads}"
         raise InputError(f"--threads: {limits}")
-    if method not in METHODS:
-        raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
+    method = method_named(method)
     changes = dict(overrides or {}) | {"compare.methods": [method]}
     scene = load_scene(source, changes)
     if with_fields and "pressure" not in scene.compare.quantities:

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from comparisons.facts.methods import METHODS, is_known
+from comparisons.reasons import near
 from comparisons.scene.units import LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
@@ -62,9 +63,10 @@ Finite = Annotated[float, quantity(NUMBER, sign="any")]
 
 
 def _method_name(name: str) -> str:
-    if not is_known(name):
-        raise fail(f"expected one of {', '.join(METHODS)}", name)
-    return name
+    if not is_known(name.lower()):
+        text = f"expected one of {', '.join(METHODS)}, got {excerpt(name)}"
+        raise fail(text + near(name, METHODS))
+    return name.lower()
 
 
 KnownMethod = Annotated[str, AfterValidator(_method_name)]

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
+from comparisons.reasons import near
 from comparisons.scene.fields import excerpt, fail, flagged, quantity
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
 
@@ -179,7 +180,7 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
         )
     unit = NUMBER if relative == RELATIVE_FORCE else dimension
     keys = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
-    problems += [f"{key}: unknown key" for key in table if key not in keys]
+    problems += [f"{key}: unknown key{near(key, keys)}" for key in table if key not in keys]
     if "values" in table:
         numbers = _listed(table, unit, problems)
     else:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
+from comparisons.reasons import near
 from comparisons.scene.body import body_problems
 from comparisons.scene.fields import excerpt
 from comparisons.scene.half_space import depth_problems
@@ -38,6 +39,48 @@ def first_problems(error: ValidationError, file: str) -> str:
     return "; ".join(f"{at}: {p['msg']}" for at, p in zip(places, problems, strict=True))
 
 
+def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
+    """Return what is wrong with a file of ours, and for unknown keys what they are near to.
+
+    Where the kind of a table is wrong, keys that no kind has are told beside it.
+    """
+    lines = []
+    for problem in error.errors():
+        lines.append(readable(problem))
+        if problem["type"] == "extra_forbidden":
+            *tables, key = problem["loc"]
+            lines[-1] += near(str(key), _keys(model, tables))
+        if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
+            known = _keys(model, problem["loc"])
+            given = problem["input"] if isinstance(problem["input"], Mapping) else {}
+            beside = [name for name in given if name not in known]
+            where = ".".join(map(str, problem["loc"]))
+            lines += [f"{where}.{name}: unknown key{near(str(name), known)}" for name in beside]
+    return lines
+
+
+def _keys(model: type[BaseModel], location: Iterable[str | int]) -> list[str]:
+    """Return the keys of a table by its place; of a kind that is unknown, those of all kinds."""
+    models = [model]
+    for key in location:
+        fields = [table.model_fields[key] for table in models if key in table.model_fields]
+        deeper = [table for field in fields for table in _tables(field.annotation)]
+        # Otherwise the kind of a table, or the place in a list.
+        models = deeper or [table for table in models if _is_kind(table, key)] or models
+    fields_of_all = [item for table in models for item in table.model_fields.items()]
+    return [field.alias or name for name, field in fields_of_all if not field.exclude]
+
+
+def _tables(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [table for part in get_args(annotation) for table in _tables(part)]
+
+
+def _is_kind(table: type[BaseModel], kind: str | int) -> bool:
+    return any(kind in get_args(field.annotation) for field in table.model_fields.values())
+
+
 def readable(error: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
     tags = ("self_affine", "map")
@@ -54,7 +97,7 @@ def readable(error: Mapping[str, Any]) -> str:
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         key, known_tags = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
         tag = context.get("tag")
-        came = "nothing" if tag is None else excerpt(tag)
+        came = "nothing" if tag is None else excerpt(tag) + near(str(tag), known_tags)
         return f"{path}.{key}: expected one of {', '.join(known_tags)}, got {came}"
     if kind == "scene":
         return f"{path}: {error['msg']}" if path else error["msg"]

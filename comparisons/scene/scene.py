@@ -27,6 +27,7 @@ from pydantic import (
 from comparisons.errors import InputError
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
+from comparisons.reasons import near
 from comparisons.scene.body import Body, with_material
 from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
@@ -38,7 +39,7 @@ from comparisons.scene.physics.combinations import (
     with_defaults,
 )
 from comparisons.scene.physics.tables import TABLES
-from comparisons.scene.problems import missing_files, readable, table_problems
+from comparisons.scene.problems import in_file, missing_files, table_problems
 from comparisons.scene.surface import SelfAffine, Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
@@ -369,13 +370,16 @@ def load_scene(
     if isinstance(source, Mapping):
         # Copied, so that overrides leave the caller's tables alone; arrays become lists.
         return _scene(plain(dict(source)), "scene", Path.cwd(), overrides)
-    path = Path(source)
-    if str(source) in builtin_names():
-        path = builtin_folder() / f"{source}.toml"
+    path, name = Path(source), str(source).lower()
+    if name in builtin_names() and (name == str(source) or not path.is_file()):
+        path = builtin_folder() / f"{name}.toml"
+    if path.is_dir():
+        raise SceneError(str(source), ["a folder, not a scene file"])
     if not path.is_file():
-        fault = "a folder, not a scene file" if path.is_dir() else "no such file or built-in scene"
-        hint = "" if path.suffix or path.is_dir() else "; see `roughline list scenes`"
-        raise SceneError(str(source), [fault + hint])
+        hint = near(path.stem, builtin_names())
+        if not path.suffix:
+            hint += f"{'' if hint else ';'} see `roughline list scenes`"
+        raise SceneError(str(source), [f"no such file or built-in scene{hint}"])
     try:
         data = read_toml(path)
     except ValueError as error:
@@ -438,7 +442,7 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         tables = {k: v for k, v in filled.items() if k != "directory"}
         scene = validated({**tables, "directory": str(directory)})
     except ValidationError as error:
-        messages = [readable(message) for message in error.errors()]
+        messages = in_file(error, Scene)
         if "body" in data and "half_space" not in data:
             messages = [re.sub("^half_space", "body", message) for message in messages]
         problems = messages + problems + missing_files(data, directory)

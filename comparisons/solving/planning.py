@@ -366,5 +366,5 @@ def _members(sources: Iterable[Source]) -> list[Source]:
     """Return the scenes, with suites replaced by theirs."""
     scenes: list[Source] = []
     for source in sources:
-        scenes += SUITES.get(source, (source,)) if isinstance(source, str) else (source,)
+        scenes += SUITES.get(source.lower(), (source,)) if isinstance(source, str) else (source,)
     return scenes

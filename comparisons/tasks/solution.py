@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.reasons import one_line
+from comparisons.reasons import in_kind, one_line
 from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.task import Task
 
@@ -31,6 +31,30 @@ class Stopwatch:
 
     def __exit__(self, *ended: object) -> None:
         self.seconds = time.perf_counter() - self._start
+
+
+class MalformedError(ValueError):
+    """A method returned something else than numbers by quantity."""
+
+
+def curve_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
+    """Return a quantity as (realisations, steps), of the steps of one realisation or one number.
+
+    Raises
+    ------
+    MalformedError
+        If it is something else.
+    """
+    try:
+        curve = np.asarray(values)
+    except ValueError:  # lists in a list, of several lengths
+        curve = np.asarray(None)
+    fits = curve.shape in ((), shape) or shape == (1, *curve.shape)
+    if curve.dtype.kind not in "biuf" or not fits:
+        count = " x ".join(str(n) for n in shape if n != 1)
+        wanted = f"{count} numbers" if count else "a number"
+        raise MalformedError(f"{name}: expected {wanted}, got {in_kind(values)}")
+    return np.broadcast_to(curve, shape).astype(float)
 
 
 @dataclass
@@ -138,10 +162,7 @@ class Solution:
         """
         solution = cls.empty(task, unknowns)
         for name, values in quantities.items():
-            curve = np.asarray(values, dtype=float)
-            if curve.shape not in ((), task.shape) and task.shape != (1, *curve.shape):
-                raise ValueError(f"{name} has shape {curve.shape}, not {task.shape}")
-            solution.quantities[name] = np.broadcast_to(curve, task.shape).copy()
+            solution.quantities[name] = curve_of(name, values, task.shape)
         solution.converged[:] = True
         solution.iterations[:] = iterations
         solution.violation[:] = violation
@@ -188,12 +209,11 @@ class Solution:
 
         Raises
         ------
-        ValueError
+        MalformedError
             If a quantity has another shape than the solution.
         """
-        for name, values in self.quantities.items():
-            if values.shape != self.converged.shape:
-                raise ValueError(f"{name} has shape {values.shape}, not {self.converged.shape}")
+        for name, given in self.quantities.items():
+            self.quantities[name] = values = curve_of(name, given, self.converged.shape)
             for row, step in np.argwhere(self.converged & ~np.isfinite(values)):
                 self.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
         for index in self.reasons:

@@ -16,6 +16,7 @@ from comparisons.results.record import record_scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
 from reports.cli import terminal
+from reports.printable import say
 
 FINE = 0
 NOTHING = "no claim has measured such a scene"
@@ -28,17 +29,16 @@ def known_of(plan: Plan) -> list[Nearest]:
     return nearest(plan.scene, plan.loads, unit)
 
 
-def print_known(plans: list[Plan], as_json: bool) -> int:
-    """Say what is known of each plan without solving anything."""
+def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
+    """Say what is known of each plan without solving anything; `again` is the command that does."""
     answers = {plan.scene.name: known_of(plan) for plan in plans}
     if as_json:
         print(json.dumps([_document(name, known) for name, known in answers.items()], indent=1))
         return FINE
     for plan in plans:
         text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
-        terminal.print_text(
-            f"{plan.scene.name}: {text}\nTo be sure: roughline advise {plan.scene.name}"
-        )
+        terminal.print_text(f"{plan.scene.name}: {text}")
+    say(f"To be sure: {again}")
     return FINE
 
 

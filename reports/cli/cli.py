@@ -6,6 +6,7 @@ Heavy packages are imported inside the commands, so that help and error messages
 from __future__ import annotations
 
 import io
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,9 +34,17 @@ if TYPE_CHECKING:
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 RESUMABLE = ("run", "claims", "ensemble")  # commands with --resume
 
+
+def _version() -> str:
+    from comparisons.machine import own_version
+
+    return own_version()
+
+
 app = App(
     name="roughline",
     help="Is the fast contact model accurate? Compare it with 3-D solvers on the same scene.",
+    version=_version,
     version_flags=["--version"],
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
@@ -203,7 +212,10 @@ def advise(
         overrides["compare.quantities"] = [quantity.strip() for quantity in quantities.split(",")]
     effort: Effort = "full" if full else "quick"
     plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought)
-    return advising.print_known(plans, json) if known else advising.advise_all(plans, effort, json)
+    if not known:
+        return advising.advise_all(plans, effort, json)
+    again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])
+    return advising.print_known(plans, json, again)
 
 
 @app.command

@@ -38,7 +38,7 @@ def hard_cases(
         Run only this case, or the cases of this file; may be repeated.
     """
     from comparisons.errors import InputError
-    from comparisons.facts.methods import METHODS
+    from comparisons.facts.methods import METHODS, method_named
     from comparisons.files import write_named_text
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.questions.hard_cases.record import load_record
@@ -49,11 +49,13 @@ def hard_cases(
     from reports.pages.hard_cases import write_hard_cases_report
 
     method_files.load()
-    problems = [
-        f"methods: expected one of {', '.join(METHODS)}, got {name!r}"
-        for name in methods
-        if name not in METHODS
-    ]
+    chosen: list[str] = []
+    problems: list[str] = []
+    for name in methods:
+        try:
+            chosen.append(method_named(name, "methods: "))
+        except InputError as error:
+            problems.append(str(error))
     try:
         cases = load_cases(case) if case else list(catalogue().values())
     except HardCaseError as error:
@@ -64,7 +66,7 @@ def hard_cases(
     judged = tuple(name for name, method in METHODS.items() if full or not method.peer)
     run = HardCases(
         cases,
-        methods or judged,
+        chosen or judged,
         out,
         command=shlex.join(["roughline", *sys.argv[1:]]),
         effort="full" if full else "quick",

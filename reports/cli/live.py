@@ -1,7 +1,7 @@
 """Progress of a running campaign: remaining time and, for a study, speed against error so far.
 
-An interactive terminal shows a live display; a plain one (TERM=dumb, many logs) an occasional
-line; a pipe or a file nothing.
+An interactive terminal shows a live display; a plain one (TERM=dumb), a pipe or a file a line for
+each finished scene, at most one a second, and an occasional one on the way.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from comparisons.solving.jobs import Done
 
 R = TypeVar("R")
-# Seconds of a run before its speeds and errors are drawn, between drawings, and between plain
-# lines; and the share of the time that drawing may cost.
-LONG, DRAW, LINE, SHARE = 10.0, 5.0, 30.0, 0.02
+# Seconds of a run before its speeds and errors are drawn, between drawings, between plain lines,
+# and between those of finished scenes; and the share of the time that drawing may cost.
+LONG, DRAW, LINE, SCENE_LINE, SHARE = 10.0, 5.0, 30.0, 1.0, 0.02
 # Compilation shorter than this is the reading of what was compiled before.
 COMPILED = 2.0
 # A lower bound on the remaining seconds says nothing below this.
@@ -54,9 +54,7 @@ def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
 def watching() -> Iterator[Watch]:
     """Yield a progress display that suits the terminal."""
     console = Console(stderr=True, emoji=False)
-    if not console.is_terminal:
-        yield lambda campaign, done: None
-    elif console.is_interactive:
+    if console.is_interactive:
         with Live(console=console, transient=True, auto_refresh=False) as live:
             yield _Screen(live)
     else:
@@ -124,21 +122,26 @@ class _Watcher:
 
 
 class _Lines(_Watcher):
-    """An occasional line of progress, and one at the end."""
+    """A line for finished scenes, an occasional one on the way, and one at the end."""
 
     def __init__(self, console: Console) -> None:
         super().__init__()
         self._console, self._said = console, -math.inf
+        self._known: set[str] = set()
 
     def say(self, text: str) -> None:
-        self._console.print(text, markup=False, highlight=False)
+        self._console.print(text, markup=False, highlight=False, soft_wrap=True)
 
     def show(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
         solved, total = campaign.counts
+        finished = [name for name in campaign.finished if name not in self._known]
         now = time.monotonic()
-        if done is not None and (now - self._said >= LINE or solved == total):
-            self.say(f"{progress(campaign)}, {_task_line(done)}")
+        pause = SCENE_LINE if finished else LINE
+        if done is not None and (now - self._said >= pause or solved == total):
+            at = f"done: {', '.join(finished)}" if finished else _task_line(done)
+            self.say(f"{progress(campaign)}, {at}")
             self._said = now
+            self._known.update(finished)
 
 
 class _Screen(_Watcher):

@@ -154,5 +154,6 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
     if not scenes:
         return "quick"
     if len(scenes) == 1:
-        return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
+        name = scenes[0].lower()
+        return name if name in SUITES else plans[0].scene.name
     return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]

@@ -28,11 +28,11 @@ from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.methods import registry
 from comparisons.methods.solver import Refused, Solver
-from comparisons.reasons import one_line
+from comparisons.reasons import in_kind, one_line
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
 from comparisons.tasks.archive import solution_of
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, curve_of
 from comparisons.tasks.task import Task
 
 WORK = "comparisons.solving.external_work"
@@ -368,13 +368,11 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     for name, values in solution.quantities.items():
         if name not in COMPARABLE:
             raise ValueError(f"unknown quantity {_text(name)!r}")
-        if values.shape != shape or values.dtype.kind not in "iuf":
-            raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")
-        solution.quantities[name] = values.astype(float)
+        solution.quantities[name] = curve_of(name, values, shape)
     for name, kinds in (("converged", "b"), ("iterations", "iu"), ("violation", "f")):
         values = getattr(solution, name)
         if values.shape != shape or values.dtype.kind not in kinds:
-            raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")
+            raise ValueError(f"{name}: expected an array of shape {shape}, got {in_kind(values)}")
     if solution.converged.any() and not solution.quantities:
         raise ValueError("no quantity at all")
     solution.reasons = {

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS, MODEL
+from comparisons.facts.methods import MODEL, method_named
 from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.claims.parameters import (
@@ -33,7 +33,7 @@ from comparisons.questions.claims.parameters import (
 from comparisons.questions.claims.verdicts import HOLDS, VERDICTS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import KnownMethod, Positive, fail
-from comparisons.scene.problems import readable
+from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.toml_files import read_toml
 
@@ -177,11 +177,10 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 
     Raises
     ------
-    ClaimError
+    InputError
         If there is no such method, or no claim applies to it.
     """
-    if method not in METHODS:
-        raise ClaimError([f"--method: expected one of {', '.join(METHODS)}, got {method!r}"])
+    method = method_named(method)
     about = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims
@@ -239,7 +238,7 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
         claim = Claim.model_validate({**data, "directory": str(directory)})
         problems += _scene_problems(claim)
     except ValidationError as error:
-        problems = [readable(problem) for problem in error.errors()] + problems
+        problems = in_file(error, Claim) + problems
     if problems:
         raise ClaimError([f"{source}: {problem}" for problem in problems])
     return claim

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import inspect
 import math
 import time
@@ -16,6 +15,7 @@ from scipy import stats
 from comparisons.errors import InputError
 from comparisons.judging.metrics import relative_error
 from comparisons.questions.experiments.base import Effort, Experiment, Measurement
+from comparisons.reasons import near
 
 # Upper limits of counts, against exhausted memory and endless runs.
 _MOST = {
@@ -186,9 +186,8 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
 def _unknown(parameters: list[str], names: Iterable[str]) -> Iterable[str]:
     for name in names:
         if name not in parameters:
-            near = difflib.get_close_matches(name, parameters, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(parameters)}"
-            yield f"no parameter {name!r}, {hint}"
+            hint = near(name, parameters) or f"; known: {', '.join(parameters)}"
+            yield f"no parameter {name!r}{hint}"
 
 
 def _of_other_types(defaults: dict[str, Any], arguments: dict[str, Any]) -> Iterable[str]:

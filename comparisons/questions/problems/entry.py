@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import re
+import unicodedata
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,11 +15,14 @@ from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
 from comparisons.questions.problems.sheet import Sheet, builtin_sheets
 from comparisons.scene.fields import excerpt, fail
-from comparisons.scene.problems import readable
+from comparisons.scene.problems import in_file
 
 LARGEST_FILE = 1_000_000
 BLANK_SOLVER = "name and version"  # of an entry that is yet to be filled in
-_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+# Kinds of characters that nobody sees: control, format (zero width, direction), none, line ends.
+_INVISIBLE = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+_BLANK = "\u2800\u115f\u1160\u3164\uffa0"  # letters and signs without ink
+LEAST_SECONDS = 1e-9  # no clock tells less
 Line = Annotated[str, Field(max_length=200)]
 Value = Annotated[float, Field(strict=True)] | None
 
@@ -50,15 +53,22 @@ class Entry(BaseModel):
     values: Annotated[
         dict[str, Annotated[tuple[Value, ...], Field(max_length=10_000)]], Field(max_length=50)
     ]
-    seconds: Annotated[float, Field(gt=0, lt=1e9)] | None = None
+    seconds: Annotated[float, Field(ge=LEAST_SECONDS, lt=1e9)] | None = None
     threads: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
     unknowns: Annotated[int, Field(strict=True, ge=1, le=10**15)] | None = None
 
     @field_validator("solver", "author", "machine", "notes")
     @classmethod
     def _plain_text(cls, value: str) -> str:
-        if _CONTROL.search(value):
-            raise fail("expected one line of text without control characters", value)
+        if any(unicodedata.category(character) in _INVISIBLE for character in value):
+            raise fail("expected one line of text without invisible characters", value)
+        return value
+
+    @field_validator("solver")
+    @classmethod
+    def _visible(cls, value: str) -> str:
+        if not value.strip(f" {_BLANK}"):
+            raise fail("expected the name of a solver, got nothing that can be seen", value)
         return value
 
     @field_validator("values")
@@ -92,7 +102,7 @@ def read_entry(path: Path) -> Entry:
     try:
         entry = Entry.model_validate(_document(path))
     except ValidationError as error:
-        problems = [readable(message) for message in error.errors()]
+        problems = in_file(error, Entry)
     else:
         problems = _misfits(entry, builtin_sheets())
         if not problems:

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
 from comparisons.scene.fields import Positive
-from comparisons.scene.problems import readable
+from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.toml_files import read_toml
 
@@ -103,7 +103,7 @@ def read_sheet(path: Path) -> Sheet:
     try:
         sheet = Sheet.model_validate(read_toml(path))
     except ValidationError as error:
-        problems = [readable(message) for message in error.errors()]
+        problems = in_file(error, Sheet)
         raise InputError("\n".join([f"{path.name}:", *problems])) from error
     unknown = [name for name in sheet.quantities if name not in CURVES]
     if unknown:

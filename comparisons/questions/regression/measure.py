@@ -9,8 +9,7 @@ from typing import Unpack
 
 import numpy as np
 
-from comparisons.errors import InputError
-from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL
+from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL, method_named
 from comparisons.facts.quantities import quantity
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import Truth, truths
@@ -53,9 +52,7 @@ class Measurements(Campaign[SceneSnapshot, Snapshot]):
 
     def __init__(self, method: str, scenes: Iterable[str], **options: Unpack[Options]) -> None:
         super().__init__(**options)
-        if method not in METHODS:
-            raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
-        self.method = method
+        self.method = method = method_named(method)
         self.plans = [_plan(source, method) for source in scenes]
 
     def inquiries(self) -> dict[str, Inquiry[SceneSnapshot]]:

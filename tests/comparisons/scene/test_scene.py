@@ -142,6 +142,30 @@ def test_every_built_in_scene_is_valid_and_named_like_its_file():
 # --- what is refused ------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("shape", ["paraboloid", "ball"])
+def test_every_unknown_key_comes_with_what_was_meant(shape):
+    """Also where the shape is unknown, too: of the keys then, those of any shape are known."""
+    faults = problems(
+        half_space={"youngs_modulus": "1 GPa", "poissons_ratio": 0.3},
+        indenter={"shape": shape, "diameter": "1 mm"},
+        titel="x",
+    )
+    assert "half_space.poissons_ratio: unknown key; did you mean poisson_ratio?" in faults
+    assert "indenter.diameter: unknown key; did you mean radius?" in faults
+    assert "titel: unknown key; did you mean title?" in faults
+    assert any(fault.endswith("did you mean sphere or paraboloid?") for fault in faults) == (
+        shape == "ball"
+    )
+
+
+def test_names_of_scenes_and_methods_are_found_in_capitals_and_suggested():
+    assert load_scene("Paraboloid", {"compare.methods": ["FEM"]}).compare.methods == ("fem",)
+    with pytest.raises(SceneError, match=r"did you mean paraboloid\?"):
+        load_scene("parabolid")
+    with pytest.raises(SceneError, match=r"got 'bem'; did you mean bem_"):
+        load_scene("paraboloid", {"compare.methods": ["bem"]})
+
+
 def test_all_problems_of_a_file_come_at_once():
     """Each with its path in the file, what was expected and what came."""
     faults = problems(

@@ -114,7 +114,7 @@ def test_quantities_of_the_wrong_shape_are_a_failure_of_the_method(task, replace
     replace("reduced", spoil)
     solution = execute(task())
     assert not solution.converged.any()
-    assert "force has shape (2, 3), not (1, 3)" in solution.reasons[0, 0]
+    assert "force: expected 3 numbers, got an array of shape (2, 3)" in solution.reasons[0, 0]
 
 
 def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace):

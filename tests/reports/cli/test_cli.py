@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,6 +30,7 @@ from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
 from reports.__main__ import main
+from reports.cli import cli
 from reports.cli.cli import run_command
 
 ROOT = Path(__file__).parents[3]
@@ -680,6 +682,26 @@ def program(*arguments, cwd):
     )
 
 
+def test_a_closed_output_is_no_traceback_and_gets_no_file(tmp_path):
+    """``roughline solve ... >&-``: a file that is opened next would have the number of stdout."""
+    words = [sys.executable, "-m", "reports", "solve", "paraboloid", "--method", "closed_form"]
+    done = subprocess.run(
+        ["sh", "-c", 'exec "$@" --vtu none.vtu >&-', "sh", *words],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "has no field on a mesh" in done.stderr
+
+
+def test_the_version_is_that_of_the_project(capsys):
+    text = (Path(cli.__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    assert cli.run_command(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == tomllib.loads(text)["project"]["version"]
+
+
 def test_python_m_reports_is_the_program(tmp_path):
     done = program("list", "scenes", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -742,7 +764,8 @@ def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch)
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
+@pytest.mark.parametrize("press", [signal.SIGINT, signal.SIGTERM])
+def test_control_c_and_term_are_code_3_and_what_is_done_can_be_gone_on_with(tmp_path, press):
     """A real signal, sent once the first solve of a long run is on disk."""
     command = [sys.executable, "-m", "reports", "run", "single", "--out", "o", "--no-pictures"]
     process = subprocess.Popen(
@@ -751,10 +774,10 @@ def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
     deadline = time.monotonic() + 60
     while not list(tmp_path.glob("o/fields/*.npz")) and time.monotonic() < deadline:
         time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(press)
     _, complaint = process.communicate(timeout=60)
     assert process.returncode == 3
-    assert complaint == "interrupted; finished solves are kept, continue with --resume\n"
+    assert complaint.endswith("interrupted; finished solves are kept, continue with --resume\n")
     assert load_study(tmp_path / "o").interrupted
     assert (tmp_path / "o" / "report.html").exists()
 

@@ -38,23 +38,18 @@ def watched(plans, folder):
         Study(plans, folder, watch=watch).run()
 
 
-def test_nothing_is_told_to_a_pipe(plans, tmp_path, capsys):
-    watched(plans, tmp_path / "out")
-    told = capsys.readouterr()
-    assert (told.out, told.err) == ("", "")
-
-
-def test_a_terminal_that_cannot_move_its_cursor_gets_plain_lines(
-    plans, tmp_path, capsys, monkeypatch
+@pytest.mark.parametrize("terminal", ["0", "1"])
+def test_a_pipe_and_a_terminal_that_cannot_move_its_cursor_get_plain_lines(
+    plans, tmp_path, capsys, monkeypatch, terminal
 ):
-    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("TTY_COMPATIBLE", terminal)
     monkeypatch.setenv("TTY_INTERACTIVE", "0")
     watched(plans, tmp_path / "out")
     told = capsys.readouterr()
     assert told.out == ""
-    lines = told.err.splitlines()
+    lines = [line for line in told.err.splitlines() if "compiled" not in line]
     assert lines[0].startswith("solved 1 of 4")
-    assert lines[-1] == "solved 4 of 4, paraboloid bem_fft 24"
+    assert lines[-1] == "solved 4 of 4, done: paraboloid"
     assert "\x1b" not in told.err
 
 

@@ -26,10 +26,11 @@ from comparisons.methods.user.external import (
     add_methods,
     user_methods,
 )
-from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
+from comparisons.questions.claims.claim import about_method, load_claims
 from comparisons.questions.claims.runner import _repeats
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import outcomes
+from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.decisions import judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
@@ -256,11 +257,19 @@ STEPS = 7
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("solution.q.force", np.ones(3), "force has shape (3,)"),
-        ("solution.q.force", np.full((1, STEPS), "x"), "force has shape"),
+        ("solution.q.force", np.ones(3), "force: expected 7 numbers, got an array of shape (3,)"),
+        (
+            "solution.q.force",
+            np.full((1, STEPS), "x"),
+            "force: expected 7 numbers, got an array of shape (1, 7) of <U1",
+        ),
         ("solution.q.<b>", np.ones((1, STEPS)), "unknown quantity '<b>'"),
-        ("solution.converged", np.ones((1, STEPS)), "converged has shape"),
-        ("solution.iterations", np.ones((2, 2), dtype=int), "iterations has shape"),
+        ("solution.converged", np.ones((1, STEPS)), "converged: expected an array of shape (1, 7)"),
+        (
+            "solution.iterations",
+            np.ones((2, 2), dtype=int),
+            "iterations: expected an array of shape (1, 7), got an array of shape (2, 2)",
+        ),
         ("solution.json", np.array("{"), "malformed answer"),
         ("solution.json", np.array('{"unknowns": "many"}'), "malformed answer"),
     ],
@@ -269,6 +278,45 @@ def test_a_malformed_answer_is_the_reason_of_lost_steps(answered, name, value, r
     solution = answered(lambda arrays: arrays.update({name: value}))
     assert not solution.converged.any()
     assert all(reason in why for why in solution.reasons.values())
+
+
+ODD = """
+import numpy as np
+from comparisons.methods.function import method
+
+def returning(name, value):
+    def step(task, load, realisation):
+        return value
+    step.__module__ = __name__
+    return method(name, resolutions=(1,))(step)
+
+array = returning("array", {"force": np.ones((3, 4))})
+nothing = returning("nothing", None)
+listed = returning("listed", [1.0, 2.0])
+complex_ = returning("complex_", {"force": 1j})
+empty = returning("empty", {})
+"""
+
+
+def test_a_function_that_returns_no_numbers_is_told_what_was_expected(monkeypatch, tmp_path):
+    monkeypatch.setattr(registry, "SOLVERS", dict(registry.SOLVERS))
+    file = tmp_path / "odd.py"
+    file.write_text(ODD)
+    add_methods([file])
+    reasons = {
+        name: solve_scene("paraboloid", name).reasons
+        for name in ("array", "nothing", "listed", "complex_", "empty")
+    }
+    assert reasons == {
+        name: [f"{name} at resolution 1: {reason}"]
+        for name, reason in {
+            "array": "force: expected a number, got an array of shape (3, 4)",
+            "nothing": "expected numbers by quantity, got None",
+            "listed": "expected numbers by quantity, got a list of 2",
+            "complex_": "force: expected a number, got a complex",
+            "empty": "expected numbers by quantity, got an empty dict",
+        }.items()
+    }
 
 
 def test_a_missing_part_of_an_answer_is_the_reason_of_lost_steps(answered):
@@ -333,7 +381,7 @@ def test_claims_are_judged_about_a_method_from_outside(task):
         ("other", None, None)
     }
     assert _repeats(result[0], "quick").endswith("--quick --method other --method-file x")
-    with pytest.raises(ClaimError, match="--method: expected one of"):
+    with pytest.raises(InputError, match="--method: expected one of"):
         about_method(load_claims(), "nobody")
 
 

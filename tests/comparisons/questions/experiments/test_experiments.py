@@ -34,7 +34,7 @@ def measure(name, value=None, effort="quick", **parameters):
 
 
 def test_wrong_parameters_are_named_with_what_was_meant():
-    with pytest.raises(InputError, match="no parameter 'hurts', did you mean hurst"):
+    with pytest.raises(InputError, match="no parameter 'hurts'; did you mean hurst"):
         measure("rough-contact", 0.01, hurts=0.8)
     with pytest.raises(InputError, match=r"hurst must be a number.*periodic must be true or false"):
         measure("rough-contact", 0.01, hurst="rough", periodic=1)
