@@ -22,9 +22,10 @@ The contract
   both including start-up and imports. On systems that support it, the address space is also
   limited, to four times the memory plus 8 GiB for the libraries, so that one excessive allocation
   fails at once.
-- **No orphans**: the process and its children are killed when a limit is exceeded, on Ctrl-C, and
-  on any exception in the caller; if the caller is killed, the process exits by itself. Ctrl-C in a
-  terminal reaches the caller only.
+- **No orphans**: the process and its descendants, those that detached themselves by forking twice
+  as well (they inherit an environment variable), are killed at its end, when a limit is exceeded,
+  on Ctrl-C, and on any exception in the caller; if the caller is killed, the process exits by
+  itself, and detached descendants stay. Ctrl-C in a terminal reaches the caller only.
 - Times for comparison are measured inside the work: `Outcome.seconds` includes the start of Python
   and all imports.
 """
@@ -63,6 +64,7 @@ MALFORMED: Final = "malformed"
 WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
 DOCUMENT = "json"
 OWN = "own"  # the folder that the work starts in
+MARK = "ROUGHLINE_WORK"  # environment: the folder, by which all descendants are known
 ONE_THREAD = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
@@ -194,6 +196,7 @@ class _Process:
         root = str(Path(__file__).resolve().parents[2])
         paths = [root, *(str(Path(path).absolute()) for path in sys.path if path)]
         environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
+        environment[MARK] = self._mark = str(self._folder)
         environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
         flags = ["stays"] if stays else []
         # Whatever the work writes by a bare name is its own, and goes with the process.
@@ -246,7 +249,7 @@ class _Process:
     def end(self) -> None:
         """Kill the process and remove its folder."""
         if self._caller == os.getpid():
-            _kill(self._process)
+            _kill(self._process, self._mark)
             self._holder.cleanup()
 
 
@@ -260,7 +263,7 @@ def _end_waiting() -> None:
         _waiting.popitem()[1].end()
 
 
-def _kill(process: subprocess.Popen[bytes]) -> None:
+def _kill(process: subprocess.Popen[bytes], mark: str) -> None:
     """Kill the process and its descendants; Ctrl-C takes effect afterwards."""
     with _interrupts_wait():
         try:
@@ -277,10 +280,23 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
         if process.poll() is None:
             process.kill()
         process.wait(_FAREWELL)
+        # What has forked twice, into a session of its own, is nobody's child by now.
+        detached = [other for other in psutil.process_iter() if _marked(other, mark)]
+        for other in detached:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                other.kill()
+        children += detached
         # Processes that are still ending may write into the folder, which is removed next.
         psutil.wait_procs(children, _FAREWELL)
         if process.stdin is not None:
             process.stdin.close()
+
+
+def _marked(process: psutil.Process, mark: str) -> bool:
+    try:
+        return bool(process.environ().get(MARK) == mark)
+    except (psutil.Error, OSError):  # another user's, or it has ended
+        return False
 
 
 @contextlib.contextmanager

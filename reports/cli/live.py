@@ -126,7 +126,7 @@ class _Lines(_Watcher):
 
     def __init__(self, console: Console) -> None:
         super().__init__()
-        self._console, self._said = console, -math.inf
+        self._console, self._said = console, self.started
         self._known: set[str] = set()
 
     def say(self, text: str) -> None:

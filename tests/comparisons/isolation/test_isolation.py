@@ -54,6 +54,19 @@ def leaves(path):
         file.write(str(child.pid))
     time.sleep(600)
 
+def detaches(path):
+    if os.fork() == 0:
+        os.setsid()
+        if os.fork() == 0:
+            with open(path + ".part", "w") as file:
+                file.write(str(os.getpid()))
+            os.replace(path + ".part", path)
+            time.sleep(600)
+        os._exit(0)
+    while not os.path.exists(path):
+        time.sleep(0.01)
+    return {"answer": 1}
+
 def interrupts(path):
     with open(path, "w") as file:
         file.write(str(os.getpid()))
@@ -163,6 +176,14 @@ def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
     assert "within 3 s" in outcome.reason
     # One look and a farewell beyond the limit, with room for a busy machine.
     assert outcome.seconds < 3 + 5
+    assert gone(int(note.read_text()))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
+def test_what_detached_itself_does_not_outlive_its_work(strange, tmp_path):
+    """Forked twice, in a session of its own: nobody's child, in nobody's group."""
+    note = tmp_path / "pid"
+    assert parent.run(strange + "detaches", str(note), seconds=30).ok
     assert gone(int(note.read_text()))
 
 
