@@ -15,7 +15,6 @@ from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.memory.materials import Prony
 from reduced.memory.row import RelaxingSprings, SpringRow
-from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -79,7 +78,24 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
     """
     refuse(positive_faults(mass=mass, velocity=velocity) + count_faults(steps=steps))
     law = springs.modulus
-    depth = _estimate_depth(springs.profile, law, mass, velocity)
+
+    def work(depth: float) -> float:
+        """Return the energy at a depth, with the modulus of a ramp of duration d/v."""
+        time = depth / velocity
+        modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
+        pressed = indent(Springs(springs.profile, 1.0), Load("penetration", [depth]))
+        return modulus * float(pressed.energy[0])
+
+    # the depth that stores the kinetic energy, to 1 %
+    energy = mass * velocity**2 / 2
+    low = depth = springs.profile.length
+    while work(depth) < energy:
+        depth *= 4
+    while work(low) > energy:
+        low /= 4
+    while depth > 1.01 * low:
+        middle = float(np.sqrt(low * depth))
+        low, depth = (middle, depth) if work(middle) < energy else (low, middle)
     flight = _Flight(springs.lay(depth), law, mass, velocity)
     duration = 3 * depth / velocity / steps
     for _ in range(_LONGEST * steps):
@@ -101,8 +117,14 @@ class _Flight:
         """Advance by one step, or to the loss of contact; return whether contact is lost."""
         slope = self._slope(duration)
         lost = self._lost(slope, duration)
-        if lost:
-            duration = self._last_duration(duration)
+        if lost:  # the longest step that still ends in contact, by bisection
+            low = 0.0
+            for _ in range(_ITERATIONS):
+                middle = (low + duration) / 2
+                if self._lost(self._slope(middle), middle):
+                    duration = middle
+                else:
+                    low = middle
             slope = self._slope(duration)
         force, length, _ = self._row.go(self._row.depth + slope * duration, duration)
         self.velocity = 2 * slope - self.velocity
@@ -114,17 +136,6 @@ class _Flight:
     def _lost(self, slope: float, duration: float) -> bool:
         length = self._row.trial(self._row.depth + slope * duration, duration)[1]
         return slope < 0 and length == 0
-
-    def _last_duration(self, duration: float) -> float:
-        """Return the longest step that still ends in contact, by bisection."""
-        low, high = 0.0, duration
-        for _ in range(_ITERATIONS):
-            middle = (low + high) / 2
-            if self._lost(self._slope(middle), middle):
-                high = middle
-            else:
-                low = middle
-        return high
 
     def _slope(self, duration: float) -> float:
         """Return the mean velocity of a step, by Newton's method on 2 m (V - v) + dt F(V)."""
@@ -148,25 +159,3 @@ class _Flight:
         if history[-1] <= 1e-9 * abs(self.velocity):
             return slope
         raise ConvergenceError("no velocity balances the force of the springs", history)
-
-
-def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) -> float:
-    """Return the depth that stores the energy, with the modulus of a ramp of duration d/v."""
-
-    def work(depth: float) -> float:
-        time = depth / velocity
-        modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
-        return modulus * float(
-            indent(Springs(profile, 1.0), Load("penetration", [depth])).energy[0]
-        )
-
-    energy = mass * velocity**2 / 2
-    low = high = profile.length
-    while work(high) < energy:
-        high *= 4
-    while work(low) > energy:
-        low /= 4
-    while high > 1.01 * low:
-        middle = np.sqrt(low * high)
-        low, high = (middle, high) if work(middle) < energy else (low, middle)
-    return float(high)

@@ -124,13 +124,42 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     forced = path.one_of(*CONTROLS) == "force"
     law, values = springs.modulus, path.values
     times = _times(springs, time, path)
-    reach = _reach(springs.profile, law, times, values) if forced else values.max()
-    row = springs.lay(reach)
-    if forced:
-        curves = _follow_force(row, springs.profile, law, times, values)
-    else:
-        curves = _follow_depth(row, times, values)
-    return History(times, *curves, row.spacing)
+    durations = np.diff(times, prepend=times[0])
+    if not forced:
+        row = springs.lay(values.max())
+        states = [row.go(d, h) for d, h in zip(values, durations, strict=True)]
+        force, length, radius = (np.array(column) for column in zip(*states, strict=True))
+        return History(times, values, force, radius, length, row.spacing)
+    # the largest depth for a contact that never shrinks, A(d) = int J*(t - s) dF(s), increments of
+    # the force in the middle of the steps; it only sets the spacing
+    creep = law.creep()
+    missing = np.zeros(creep.times.size)
+    flow, largest, before = 0.0, 0.0, 0.0
+    for duration, value in zip(durations, values, strict=True):
+        decay = np.exp(-0.5 * duration / creep.times)
+        missing = (missing * decay + creep.compliances * (value - before)) * decay
+        flow += duration * (value + before) / 2
+        total = (creep.instantaneous + creep.compliances.sum()) * value - missing.sum()
+        largest, before = max(largest, total + creep.fluidity * flow), value
+    deepest = indent(Springs(springs.profile, 1.0), Load("force", [largest])).penetration[0]
+    row = springs.lay(float(deepest))
+    # With a parallel dashpot a jump of the force is a jump of the velocity, so the force is met in
+    # the middle of a step, where the velocity is accurate to second order.
+    place = 0.5 if law.viscosity > 0 else 1.0
+    steps, before, rate = [], values[0], 0.0
+    for duration, value in zip(durations, values, strict=True):
+        depth = row.depth
+        if value > 0 and (duration > 0 or law.viscosity == 0):
+            target = before + place * (value - before)
+            part = place * duration
+            depth = _depth_under(row, springs.profile, law, target, part, row.depth + rate * part)
+            depth = row.depth + (depth - row.depth) / place
+            rate = (depth - row.depth) / duration if duration > 0 else 0.0
+        _, length, radius = row.go(depth, duration)
+        steps.append((depth, radius, length))
+        before = value
+    depths, radii, lengths = (np.array(column) for column in zip(*steps, strict=True))
+    return History(times, depths, values, radii, lengths, row.spacing)
 
 
 def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarray:
@@ -160,69 +189,14 @@ def _times(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> np.ndar
     elif not (values > 0).any():
         wrong.append(f"{path.control} must be positive somewhere, got {values}")
     damped = springs.material.viscosity > 0 and path.control == "penetration"
-    if damped and not wrong and _jumps(t, values):
-        wrong.append("penetration jumps, which a parallel dashpot does not let it")
+    if damped and not wrong:  # no jump of the depth during contact
+        at_once = np.diff(t, prepend=t[0]) == 0
+        change = np.diff(values, prepend=0.0)[at_once]
+        before = np.concatenate([[0.0], values])[:-1][at_once]
+        if np.any((change != 0) & ((before > 0) | (before + change > 0))):
+            wrong.append("penetration jumps, which a parallel dashpot does not let it")
     refuse(wrong)
     return t
-
-
-def _jumps(time: np.ndarray, penetration: np.ndarray) -> bool:
-    """Return whether the depth jumps during contact."""
-    change = np.diff(penetration, prepend=0.0)[np.diff(time, prepend=time[0]) == 0]
-    before = np.concatenate([[0.0], penetration])[:-1][np.diff(time, prepend=time[0]) == 0]
-    return bool(np.any((change != 0) & ((before > 0) | (before + change > 0))))
-
-
-def _reach(profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray) -> float:
-    """Return the largest depth for a contact that never shrinks: A(d) = int J*(t - s) dF(s).
-
-    Increments of the force act in the middle of the steps; the result only sets the spacing.
-    """
-    creep = law.creep()
-    missing = np.zeros(creep.times.size)
-    flow, largest, before = 0.0, 0.0, 0.0
-    for duration, value in zip(np.diff(time, prepend=time[0]), force, strict=True):
-        decay = np.exp(-0.5 * duration / creep.times)
-        missing = (missing * decay + creep.compliances * (value - before)) * decay
-        flow += duration * (value + before) / 2
-        total = (creep.instantaneous + creep.compliances.sum()) * value - missing.sum()
-        largest, before = max(largest, total + creep.fluidity * flow), value
-    return float(indent(Springs(profile, 1.0), Load("force", [largest])).penetration[0])
-
-
-def _follow_depth(
-    row: SpringRow, time: np.ndarray, penetration: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return depth, force, contact radius and length at the times."""
-    durations = np.diff(time, prepend=time[0])
-    states = [row.go(d, h) for d, h in zip(penetration, durations, strict=True)]
-    force, length, radius = (np.array(column) for column in zip(*states, strict=True))
-    return penetration, force, radius, length
-
-
-def _follow_force(
-    row: SpringRow, profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return depth, force, contact radius and length at the times.
-
-    With a parallel dashpot a jump of the force is a jump of the velocity, so the force is met in
-    the middle of a step, where the velocity is accurate to second order.
-    """
-    place = 0.5 if law.viscosity > 0 else 1.0
-    steps, before, rate = [], force[0], 0.0
-    for duration, value in zip(np.diff(time, prepend=time[0]), force, strict=True):
-        depth = row.depth
-        if value > 0 and (duration > 0 or law.viscosity == 0):
-            target = before + place * (value - before)
-            part = place * duration
-            depth = _depth_under(row, profile, law, target, part, row.depth + rate * part)
-            depth = row.depth + (depth - row.depth) / place
-            rate = (depth - row.depth) / duration if duration > 0 else 0.0
-        _, length, radius = row.go(depth, duration)
-        steps.append((depth, radius, length))
-        before = value
-    depths, radii, lengths = (np.array(column) for column in zip(*steps, strict=True))
-    return depths, force, radii, lengths
 
 
 def _depth_under(

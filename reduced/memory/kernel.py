@@ -127,17 +127,6 @@ def _held_arm(stress, modulus, ratio, change):
 
 
 @njit(cache=True)
-def _make_step(law, start, change, duration):
-    """Return a step with the exponentials common to all springs."""
-    decay, rise = np.empty(law.times.size), np.empty(law.times.size)
-    for j in range(law.times.size):
-        ratio = duration / law.times[j]
-        decay[j] = np.exp(-ratio)
-        rise[j] = _held_arm(0.0, law.moduli[j], ratio, change)
-    return Step(start, change, duration, decay, rise, np.exp(-duration / law.retardations))
-
-
-@njit(cache=True)
 def _held_force(law, step, deflection, arms, share):
     """Return the force per length of a spring in contact after a fraction of the step."""
     change = step.change * share
@@ -168,21 +157,6 @@ def _signed(law, step, spring, begin, share):
     return (
         spring.height + _free_deflection(law, step, spring.modes, spring.permanent, share) - depth
     )
-
-
-@njit(cache=True)
-def _root(law, step, spring, begin):
-    """Return the last fraction after `begin` with force or gap >= 0, by bisection."""
-    low, high = 0.0, 1.0 - begin
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        if _signed(law, step, spring, begin, middle) >= 0:
-            low = middle
-        else:
-            high = middle
-    return low
 
 
 @njit(cache=True)
@@ -282,7 +256,16 @@ def _move_spring(law, step, height, row, i):
             break
         share = 0.0
         if first > 0:
-            share = _root(law, step, spring, begin)
+            # the last fraction after `begin` with force or gap >= 0, by bisection
+            high = 1.0 - begin
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (share + high)
+                if not share < middle < high:
+                    break
+                if _signed(law, step, spring, begin, middle) >= 0:
+                    share = middle
+                else:
+                    high = middle
         begin = event = begin + share
         if touching:
             left = min(first, 0.0)
@@ -373,7 +356,12 @@ def advance(law, heights, old, new, way):
         Depths at start and end, and dt >= 0; 0 is a jump.
     """
     start, end, duration = way
-    step = _make_step(law, start, end - start, duration)
+    decay, rise = np.empty(law.times.size), np.empty(law.times.size)
+    for j in range(law.times.size):
+        ratio = duration / law.times[j]
+        decay[j] = np.exp(-ratio)
+        rise[j] = _held_arm(0.0, law.moduli[j], ratio, end - start)
+    step = Step(start, end - start, duration, decay, rise, np.exp(-duration / law.retardations))
     count = heights.size
     events, left = np.full(count, -1.0), np.zeros(count)
     eventful = _carry_quiet(law, step, heights, old, new)

@@ -156,7 +156,28 @@ class Prony:
         >>> solid.compliances.tolist(), solid.times.tolist()
         ([0.5], [0.5])
         """
-        rates = self._retardation_rates()
+        ends = [*(1 / self.times)]
+        slow, fast = self.long_term > 0, self.viscosity > 0
+        rates = np.array([self.long_term / self.viscosity] if slow and fast else [])
+        if ends:
+            # the zeros x of Q(-x), which decreases in every interval between the poles 1/tau_i, by
+            # bisection in log x, relative to the end of the interval: no digits are lost to units
+            if slow:
+                flow = 2 * self.steady_viscosity
+                ends.insert(0, 0.5 * min(0.5 * ends[0], self.long_term / flow))
+            if fast:
+                ends.append(2 * max(2 * ends[-1], 2 * self.glassy / self.viscosity))
+            low = np.array(ends[:-1])
+            inner, outer = np.zeros(low.size), np.log(np.array(ends[1:]) / low)
+            for _ in range(_HALVINGS):
+                middle = (inner + outer) / 2
+                rate = low * np.exp(middle)
+                turns = rate[:, None] * self.times
+                with np.errstate(divide="ignore"):
+                    arms = (self.moduli * turns / (turns - 1)).sum(axis=-1)
+                above = self.long_term + arms - self.viscosity * rate > 0
+                inner, outer = np.where(above, middle, inner), np.where(above, outer, middle)
+            rates = low * np.exp((inner + outer) / 2)
         spread = 1 - rates[:, None] * self.times
         with np.errstate(divide="ignore"):  # zero on its pole: an arm of negligible weight
             slope = (self.moduli * self.times / spread**2).sum(axis=-1) + self.viscosity
@@ -166,36 +187,6 @@ class Prony:
             compliances=1 / (rates * slope),
             times=1 / rates,
         )
-
-    def _retardation_rates(self) -> np.ndarray:
-        """Return the zeros x of Q(-x), ascending, by bisection in log x between the poles 1/tau_i.
-
-        Rates are relative to the end of their interval, so no digits are lost to units.
-        """
-        ends = [*(1 / self.times)]
-        slow, fast = self.long_term > 0, self.viscosity > 0
-        if not len(ends):
-            return np.array([self.long_term / self.viscosity] if slow and fast else [])
-        if slow:
-            flow = 2 * self.steady_viscosity
-            ends.insert(0, 0.5 * min(0.5 * ends[0], self.long_term / flow))
-        if fast:
-            ends.append(2 * max(2 * ends[-1], 2 * self.glassy / self.viscosity))
-        low, width = np.array(ends[:-1]), np.log(np.array(ends[1:]) / np.array(ends[:-1]))
-        inner, outer = np.zeros(low.size), width
-        for _ in range(_HALVINGS):
-            middle = (inner + outer) / 2
-            # Q(-x) decreases in every interval, from the lower to the upper pole.
-            above = self._at_minus(low * np.exp(middle)) > 0
-            inner, outer = np.where(above, middle, inner), np.where(above, outer, middle)
-        return low * np.exp((inner + outer) / 2)
-
-    def _at_minus(self, rate: np.ndarray) -> np.ndarray:
-        """Return Q(-x), the modulus at the real negative frequency -x."""
-        turns = rate[:, None] * self.times
-        with np.errstate(divide="ignore"):
-            arms = (self.moduli * turns / (turns - 1)).sum(axis=-1)
-        return self.long_term + arms - self.viscosity * rate
 
 
 def prony(
@@ -265,20 +256,14 @@ def standard_solid(
 
     Exactly one of the arm's viscosity eta and relaxation time tau = eta/G_1 is given.
     """
-    refuse(positive_faults(long_term=long_term))
-    time = _arm_time(shear_modulus, viscosity, relaxation_time)
-    return prony(long_term, [shear_modulus], [time])
-
-
-def _arm_time(modulus: float, viscosity: float | None, time: float | None) -> float:
-    """Return the relaxation time of a Maxwell arm, as given or from the viscosity."""
-    if (viscosity is None) == (time is None):
-        raise ValueError("give exactly one of viscosity and relaxation_time")
-    if time is not None:
-        refuse(positive_faults(shear_modulus=modulus, relaxation_time=time))
-        return float(time)
-    refuse(positive_faults(shear_modulus=modulus, viscosity=viscosity))
-    return float(viscosity or 0.0) / modulus
+    wrong = positive_faults(long_term=long_term, shear_modulus=shear_modulus)
+    if (viscosity is None) == (relaxation_time is None):
+        refuse([*wrong, "give exactly one of viscosity and relaxation_time"])
+    if relaxation_time is not None:
+        refuse(wrong + positive_faults(relaxation_time=relaxation_time))
+        return prony(long_term, [shear_modulus], [float(relaxation_time)])
+    refuse(wrong + positive_faults(viscosity=viscosity))
+    return prony(long_term, [shear_modulus], [float(viscosity or 0.0) / shear_modulus])
 
 
 @dataclass(frozen=True)
@@ -336,9 +321,24 @@ def fit(
     >>> fitted.material.times.tolist(), bool(fitted.rms_error < 1e-12)
     ([1.0], True)
     """
-    w, data = _checked_data(frequency, modulus)
-    refuse(positive_faults(per_decade=per_decade))
-    tau = _default_times(w, per_decade) if times is None else np.asarray(times, dtype=float)
+    w, data = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
+    wrong = positive_faults(per_decade=per_decade)
+    if w.ndim != 1 or w.size == 0 or w.shape != data.shape:
+        shapes = f"{w.shape}, {data.shape}"
+        wrong.append(f"frequency and modulus must be lists of one length, got {shapes}")
+    if not (np.isfinite(w).all() and (w > 0).all()):
+        wrong.append(f"frequency must be finite and positive, got {w}")
+    for name, values in (("storage", data.real), ("loss", data.imag)):
+        if not (np.isfinite(values).all() and (values >= 0).all()):
+            wrong.append(f"{name} must be finite and >= 0, got {values}")
+    if not wrong and not (data != 0).all():
+        wrong.append("storage and loss must not both be zero at a frequency")
+    refuse(wrong)
+    if times is None:
+        count = max(1, round(per_decade * np.log10(w.max() / w.min())) + 1)
+        tau = np.geomspace(1 / w.max(), 1 / w.min(), count)
+    else:
+        tau = np.asarray(times, dtype=float)
     if tau.ndim != 1 or not (np.isfinite(tau).all() and (tau > 0).all()):
         raise ValueError(f"times must be a list of positive numbers, got {times!r}")
     turns = w[:, None] * tau
@@ -362,30 +362,6 @@ def fit(
         viscosity=coefficients[-1] / w.max() if dashpot else 0.0,
     )
     return Fit(material, np.abs(material.complex_modulus(w) - data) * weight)
-
-
-def _checked_data(frequency: ArrayLike, modulus: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies and complex moduli, or raise one ValueError with all errors."""
-    w, data = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
-    wrong = []
-    if w.ndim != 1 or w.size == 0 or w.shape != data.shape:
-        shapes = f"{w.shape}, {data.shape}"
-        wrong.append(f"frequency and modulus must be lists of one length, got {shapes}")
-    if not (np.isfinite(w).all() and (w > 0).all()):
-        wrong.append(f"frequency must be finite and positive, got {w}")
-    for name, values in (("storage", data.real), ("loss", data.imag)):
-        if not (np.isfinite(values).all() and (values >= 0).all()):
-            wrong.append(f"{name} must be finite and >= 0, got {values}")
-    if not wrong and not (data != 0).all():
-        wrong.append("storage and loss must not both be zero at a frequency")
-    refuse(wrong)
-    return w, data
-
-
-def _default_times(w: np.ndarray, per_decade: float) -> np.ndarray:
-    """Return relaxation times over the measured range, evenly spaced in the logarithm."""
-    decades = np.log10(w.max() / w.min())
-    return np.geomspace(1 / w.max(), 1 / w.min(), max(1, round(per_decade * decades) + 1))
 
 
 def _times(time: float | np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
-from reduced.memory.kernel import Law, Row, advance, fresh_row, law_of
+from reduced.memory.kernel import Law, advance, fresh_row, law_of
 from reduced.memory.materials import Prony, contact_modulus
 from reduced.profiles.section import Profile
 from reduced.springs.line import row_faults
@@ -72,54 +72,38 @@ def _bend(heights, force, i, j, k):
 
 
 @njit(cache=True)
-def _whole_cell(heights, middle, touching, force, i):
-    """Return the mean force per length of a cell with both springs in contact, cubic in the height.
-
-    It is the linear value less the curvature from the neighbours (mean of both sides if in
-    contact).
-    """
-    once, twice = _risen(middle, 1.0)
-    before = i > 0 and touching[i - 1]
-    after = i + 2 < heights.size and touching[i + 2]
-    bend = 0.0
-    if before:
-        bend += _bend(heights, force, i - 1, i, i + 1)
-    if after:
-        bend += _bend(heights, force, i, i + 1, i + 2)
-    if before and after:
-        bend /= 2
-    rise = heights[i + 1] - heights[i]
-    return force[i] * (1 - once) + force[i + 1] * once - bend * rise * rise * (once - twice)
-
-
-@njit(cache=True)
-def _part_cell(middle, edge, rim, inward, pressed_force):
-    """Return the mean force of a cell and its fraction in contact, linear to the edge."""
-    share = _along(middle, edge if inward else 1 - edge)
-    once = _risen(middle, share)[0]
-    if not inward:
-        share, once = 1 - share, (1 - share) - (_risen(middle, 1.0)[0] - once)
-    mean = once / edge if edge > 0 else 0.0
-    return pressed_force * share + (rim - pressed_force) * mean, share
-
-
-@njit(cache=True)
-def _sub_cell(line, row, rim):
-    """Return force, contact length and outermost contact edge of the right half.
-
-    `line` contains the positions of the springs, the profile's heights there, and middle heights.
-    """
-    (places, heights, middles), touching, force = line, row.touching, row.force
+def _sub_cell(places, heights, middles, row, rim):
+    """Return force, contact length and outermost contact edge of the right half."""
+    touching, force = row.touching, row.force
     total, length, radius = 0.0, 0.0, 0.0
     for i in range(places.size - 1):
         if not (touching[i] or touching[i + 1]):
             continue
         width, middle = places[i + 1] - places[i], middles[i]
         if touching[i] and touching[i + 1]:
-            mean, share = _whole_cell(heights, middle, touching, force, i), 1.0
+            # the linear value less the curvature from the neighbours (mean of both sides)
+            once, twice = _risen(middle, 1.0)
+            before = i > 0 and touching[i - 1]
+            after = i + 2 < heights.size and touching[i + 2]
+            bend, share = 0.0, 1.0
+            if before:
+                bend += _bend(heights, force, i - 1, i, i + 1)
+            if after:
+                bend += _bend(heights, force, i, i + 1, i + 2)
+            if before and after:
+                bend /= 2
+            rise = heights[i + 1] - heights[i]
+            mean = force[i] * (1 - once) + force[i + 1] * once - bend * rise * rise * (once - twice)
         else:
-            pressed_force = force[i] if touching[i] else force[i + 1]
-            mean, share = _part_cell(middle, row.edge[i], rim, touching[i], pressed_force)
+            # linear in the height to the edge
+            inward, edge = touching[i], row.edge[i]
+            pressed_force = force[i] if inward else force[i + 1]
+            share = _along(middle, edge if inward else 1 - edge)
+            once = _risen(middle, share)[0]
+            if not inward:
+                share, once = 1 - share, (1 - share) - (_risen(middle, 1.0)[0] - once)
+            ramp = once / edge if edge > 0 else 0.0
+            mean = pressed_force * share + (rim - pressed_force) * ramp
         total += width * mean
         length += width * share
         radius = places[i + 1] if touching[i + 1] else places[i] + width * share
@@ -201,8 +185,15 @@ class SpringRow:
         self._grow(depth)
         way = (float(self.depth), float(depth), float(duration))
         advance(self._law, self._heights, self._row, self._trial, way)
+        if self._edges == "nodal":
+            touching = int(self._trial.touching.sum())
+            radius = touching * self._spacing
+            return 2 * self._spacing * float(self._trial.force.sum()), 2 * radius, radius
         speed = (depth - self.depth) / duration if duration > 0 else 0.0
-        return self._totals(self._trial, speed)
+        rim = self._law.viscosity * max(speed, 0.0)
+        line = self._places, self._heights, self._middles
+        total, length, radius = _sub_cell(*line, self._trial, rim)
+        return 2 * total, 2 * length, radius
 
     def go(self, depth: float, duration: float) -> tuple[float, float, float]:
         """Take a step; return the same as `trial`."""
@@ -210,16 +201,6 @@ class SpringRow:
         self._row, self._trial = self._trial, self._row
         self.depth, self.time = depth, self.time + duration
         return answer
-
-    def _totals(self, row: Row, speed: float) -> tuple[float, float, float]:
-        if self._edges == "nodal":
-            touching = int(row.touching.sum())
-            radius = touching * self._spacing
-            return 2 * self._spacing * float(row.force.sum()), 2 * radius, radius
-        rim = self._law.viscosity * max(speed, 0.0)
-        line = (self._places, self._heights, self._middles)
-        total, length, radius = _sub_cell(line, row, rim)
-        return 2 * total, 2 * length, radius
 
     def _grow(self, depth: float) -> None:
         """Add springs until the profile rises above a depth."""

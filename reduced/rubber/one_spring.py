@@ -136,7 +136,22 @@ def _entry(state, modes, decays, height, rate, step):
     for j in range(modes.size):
         end += state[j] * decays[j]
     if end > height + rate * step:
-        if rate >= 0.0 or not _dips(state, modes, height, rate, step):
+        # positive at both ends of the cell: does the clearance become negative in between?
+        low, high = 0.0, step
+        if rate >= 0.0 or _free_place(state, modes, low)[1] >= rate:
+            return 2 * step
+        if _free_place(state, modes, high)[1] <= rate:
+            return 2 * step
+        for _ in range(60):
+            middle = (low + high) / 2
+            place, fall = _free_place(state, modes, middle)
+            if place < height + rate * middle:
+                break
+            if fall < rate:
+                low = middle
+            else:
+                high = middle
+        else:
             return 2 * step
     elif rate <= 0.0 and height + rate * step <= 0.0:
         return 2 * step  # both fully relaxed, at or below the level
@@ -152,24 +167,6 @@ def _entry(state, modes, decays, height, rate, step):
             return at
         at = min(further, step)
     return at
-
-
-@njit(cache=True)
-def _dips(state, modes, height, rate, step):
-    """Return whether the clearance, positive at both ends of the cell, is negative in between."""
-    low, high = 0.0, step
-    if _free_place(state, modes, low)[1] >= rate or _free_place(state, modes, high)[1] <= rate:
-        return False
-    for _ in range(60):
-        middle = (low + high) / 2
-        place, fall = _free_place(state, modes, middle)
-        if place < height + rate * middle:
-            return True
-        if fall < rate:
-            low = middle
-        else:
-            high = middle
-    return False
 
 
 @njit(cache=True)

@@ -15,7 +15,6 @@ sliding, F_x = int f dh/dx dx; F_x v is the power dissipated.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +106,13 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     1.0
     """
     speeds = LoadPath("speed", speed).values
-    _check(material, speeds, load)
+    wrong = solid_faults(material)
+    for name, values in (("speed", speeds), (load.control, load.values)):
+        if not np.all(values > 0):
+            wrong.append(f"{name} must be positive, got {values}")
+    if load.values.shape not in ((1,), speeds.shape):
+        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {load.values.size}")
+    refuse(wrong)
     loads = np.broadcast_to(load.values, speeds.shape)
     forced = load.one_of(*CONTROLS) == "force"
     rows = [
@@ -151,7 +156,15 @@ class _Line:
         path = line - line[peak]
         if lines.periodic:
             path = np.concatenate([path[peak:], path[: peak + 1]])
-        rubber = _rubber(material, speed)
+        # times as lengths, and the modes
+        modes = material.creep().times
+        matrix = 1 / (1 - material.times[:, None] / modes)
+        if material.viscosity > 0:
+            matrix = np.vstack([matrix, np.ones(modes.size)])
+        rubber = Rubber(
+            *(material.long_term, speed * material.viscosity, material.moduli),
+            *(speed * material.times, speed * modes, matrix, np.linalg.inv(matrix)),
+        )
         return cls(np.ascontiguousarray(path), lines.spacing, lines.periodic, material, rubber)
 
     @property
@@ -170,9 +183,15 @@ class _Line:
         period is piecewise linear, so Newton's method reaches the fixed point.
         """
         arms, size = self.rubber.arms.size, self.rubber.modes.size
-        if not self.periodic:
-            return self._passed(depth, np.zeros(size))
         begin = np.zeros(size)
+        if not self.periodic:
+            inside = self.path[0] + depth <= 0
+            sums, touching = self.draw(depth, begin) if inside else (begin, True)
+            if touching:
+                raise ConvergenceError(
+                    f"at depth {depth!r} the contact reaches the end of the line"
+                )
+            return sums
         history = []
         for _ in range(_PERIODS):
             end = begin.copy()
@@ -181,27 +200,15 @@ class _Line:
             history.append(float(np.max(np.abs(change), initial=0.0)) / depth)
             if history[-1] <= _TINY:
                 return sums
-            begin[:arms] += np.linalg.solve(np.eye(arms) - self._tangent(depth, begin, end), change)
+            # d(state after a period)/d(state); differences are exact on a linear piece
+            tangent, probe = np.empty((arms, arms)), depth * 2.0**-20
+            for k in range(arms):
+                moved = begin.copy()
+                moved[k] += probe
+                self.draw(depth, moved)
+                tangent[:, k] = (moved - end)[:arms] / probe
+            begin[:arms] += np.linalg.solve(np.eye(arms) - tangent, change)
         raise ConvergenceError("the steady state of the line was not reached", history)
-
-    def _tangent(self, depth: float, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Return d(state after a period)/d(state); differences are exact on a linear piece."""
-        arms, probe = self.rubber.arms.size, depth * 2.0**-20
-        tangent = np.empty((arms, arms))
-        for k in range(arms):
-            moved = begin.copy()
-            moved[k] += probe
-            self.draw(depth, moved)
-            tangent[:, k] = (moved - end)[:arms] / probe
-        return tangent
-
-    def _passed(self, depth: float, state: np.ndarray) -> np.ndarray:
-        if self.path[0] + depth > 0:
-            raise ConvergenceError(f"at depth {depth!r} the contact reaches the end of the line")
-        sums, touching = self.draw(depth, state)
-        if touching:
-            raise ConvergenceError(f"at depth {depth!r} the contact reaches the end of the line")
-        return sums
 
 
 def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
@@ -219,49 +226,18 @@ def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndar
         deepest = goal / (long_term * body_line.points * body_line.step) - path[:-1].mean()
         deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
     else:
-        deepest = _deep_enough(excess, path, goal / long_term, body_line.step)
+        # a free line: doubled from a single spring until it exceeds the force
+        end = -float(path[[0, -1]].max())
+        deepest = min(goal / long_term / body_line.step, end / 1024)
+        while deepest < end and excess(deepest) < 0:
+            deepest *= 2
+        if deepest >= end:
+            deepest = end
+            if excess(end) < 0:
+                raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
     precision = 4 * np.finfo(float).eps
     depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
     return float(depth), body_line.settled(depth)
-
-
-def _deep_enough(
-    excess: Callable[[float], float], path: np.ndarray, deflection: float, spacing: float
-) -> float:
-    """Return a depth at which a free line exceeds the force, by doubling from a single spring."""
-    end = -float(path[[0, -1]].max())
-    depth = min(deflection / spacing, end / 1024)
-    while depth < end and excess(depth) < 0:
-        depth *= 2
-    if depth < end:
-        return depth
-    if excess(end) < 0:
-        raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
-    return end
-
-
-def _rubber(material: Prony, speed: float) -> Rubber:
-    """Return the material with times as lengths, and its modes."""
-    modes = material.creep().times
-    matrix = 1 / (1 - material.times[:, None] / modes)
-    if material.viscosity > 0:
-        matrix = np.vstack([matrix, np.ones(modes.size)])
-    inverse = np.linalg.inv(matrix)
-    return Rubber(
-        *(material.long_term, speed * material.viscosity, material.moduli),
-        *(speed * material.times, speed * modes, matrix, inverse),
-    )
-
-
-def _check(material: Prony, speeds: np.ndarray, load: LoadPath) -> None:
-    """Raise one ValueError with all invalid arguments."""
-    wrong = solid_faults(material)
-    for name, values in (("speed", speeds), (load.control, load.values)):
-        if not np.all(values > 0):
-            wrong.append(f"{name} must be positive, got {values}")
-    if load.values.shape not in ((1,), speeds.shape):
-        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {load.values.size}")
-    refuse(wrong)
 
 
 def solid_faults(material: Prony) -> list[str]:

@@ -182,7 +182,7 @@ def _cell(line, cut, level, state, chosen, sums):
         high = left * (1 - stop) + right * stop - level
         at = 0.0
         if w > low:
-            at = _meeting(w, (low, high, rate), way, memory, decay)
+            at = _meeting(w, low, high, rate, way, memory, decay)
             if at >= way:
                 moved[i] = w * decay
                 loss += (w * w - moved[i] * moved[i]) / 2
@@ -224,17 +224,19 @@ def _contact(low, high, rate, way, memory):
 
 
 @njit(cache=True)
-def _meeting(w, ramp, way, memory, decay):
+def _meeting(w, low, high, rate, way, memory, decay):
     """Return the distance to contact with a free spring, or more than available.
-
-    `ramp` contains the heights of the line above the level before and after, and its slope.
 
     The clearance w exp(-s/l) - low - rate s is convex: Newton iterates from before its first zero
     stay before it.
     """
-    low, high, rate = ramp
-    if high <= w * decay and not _grazes(w, low, high, rate, memory):
-        return 2 * way
+    if high <= w * decay:
+        # contact inside the cell only: the maximum of g exp(s/l) is at zero force
+        if low + memory * rate <= 0.0 or high + memory * rate >= 0.0:
+            return 2 * way
+        peak = -memory * rate
+        if not peak * np.exp((peak - low) / (rate * memory)) > w:
+            return 2 * way
     at = -low / rate if low < 0.0 < rate else 0.0
     for _ in range(_NEWTON):
         place = w * np.exp(-at / memory) if at > 0.0 else w
@@ -247,18 +249,6 @@ def _meeting(w, ramp, way, memory, decay):
             return at + step
         at += step
     return at
-
-
-@njit(cache=True)
-def _grazes(w, low, high, rate, memory):
-    """Return whether the line makes and loses contact with a spring inside the cell.
-
-    The maximum of g exp(s/l) is at zero force.
-    """
-    if low + memory * rate <= 0.0 or high + memory * rate >= 0.0:
-        return False
-    peak = -memory * rate
-    return peak * np.exp((peak - low) / (rate * memory)) > w
 
 
 @njit(cache=True)
