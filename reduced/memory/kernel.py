@@ -31,7 +31,7 @@ _HALVINGS = 80
 _TIE = 1e-12
 
 
-class Law(NamedTuple):
+class SpringLaw(NamedTuple):
     """Material of the springs per unit spacing."""
 
     long_term: float
@@ -88,12 +88,12 @@ class Step(NamedTuple):
     fade: np.ndarray
 
 
-def law_of(material: Prony) -> Law:
+def law_of(material: Prony) -> SpringLaw:
     """Return the law of springs of a material, with its creep."""
     creep = material.creep()
     apart = material.times[:, None] - creep.times
     spread = np.divide(material.times[:, None], apart, out=np.zeros(apart.shape), where=apart != 0)
-    return Law(
+    return SpringLaw(
         float(material.long_term),
         material.moduli,
         material.times,
@@ -105,7 +105,7 @@ def law_of(material: Prony) -> Law:
     )
 
 
-def fresh_row(springs: int, law: Law) -> Row:
+def fresh_row(springs: int, law: SpringLaw) -> Row:
     """Return a row of springs without history."""
     return Row(
         np.zeros(springs, dtype=np.bool_),
@@ -298,18 +298,16 @@ def _gap(law, step, height, row, i, share):
 
 
 @njit(cache=True)
-def _place_edge(law, step, heights, rows, marks, cell):
+def _place_edge(law, step, heights, old, new, events, left, cell):
     """Compute the contact edge between a held and a free spring; store edge and fall.
 
-    `rows` are the states before and after, `marks` the last events of the springs and their forces
-    at loss of contact.
+    `events` are the last events of the springs, `left` their forces at loss of contact.
 
     While the cell closes, the gap is assumed linear in height from the edge to the free spring;
     while it opens, the force decreases to zero with the slope at the last advance of the edge. Both
     are exact for the first loading of elastic springs, and otherwise have an error of the square of
     the spacing.
     """
-    (old, new), (events, left) = rows, marks
     pressed = cell if new.touching[cell] else cell + 1
     free = 2 * cell + 1 - pressed
     end = step.start + step.change
@@ -343,19 +341,11 @@ def _place_edge(law, step, heights, rows, marks, cell):
 
 
 @njit(cache=True)
-def advance(law, heights, old, new, way):
-    """Advance a row of springs by one step with a linear change of depth.
+def advance(law, heights, old, new, start, end, duration):
+    """Advance a row of springs by one step with a linear change of depth; a jump takes no time.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (n,)
-        Profile g at the springs.
-    old, new : Row
-        State before (unchanged) and after the step.
-    way : tuple of float
-        Depths at start and end, and dt >= 0; 0 is a jump.
+    `heights` (n,) is the profile g at the springs, `old` the state before, which is not changed.
     """
-    start, end, duration = way
     decay, rise = np.empty(law.times.size), np.empty(law.times.size)
     for j in range(law.times.size):
         ratio = duration / law.times[j]
@@ -372,4 +362,4 @@ def advance(law, heights, old, new, way):
         if new.touching[cell] == new.touching[cell + 1]:
             new.edge[cell] = new.fall[cell] = 0.0
         else:
-            _place_edge(law, step, heights, (old, new), (events, left), cell)
+            _place_edge(law, step, heights, old, new, events, left, cell)

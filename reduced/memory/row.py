@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
-from reduced.memory.kernel import Law, advance, fresh_row, law_of
+from reduced.memory.kernel import SpringLaw, advance, fresh_row, law_of
 from reduced.memory.materials import Prony, contact_modulus
 from reduced.profiles.section import Profile
 from reduced.springs.line import row_faults
@@ -160,7 +160,7 @@ class SpringRow:
 
     Parameters
     ----------
-    law : Law
+    law : SpringLaw
         Law per length, with moduli E*(t) (19.30).
     spacing : float
         dx.
@@ -168,7 +168,7 @@ class SpringRow:
         Contact edges inside a cell, or sums over whole springs at (i + 1/2) dx.
     """
 
-    def __init__(self, profile: Profile, law: Law, spacing: float, edges: str) -> None:
+    def __init__(self, profile: Profile, law: SpringLaw, spacing: float, edges: str) -> None:
         self._profile, self._law, self._edges = profile, law, edges
         self._spacing = self.spacing = float(spacing)
         self._places = np.zeros(0)
@@ -183,8 +183,8 @@ class SpringRow:
         The velocity is constant; a duration of 0 is a jump. The state is not changed.
         """
         self._grow(depth)
-        way = (float(self.depth), float(depth), float(duration))
-        advance(self._law, self._heights, self._row, self._trial, way)
+        way = float(self.depth), float(depth), float(duration)
+        advance(self._law, self._heights, self._row, self._trial, *way)
         if self._edges == "nodal":
             touching = int(self._trial.touching.sum())
             radius = touching * self._spacing

@@ -104,7 +104,7 @@ class Blocks:
 
 
 @dataclass(frozen=True)
-class Motion:
+class BlockMotion:
     """Motion at the recorded times.
 
     Attributes
@@ -131,7 +131,7 @@ def integrate(
     *,
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
-) -> Motion:
+) -> BlockMotion:
     """Integrate the motion of blocks under the regularised law.
 
     - ``"explicit_euler"``, ``"semi_implicit_euler"`` (the new velocity moves the block),
@@ -184,7 +184,7 @@ def integrate(
     if failed >= 0 or not np.isfinite(records).all():
         at = max(failed, 0)
         raise ConvergenceError(f"{scheme}: no finite velocity at step {at}", [stepping.step])
-    return Motion(stepping.times, records[0], records[1], int(evaluations))
+    return BlockMotion(stepping.times, records[0], records[1], int(evaluations))
 
 
 @njit(cache=True)

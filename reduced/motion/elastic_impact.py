@@ -19,7 +19,7 @@ _NODES = 48
 _NEAR = 0.02  # fraction of the depth in which energy differences lose digits
 
 
-class Law(Protocol):
+class ContactLaw(Protocol):
     """A contact law with force, energy and stiffness of penetrations, like `SpringContact`."""
 
     def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -27,7 +27,7 @@ class Law(Protocol):
 
 
 @dataclass(frozen=True)
-class Impact:
+class ElasticImpact:
     """Impacts of one mass at k velocities; all arrays have shape (k,).
 
     Attributes
@@ -49,7 +49,7 @@ class Impact:
     restitution: np.ndarray
 
 
-def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> Impact:
+def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> ElasticImpact:
     """Solve the impact of a rigid mass with a profile on springs: m x'' = f - F(x).
 
     Parameters
@@ -82,8 +82,8 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
 
 
 def rebound(
-    law: Law, mass: float, velocity: ArrayLike, deepest: float, load: float = 0.0
-) -> Impact:
+    law: ContactLaw, mass: float, velocity: ArrayLike, deepest: float, load: float = 0.0
+) -> ElasticImpact:
     """Solve the impact of a mass on any conservative contact law.
 
     The largest penetration d solves U(d) - f d = m v^2/2; the time is 2 int_0^d dx/w with
@@ -91,7 +91,7 @@ def rebound(
 
     Parameters
     ----------
-    law : Law
+    law : ContactLaw
         Springs under a profile or a line.
     velocity : array_like, shape (k,)
     deepest : float
@@ -137,7 +137,7 @@ def rebound(
     if not np.isfinite(duration).all():
         raise ConvergenceError("the impact has no finite duration", duration.tolist())
     force = law.respond(depth)[0]
-    return Impact(speeds, duration, depth, force, np.ones(speeds.size))
+    return ElasticImpact(speeds, duration, depth, force, np.ones(speeds.size))
 
 
 def _checked(mass: float, velocity: ArrayLike, load: float) -> np.ndarray:

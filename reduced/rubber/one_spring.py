@@ -86,9 +86,8 @@ def draw(line, level, step, touching, rubber, state):
             height, remaining, touching = height + rate * at, step - at, True
             _to_arms(state, modes, rubber.matrix, at)
             sums[LOSS] -= _stored(state, height, rubber.solid, arms)
-        ramp = (height, rate)
-        part = _contact_part(state, ramp, remaining, rubber, factors)
-        pull = _follow(state, ramp, part, rubber, factors, sums)
+        part = _contact_part(state, height, rate, remaining, rubber, factors)
+        pull = _follow(state, height, rate, part, rubber, factors, sums)
         sums[FORCE] += pull
         sums[WORK] += rate * pull
         run += part
@@ -183,12 +182,9 @@ def _factors(way, lengths, factors):
 
 
 @njit(cache=True)
-def _force(state, ramp, way, rubber, factors):
-    """Return the force after a distance in contact; also store the factors of this distance.
-
-    `ramp` contains the initial height above the level and the slope.
-    """
-    (height, rate), arms = ramp, rubber.arms
+def _force(state, height, rate, way, rubber, factors):
+    """Return the force after a distance in contact; also store the factors of this distance."""
+    arms = rubber.arms
     _factors(way, rubber.lengths, factors)
     force = rubber.solid * (height + rate * way) + rubber.wet * rate
     for j in range(arms.size):
@@ -197,19 +193,19 @@ def _force(state, ramp, way, rubber, factors):
 
 
 @njit(cache=True)
-def _contact_part(state, ramp, remaining, rubber, factors):
+def _contact_part(state, height, rate, remaining, rubber, factors):
     """Return the distance in contact: all of it, or up to zero force."""
-    if _force(state, ramp, remaining, rubber, factors) >= 0.0:
+    if _force(state, height, rate, remaining, rubber, factors) >= 0.0:
         return remaining
-    if _force(state, ramp, 0.0, rubber, factors) <= 0.0:
+    if _force(state, height, rate, 0.0, rubber, factors) <= 0.0:
         return 0.0
     if rubber.arms.size == 0:
-        (height, rate), solid = ramp, rubber.solid
+        solid = rubber.solid
         return min(max(-(height * solid + rubber.wet * rate) / (solid * rate), 0.0), remaining)
     low, high = 0.0, remaining
     for _ in range(60):
         middle = (low + high) / 2
-        if _force(state, ramp, middle, rubber, factors) > 0.0:
+        if _force(state, height, rate, middle, rubber, factors) > 0.0:
             low = middle
         else:
             high = middle
@@ -218,9 +214,8 @@ def _contact_part(state, ramp, remaining, rubber, factors):
 
 
 @njit(cache=True)
-def _follow(state, ramp, way, rubber, factors, sums):
+def _follow(state, height, rate, way, rubber, factors, sums):
     """Follow the line over a distance in contact; return the integral of the force, add losses."""
-    height, rate = ramp
     solid, wet, arms, lengths = rubber.solid, rubber.wet, rubber.arms, rubber.lengths
     pull = solid * way * (height + rate * way / 2) + wet * rate * way
     sums[LOSS] += wet * rate * rate * way

@@ -50,11 +50,34 @@ def march(line, lengths, goal, level, springs, rows):
     mask, chosen = np.zeros(n + 8 - n % 8, np.uint8), np.empty(n, np.int64)
     last, stored, decay = level, _squares(springs) / 2, np.exp(-2 * way / memory)
     for step in range(rows.shape[1]):
-        guess, last = 2 * level - last, level
-        place = (line, upper, spacing, step * cells, way, memory)
-        room = (mask, chosen, sums)
-        level, count = _balance(place, goal, guess, finest, (springs, moved), room)
-        if count < 0:
+        # The impulse of a step is convex and decreasing in the level: w is a maximum of functions
+        # linear in it, and the impulse a sum of values of w with positive weights. Newton's method
+        # from above the goal therefore reaches the root; from below, one step leads above. Without
+        # contact in the whole step, the highest point is first placed on the surface.
+        begin, guess = step * cells, 2 * level - last
+        last, level = level, guess
+        floor, count, reach = np.inf, 0, 0.0
+        for _ in range(_NEWTON):
+            if level < floor:
+                floor = level - 2 * reach
+                count = _choose(
+                    upper, spacing, begin, way, memory, floor, springs, moved, mask, chosen
+                )
+            near = chosen[:count]
+            _advance(line, spacing, begin, way, memory, level, springs, moved, near, sums)
+            excess = sums[IMPULSE] - goal
+            if abs(excess) <= _BALANCE * goal:
+                break
+            if sums[SLOPE] == 0.0:
+                highest = _touch(line, begin + way / spacing, way / memory, springs)
+                following = highest - goal / memory
+            else:
+                following = level + excess / sums[SLOPE]
+            reach = abs(following - level)
+            if reach <= finest:
+                break
+            level = following
+        else:
             return step
         if count < n:
             sums[LOSS] += (1 - decay) * (stored - _squares(springs[chosen[:count]]) / 2)
@@ -67,43 +90,6 @@ def march(line, lengths, goal, level, springs, rows):
     return rows.shape[1]
 
 
-@njit(cache=True)
-def _balance(place, goal, level, finest, state, room):
-    """Compute the level at which the springs carry the goal over a step, and move them.
-
-    The impulse of a step is convex and decreasing in the level: w is a maximum of functions linear
-    in it, and the impulse a sum of values of w with positive weights. Newton's method from above
-    the goal therefore reaches the root; from below, one step leads above. Without contact in the
-    whole step, the highest point is first placed on the surface.
-
-    `state` are the springs before and after, `room` is workspace for the mask, selected springs and
-    sums.
-
-    Returns the level and the number of moved springs (those within reach), or -1 if the force was
-    not met.
-    """
-    line, _, spacing, begin, way, memory = place
-    (springs, moved), (mask, chosen, sums) = state, room
-    floor, count, reach = np.inf, 0, 0.0
-    for _ in range(_NEWTON):
-        if level < floor:
-            floor = level - 2 * reach
-            count = _choose(place, floor, springs, moved, mask, chosen)
-        _advance(place, level, springs, moved, chosen[:count], sums)
-        excess = sums[IMPULSE] - goal
-        if abs(excess) <= _BALANCE * goal:
-            return level, count
-        if sums[SLOPE] == 0.0:
-            following = _touch(line, begin + way / spacing, way / memory, springs) - goal / memory
-        else:
-            following = level + excess / sums[SLOPE]
-        reach = abs(following - level)
-        if reach <= finest:
-            return level, count
-        level = following
-    return level, -1
-
-
 @njit(cache=True, fastmath={"reassoc"})
 def _squares(springs):
     total = 0.0
@@ -113,12 +99,11 @@ def _squares(springs):
 
 
 @njit(cache=True)
-def _choose(place, floor, springs, moved, mask, chosen):
+def _choose(upper, spacing, begin, way, memory, floor, springs, moved, mask, chosen):
     """Relax all springs freely, and list those within reach of a line above the floor.
 
     A step longer than a cell may reach any spring.
     """
-    _, upper, spacing, begin, way, memory = place
     n = springs.size
     cell = int(np.floor(begin))
     if begin + way / spacing > cell + 1:
@@ -145,32 +130,26 @@ def _reached(upper, floor, decay, springs, moved, mask):
 
 
 @njit(cache=True)
-def _advance(place, level, springs, moved, chosen, sums):
+def _advance(line, spacing, begin, way, memory, level, springs, moved, chosen, sums):
     """Move the line by one step under the selected springs at a level; all others stay free.
 
     The level is set at the start of the step: springs in contact follow it (with an impulse l per
     shift on their dashpots), free ones move along unless the line reaches them.
     """
-    line, _, spacing, begin, way, memory = place
     sums[:] = 0.0
     at, end, now = begin, begin + way / spacing, springs
     while at < end:
         cell = np.floor(at)
         until = min(cell + 1.0, end)
         first = int(cell) % springs.size
-        cut = (at - cell, until - cell, spacing, memory)
-        _cell(line[first:], cut, level, (now, moved), chosen, sums)
+        ends = at - cell, until - cell
+        _cell(line[first:], *ends, spacing, memory, level, now, moved, chosen, sums)
         at, now = until, moved
 
 
 @njit(cache=True)
-def _cell(line, cut, level, state, chosen, sums):
-    """Move the selected springs within a cell of the line.
-
-    `cut` contains initial and final position in the cell, dx and l; `state` the springs before and
-    after.
-    """
-    (start, stop, spacing, memory), (springs, moved) = cut, state
+def _cell(line, start, stop, spacing, memory, level, springs, moved, chosen, sums):
+    """Move the selected springs within a cell of the line, from a position in it to another."""
     fresh, way = springs is not moved, (stop - start) * spacing
     decay, inverse = np.exp(-way / memory), 1 / spacing
     impulse = slope = work = loss = length = 0.0

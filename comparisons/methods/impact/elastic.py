@@ -20,7 +20,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
-from reduced.motion.elastic_impact import Impact, strike
+from reduced.motion.elastic_impact import ElasticImpact, strike
 from reduced.springs.line import Springs
 from reference.dynamics.collision import collide
 
@@ -70,7 +70,7 @@ class ReducedImpact(ReducedProfile):
         }
         return Solution.of(task, curves, unknowns=2 * task.resolution)
 
-    def _struck(self, task: Task[IndenterGeometry], springs: int) -> Impact:
+    def _struck(self, task: Task[IndenterGeometry], springs: int) -> ElasticImpact:
         row = Springs(self.profile, self.modulus, springs, edges=self.options.edges)
         return strike(row, self.dynamics.mass, task.loads.values)
 

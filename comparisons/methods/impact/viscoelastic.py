@@ -24,9 +24,9 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
-from reduced.memory.impact import impact as strike
 from reduced.memory.materials import prony
 from reduced.memory.row import RelaxingSprings
+from reduced.memory.viscoelastic_impact import impact as strike
 from reduced.profiles.equivalents import paraboloid
 from reference import viscoelastic as reference
 

@@ -25,7 +25,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
-from reduced.memory.indent import History, graded_times, indent_in_time
+from reduced.memory.indent_in_time import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
 from reduced.profiles.equivalents import paraboloid

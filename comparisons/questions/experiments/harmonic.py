@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Share, above, experiment
-from reduced.memory.indent import harmonic_stiffness
+from reduced.memory.indent_in_time import harmonic_stiffness
 from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
 from reference.halfspace.solution import Press

@@ -24,7 +24,7 @@ _ROUNDING = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Impact:
+class ViscoelasticImpact:
     """Motion of the body from first touch to loss of contact.
 
     Attributes
@@ -45,7 +45,9 @@ class Impact:
     force: np.ndarray
 
 
-def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 200) -> Impact:
+def impact(
+    springs: RelaxingSprings, mass: float, velocity: float, steps: int = 200
+) -> ViscoelasticImpact:
     """Solve the impact of a rigid mass on springs, without weight.
 
     In a step the depth is linear with the velocity V, so that the springs are exact; V follows from
@@ -101,7 +103,7 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
     for _ in range(_LONGEST * steps):
         if flight.step(duration):
             path = (np.array(column) for column in zip(*flight.path, strict=True))
-            return Impact(-flight.velocity / velocity, flight.path[-1][0], *path)
+            return ViscoelasticImpact(-flight.velocity / velocity, flight.path[-1][0], *path)
     raise ConvergenceError(f"the body is still in contact after {_LONGEST} elastic durations")
 
 
