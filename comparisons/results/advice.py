@@ -52,6 +52,8 @@ class Setting:
         Whether this is the solution that the others were compared with.
     judges_itself : bool
         Whether its method is that of the truth: it was compared with its own finest solution.
+    called : str
+        Title of the method on the scene; "": as everywhere.
     """
 
     method: str
@@ -60,6 +62,7 @@ class Setting:
     verdicts: tuple[Verdict, ...]
     is_truth: bool = False
     judges_itself: bool = False
+    called: str = ""
 
     @property
     def seconds(self) -> float:
@@ -78,8 +81,8 @@ class Setting:
 
     @property
     def title(self) -> str:
-        """The method's title, or the name of one that is not known here."""
-        return title_of(self.method)
+        """What the method is called on the scene."""
+        return self.called or title_of(self.method)
 
     @property
     def text(self) -> str:
@@ -217,7 +220,7 @@ def _document(setting: Setting) -> dict[str, Any]:
         "resolution": setting.resolution,
         "seconds": setting.seconds,
         "surfaces": setting.cost.surfaces,
-        "seconds_each": setting.cost.each,
+        "single_seconds": setting.cost.single_seconds,
         "verdict": setting.verdict,
         "decided_by": setting.deciding.quantity,
         "is_truth": setting.is_truth,
@@ -255,8 +258,8 @@ def _settings(record: SceneRecord) -> Iterable[Setting]:
         for level in levels(record, method):
             judgements = setting_verdicts(record, method, level)
             own = method == selection.reference(record)[0]
-            spent = cost(record, method, level)
-            yield Setting(method, level, spent, judgements, judges_itself=own)
+            spent, called = cost(record, method, level), selection.title(record, method)
+            yield Setting(method, level, spent, judgements, judges_itself=own, called=called)
     truth = _truth(record)
     if truth is not None:
         yield truth
@@ -267,7 +270,8 @@ def _truth(record: SceneRecord) -> Setting | None:
     if not method or not math.isfinite(resolution):
         return None
     bars = tuple(_truth_verdict(record, name) for name in record.quantities)
-    return Setting(method, int(resolution), cost(record, method, resolution), bars, True, True)
+    spent, called = cost(record, method, resolution), selection.title(record, method)
+    return Setting(method, int(resolution), spent, bars, True, True, called)
 
 
 def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
@@ -358,8 +362,9 @@ def _single(record: SceneRecord) -> str:
     spent = cost(record, method, level)
     noun = "line" if METHODS[method].dimension == 1 else "surface"
     errors = [f"{quantity(v.quantity).label} {v.single}{_at(v)}" for v in known]
+    title = selection.title(record, method)
     return (
-        f"One {noun} of the {title_of(method)} takes {duration(spent.each)} (N = {level}); 90 % of "
+        f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); 90 % of "
         f"the {count(spent.surfaces)} {noun}s err within: {', '.join(errors)}."
     )
 
@@ -399,7 +404,7 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     level = f"N = {record.reference['resolution']}"
     if ensemble := cost(record, method, record.reference["resolution"]).solves:
         level += f", mean over {ensemble}"
-    return f"{title_of(method)} ({level}), {accuracy}"
+    return f"{selection.title(record, method)} ({level}), {accuracy}"
 
 
 def _unknown(record: SceneRecord, method: str) -> str:

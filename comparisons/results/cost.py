@@ -24,7 +24,7 @@ class Cost:
     ----------
     seconds, setup_seconds : float
         Of all solves that the stated error stands on, and of their set-up.
-    each : float
+    single_seconds : float
         Seconds of one surface or line.
     surfaces : int
         Surfaces or lines solved at this resolution; 1 where the scene is one surface.
@@ -34,26 +34,26 @@ class Cost:
 
     seconds: float
     setup_seconds: float
-    each: float
+    single_seconds: float
     surfaces: int
     solves: str
 
     @property
     def spent(self) -> float:
         """Seconds of the solves at this resolution alone."""
-        return self.each * self.surfaces
+        return self.single_seconds * self.surfaces
 
 
 @once
 def cost(record: SceneRecord, method: str, resolution: float) -> Cost:
     """Return the cost of a setting, from the rows of results.csv."""
     surfaces = int(_first(record, method, resolution, "surfaces", 1.0))
-    each, setup = (_first(record, method, resolution, f"{s}seconds") for s in ("", "setup_"))
+    single, setup = (_first(record, method, resolution, f"{s}seconds") for s in ("", "setup_"))
     # Folders older than these two columns have the times of one surface only.
     return Cost(
-        _first(record, method, resolution, "seconds_all", each * surfaces),
+        _first(record, method, resolution, "seconds_all", single * surfaces),
         _first(record, method, resolution, "setup_seconds_all", setup * surfaces),
-        each,
+        single,
         surfaces,
         _solves(record, method, resolution) if surfaces > 1 else "",
     )

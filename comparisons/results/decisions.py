@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import METHODS, MODEL, NOT_ASKED, is_known, title_of
+from comparisons.facts.methods import METHODS, MODEL, NOT_ASKED, is_known
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, severity, word_for
 from comparisons.results import selection
@@ -194,7 +194,7 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
         return f"only one load, so no comparison at equal {equal_at(record, name)}" if alone else ""
     if name not in answered(record):
         return "not computed by any method that was run"
-    return f"not computed by the reference ({title_of(truth)})"
+    return f"not computed by the reference ({selection.title(record, truth)})"
 
 
 def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
@@ -386,7 +386,7 @@ def _not_asked(record: SceneRecord, method: str) -> bool:
 
 def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     """Return why a method has no error in a quantity that others have."""
-    title = title_of(method)
+    title = selection.title(record, method)
     lost = [item.reason for item in selection.failures(record) if item.method == method]
     if method == record.reference.get("method"):
         return lost[0] if lost else "this is the reference itself"

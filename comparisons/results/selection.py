@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from comparisons.facts.methods import ours
+from comparisons.facts.methods import ours, title_of
 from comparisons.results.store import SceneRecord, once
 
 MEAN = "mean"
@@ -80,6 +80,11 @@ def methods(scene: SceneRecord) -> list[str]:
     names += texts(scene.rows, "method")
     built_in = [name for name in ours() if name in names]
     return built_in + [name for name in dict.fromkeys(names) if name and name not in built_in]
+
+
+def title(scene: SceneRecord, method: str) -> str:
+    """Return what a method is called on a scene: finite elements have two kinds of meshes."""
+    return scene.called(method) or title_of(method)
 
 
 @once

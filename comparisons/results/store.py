@@ -160,6 +160,11 @@ class SceneRecord:
         """Whether errors and bars are relative to the largest value along the steps."""
         return self.along in PATHS
 
+    def called(self, method: str) -> str:
+        """Return what a method is called here, where that is not its usual title; else ""."""
+        planned = (m for m in self.plan.get("methods", []) if m.get("method") == method)
+        return next((str(m.get("title") or "") for m in planned), "")
+
     def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
         """Return the stored arrays of one solution, or an empty dict where there are none.
 

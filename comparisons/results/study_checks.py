@@ -17,6 +17,7 @@ class _Method(Form):
     resolutions: list[int] = Field(default=[])
     modelled: str = ""
     numbers: list[int] = Field(default=[])
+    title: str = ""
 
 
 class _LeftOut(Form):

@@ -28,6 +28,8 @@ class MethodPlan:
     ----------
     numbers : tuple of int
         Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
+    title : str
+        What the method is called on this scene; "": as everywhere.
     """
 
     method: str
@@ -36,6 +38,7 @@ class MethodPlan:
     resolutions: tuple[int, ...] = ()
     modelled: str = ""
     numbers: tuple[int, ...] = ()
+    title: str = ""
 
     def finer(self, resolution: int) -> MethodPlan:
         """Return it with one more resolution, on as many surfaces as the finest one so far."""
@@ -131,6 +134,7 @@ class Plan:
                         "resolutions": list(m.resolutions),
                         "modelled": m.modelled,
                         "numbers": list(m.numbers),
+                        "title": m.title,
                     }
                     for m in self.methods
                 ],

@@ -188,7 +188,9 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
         if most > MEMORY_SHARE * free_memory():
             modelled += f", but {most / 1e9:.1f} GB, too much, should single precision stall"
-    return MethodPlan(name, True, reason, feasible, modelled, pilots(solver, feasible))
+    numbers = pilots(solver, feasible)
+    title = solver.title if solver.title != METHODS[name].title else ""
+    return MethodPlan(name, True, reason, feasible, modelled, numbers, title)
 
 
 def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:

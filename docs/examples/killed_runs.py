@@ -43,7 +43,14 @@ tolerance = 0.5 # few surfaces and lines do
 methods = ["reduced", "bem_fft"]
 resolutions = [32, 64]
 """
-CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+CLOCK = [
+    "seconds",
+    "setup_seconds",
+    "seconds_all",
+    "setup_seconds_all",
+    "compile_seconds",
+    "memory",
+]
 
 
 @dataclass(frozen=True)

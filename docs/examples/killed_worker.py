@@ -37,7 +37,14 @@ force = {{ from = 1e-3, to = 1e-1, steps = 15, spacing = "log", relative_to = "E
 methods = ["reduced", "bem_fft"]
 resolutions = [32, 64]
 """
-CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+CLOCK = [
+    "seconds",
+    "setup_seconds",
+    "seconds_all",
+    "setup_seconds_all",
+    "compile_seconds",
+    "memory",
+]
 
 
 def run(scene: Path, out: Path, *more: str) -> float:

@@ -21,7 +21,12 @@ TERMS = {
         "MCA",
         "Movable cellular automata: the body is a packing of particles with forces between them.",
     ),
-    "fem": ("FEM", "Finite element method: the whole body is discretised, into small bricks."),
+    "fem": (
+        "FEM",
+        "Finite element method: the whole body is discretised, into small bricks. 'FFT FEM': below "
+        "rough surfaces and in layers the mesh repeats from cell to cell, so that each wave of the "
+        "surface is a problem of one column of bricks; as fast as boundary elements.",
+    ),
     "closed-form": (
         "closed form",
         "A formula that solves the contact problem exactly, such as that of Hertz.",

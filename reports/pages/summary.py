@@ -42,7 +42,7 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
     method, _ = selection.reference(scene)
     if not method:
         return "none"
-    label = look(method).label
+    label = look(method, scene).label
     if method == CLOSED_FORM:
         return label
     accuracy = truth_known_to(scene, advice.quantities)
@@ -57,7 +57,12 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     }
     ordered = [name for name in ours() if name in solved]
     ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
-    return [look(name).label for name in ordered if name != MODEL]
+    return [
+        label
+        for name in ordered
+        if name != MODEL
+        for label in dict.fromkeys(look(name, scene).label for scene in scenes)
+    ]
 
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
@@ -69,7 +74,10 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
         Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in errors
     )
     rows = (
-        (cells.method(name), *(_time_cell(settings.get(name)) for settings in columns.values()))
+        (
+            cells.method(name, scene=scene),
+            *(_time_cell(settings.get(name)) for settings in columns.values()),
+        )
         for name in selection.methods(scene)
         if name in methods
     )
@@ -85,6 +93,6 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
 def _time_cell(setting: Setting | None) -> Cell:
     if setting is None:
         return cells.NOTHING
-    star = "*" if setting.judges_itself else ""
+    star = "*" if setting.judges_itself and not setting.is_truth else ""
     text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
     return cells.number(text, setting.seconds)

@@ -227,7 +227,7 @@ class _Curve:
     @property
     def series(self) -> Series:
         exact = self.method == "closed_form"
-        style = look(self.method)
+        style = look(self.method, self.scene)
         half, size = self._half_widths(), np.abs(self.column(self.name))
         visible = bool(np.any(half > VISIBLE * np.nanmax(size, initial=0.0)))
         return Series(

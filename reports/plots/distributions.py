@@ -49,7 +49,7 @@ def _figure(scene: SceneRecord, name: str) -> Figure | None:
         own = rows[rows["method"] == method].sort_values("low")
         middle, density = _density(*(selection.column(own, key) for key in _COLUMNS))
         if len(middle):
-            series.append(Series(look(method), middle, density, marks=False, hover=""))
+            series.append(Series(look(method, scene), middle, density, marks=False, hover=""))
             if METHODS[method].dimension == 3:
                 solved.append(series[-1])
     if not series:

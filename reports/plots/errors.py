@@ -21,7 +21,7 @@ from reports.plots.figure import Band, Figure, Guide, Series, Stretch
 from reports.plots.gutter import NOTE, parted, with_foot
 from reports.plots.signs import NOTE as SIGNS
 from reports.plots.signs import sign_marks
-from reports.plots.style import CIRCLE, CROSS, INK, drawing_order, look
+from reports.plots.style import CIRCLE, CROSS, INK, Look, drawing_order, look
 
 CAPTION = (
     "Each method at its finest resolution. Horizontal line: tolerance. Shaded: below the "
@@ -156,7 +156,7 @@ def _floor(
 
 
 def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str) -> Series:
-    style, error = look(method), selection.column(rows, f"error_{name}")
+    style, error = look(method, scene), selection.column(rows, f"error_{name}")
     loads, unit = selection.compared_along(scene, rows), quantity(scene.along).unit
     level = fmt.count(selection.column(rows, "resolution")[0])
     texts = (
@@ -196,16 +196,16 @@ def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
     lost: dict[str, dict[float, list[str]]] = {}
     for item in selection.failures(scene):
         if np.isfinite(item.load):
-            lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(item))
+            lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(scene, item))
     return [
-        failed(method, reasons, high, ["\n".join(texts) for texts in reasons.values()])
+        failed(look(method, scene), reasons, high, ["\n".join(texts) for texts in reasons.values()])
         for method, reasons in lost.items()
     ]
 
 
-def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> Series:
+def failed(style: Look, x: Iterable[float], edge: float, reasons: list[str]) -> Series:
     """Return crosses at the upper edge of a plot."""
-    style, places = look(method), np.array(list(x), dtype=float)
+    places = np.array(list(x), dtype=float)
     return Series(
         replace(style, label=f"{style.label}: failed", marker=CROSS, size=11),
         places,
@@ -217,6 +217,6 @@ def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> 
     )
 
 
-def refusal(item: selection.Failure) -> str:
+def refusal(scene: SceneRecord, item: selection.Failure) -> str:
     """Return the setting and the reason of a failure."""
-    return f"{look(item.method).label}, N = {fmt.count(item.resolution)}: {item.reason}"
+    return f"{look(item.method, scene).label}, N = {fmt.count(item.resolution)}: {item.reason}"

@@ -66,7 +66,7 @@ def _surface(scene: SceneRecord, item: Field, touching: float, loads: SliderStep
             "failure-surface",
             "Contact of the surface",
             f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface at the "
-            f"last load. {look(item.method).label}, N = {item.resolution}.",
+            f"last load. {look(item.method, scene).label}, N = {item.resolution}.",
             Axis("x", scale=across, limits=outer(along)),
             Axis("y", scale=across, limits=outer(up)),
             map=Map(along, up, values, "contact", highest=1.0, contacts=True),
@@ -93,7 +93,7 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
     ):
         rows = selection.curve(scene, method)
         share = selection.column(rows, name) / whole
-        style = LENGTH if name == "contact_length" else look(method)
+        style = LENGTH if name == "contact_length" else look(method, scene)
         if (share > LEAST).any():
             style = style if name == "contact_length" else style.labelled(f"area, {style.label}")
             curves.append((style, rows, share))

@@ -93,5 +93,5 @@ def _failures(
         reasons = [
             f"{look(name).label}, {failure.title}: {_ending(failure)}" for failure in failures
         ]
-        series.append(failed(name, x, high, reasons))
+        series.append(failed(look(name), x, high, reasons))
     return series

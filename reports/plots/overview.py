@@ -79,7 +79,8 @@ def _ratio(scene: SceneRecord, setting: Setting) -> float:
 
 
 def _series(method: str, items: list[Point]) -> Series:
-    style = look(method)
+    called = dict.fromkeys(setting.title for *_, setting in items)
+    style = look(method).labelled(", ".join(called))
     return Series(
         replace(style, size=min(style.size, 8)),
         np.array([setting.seconds for *_, setting in items]),

@@ -28,7 +28,7 @@ from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 PLOTTED = (
     *("resolution", "maximum", "error", "uncertainty", "rms", "unknowns"),
-    *("seconds", "setup_seconds", "each", "surfaces", "single_low", "single_high"),
+    *("seconds", "setup_seconds", "single_seconds", "surfaces", "single_low", "single_high"),
 )
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
@@ -72,7 +72,7 @@ def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
 def _timed(scene: SceneRecord, part: pd.DataFrame) -> pd.DataFrame:
     settings = list(zip(part["method"], selection.column(part, "resolution"), strict=True))
     costs = [cost(scene, *setting) for setting in settings]
-    names = ("seconds", "setup_seconds", "each", "surfaces")
+    names = ("seconds", "setup_seconds", "single_seconds", "surfaces")
     part = part.assign(**{name: [float(getattr(c, name)) for c in costs] for name in names})
     drawn = np.isfinite(selection.column(part, "seconds") + selection.column(part, "maximum"))
     return part[drawn & [not selection.is_reference(scene, *setting) for setting in settings]]
@@ -94,8 +94,7 @@ def _figure(
     best = Series(FRONT, along, reached, marks=False, width=1.5, stairs=True)
     series = [*_reference_mark(scene, span, bar, low), best]
     for method, settings in _by_method(points).items():
-        itself = method == selection.reference(scene)[0]
-        for whole in _method_series(method, settings, bar, itself=itself):
+        for whole in _method_series(scene, method, settings, bar):
             series += parted(whole, known_to)
         series += sign_marks(whole, settings["error"], known_to, high)
     several = bool((selection.column(points, "surfaces") > 1).any())
@@ -118,9 +117,9 @@ def _figure(
 def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
     """Return the limits of a time axis that shows every solve."""
     lost = [item.seconds for item in selection.failures(scene)]
-    total, each = (selection.column(points, key) for key in ("seconds", "each"))
+    total, single = (selection.column(points, key) for key in ("seconds", "single_seconds"))
     solve_times = total - np.nan_to_num(selection.column(points, "setup_seconds"))
-    times = np.concatenate([total, each, solve_times, lost, [_reference_cost(scene)]])
+    times = np.concatenate([total, single, solve_times, lost, [_reference_cost(scene)]])
     times = times[np.isfinite(times) & (times > 0)]
     return padded(times, 0.06, 0.3) if len(times) else (1e-3, 1.0)
 
@@ -140,14 +139,14 @@ def _by_method(points: pd.DataFrame) -> dict[str, dict[str, np.ndarray]]:
 
 
 def _method_series(
-    method: str, settings: dict[str, np.ndarray], bar: float, *, itself: bool
+    scene: SceneRecord, method: str, settings: dict[str, np.ndarray], bar: float
 ) -> list[Series]:
     """Return the settings of a method, filled, and hollow its single surfaces or the bare solves.
 
-    `itself` says that it is the method of the reference, `bar` how well that is known.
+    The reference is known to `bar`.
     """
-    style = look(method)
-    if itself:
+    style = look(method, scene)
+    if method == selection.reference(scene)[0]:
         style = style.labelled(f"{style.label}*")
     total, errors = settings["seconds"], settings["maximum"]
     setup = np.nan_to_num(settings["setup_seconds"])
@@ -163,7 +162,7 @@ def _method_series(
             "legend": method == MODEL,
             "hover": tuple(_single_hover(style.label, row) for row in rows),
         }
-        return [Series(single, settings["each"], ends, **shared), filled]
+        return [Series(single, settings["single_seconds"], ends, **shared), filled]
     if not (setup > 0).any():
         return [filled]
     solve_times = np.where((setup > 0) & (total > setup), total - setup, np.nan)
@@ -193,7 +192,7 @@ def _single_hover(label: str, row: dict[str, float]) -> str:
     return (
         f"{label}, N = {fmt.count(row['resolution'])}: one of {fmt.count(row['surfaces'])}\n"
         f"90 % err within {fmt.between(row['single_low'], row['single_high'])}\n"
-        f"time {fmt.duration(row['each'])}"
+        f"time {fmt.duration(row['single_seconds'])}"
     )
 
 
@@ -214,7 +213,7 @@ def _reference_mark(
     seconds = _reference_cost(scene)
     if bar <= low or not span[0] < seconds < span[1]:
         return []
-    style = look(method)
+    style = look(method, scene)
     text = (
         f"the reference, N = {fmt.count(level)}: {fmt.duration(seconds)}, "
         f"known to {fmt.relative(bar)}"
@@ -242,10 +241,10 @@ def _failures(scene: SceneRecord, span: tuple[float, float], high: float) -> lis
             unplaced += 1
     return [
         failed(
-            method,
+            look(method, scene),
             [places[key] for key in lost if key[0] == method],
             high,
-            [refusal(item) for key, item in lost.items() if key[0] == method],
+            [refusal(scene, item) for key, item in lost.items() if key[0] == method],
         )
         for method in dict.fromkeys(item.method for item in lost.values())
     ]

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, MODEL, references
+
+if TYPE_CHECKING:
+    from comparisons.results.store import SceneRecord
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 ORANGE, SKY, GREEN, BLUE, VERMILION = "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00"
@@ -131,10 +134,14 @@ OUTSIDE_MARKERS = (
 )
 
 
-def look(method: str) -> Look:
-    """Return the look of a method; external methods are grey, each with its own marker."""
+def look(method: str, scene: SceneRecord | None = None) -> Look:
+    """Return the look of a method; external methods are grey, each with its own marker.
+
+    With a scene, under the name that the method has there.
+    """
     if method in LOOKS:
-        return LOOKS[method]
+        called = "" if scene is None else scene.called(method)
+        return LOOKS[method].labelled(called) if called else LOOKS[method]
     marker = OUTSIDE_MARKERS[sum(method.encode()) % len(OUTSIDE_MARKERS)]
     return Look(method.replace("_", " "), PEER, marker, OUTSIDE, 8)
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from reports.plots.style import look
 from reports.tables.table import Cell
 
+if TYPE_CHECKING:
+    from comparisons.results.store import SceneRecord
+
 NOTHING = Cell(fmt.MISSING, float("nan"), "number")
 
 
-def method(name: str, label: str = "") -> Cell:
-    """Return the name of a method with its colour."""
-    text = label or look(name).label
+def method(name: str, label: str = "", scene: SceneRecord | None = None) -> Cell:
+    """Return the name of a method, as it is called on the scene, with its colour."""
+    text = label or look(name, scene).label
     return Cell(text, text, "method", name)
 
 

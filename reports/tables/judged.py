@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL, NOT_ASKED
+from comparisons.facts.methods import MODEL, NOT_ASKED, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
@@ -16,7 +16,6 @@ from comparisons.results.cost import cost
 from comparisons.results.decisions import (
     Verdict,
     judged_methods,
-    title_of,
     verdicts,
     worst,
 )
@@ -141,13 +140,15 @@ def methods_table(scene: SceneRecord) -> Table:
             rows += _method_rows(scene, method)
         elif refused[method] != NOT_ASKED:
             reason = refused[method]
-            rows.append((cells.method(method), "", "", "", reason, cells.verdict("not run")))
+            rows.append(
+                (cells.method(method, scene=scene), "", "", "", reason, cells.verdict("not run"))
+            )
     return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
 
 
 def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
     """Return one row per quantity, with the deciding load and step."""
-    label = cells.method(method)
+    label = cells.method(method, scene=scene)
     judged = [judgement for judgement in verdicts(scene, method) if judgement.word != NO_RESULT]
     if not judged:
         truth = selection.reference(scene)[0]
@@ -183,7 +184,7 @@ def measured_settings(advice: Advice) -> Table:
             cells.verdict(setting.verdict),
             setting.deciding.text,
             cells.count(setting.cost.surfaces),
-            cells.duration(setting.cost.each),
+            cells.duration(setting.cost.single_seconds),
             setting.deciding.single,
         )
         for setting in advice.settings

@@ -42,7 +42,7 @@ def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
         rows.append(
             {
                 "method": method,
-                "label": look(method).label,
+                "label": look(method, scene).label,
                 "supported": method not in refused,
                 "text": refused.get(method) or _modelled(method, item),
                 "resolutions": ", ".join(fmt.count(level) for level in levels),

@@ -128,7 +128,7 @@ def _setting_row(
     spent = cost(scene, method, level)
     truth = selection.is_reference(scene, method, level)
     return (
-        cells.method(method),
+        cells.method(method, scene=scene),
         cells.count(level),
         cells.count(first["unknowns"]),
         cells.duration(spent.seconds),
@@ -144,7 +144,7 @@ def _single_cells(spent: Cost, known: list[Verdict | None]) -> tuple[Cell, ...]:
     bands = [
         cells.number(item.single, item.single_high) if item else cells.NOTHING for item in known
     ]
-    return (cells.count(spent.surfaces), cells.duration(spent.each), *bands)
+    return (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
 
 
 def _error_cell(error: Verdict | None, truth: bool) -> Cell:
@@ -191,7 +191,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     reasons = dict.fromkeys(reason for reason in selection.texts(rows[~good], "reason") if reason)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
     return (
-        cells.method(method),
+        cells.method(method, scene=scene),
         cells.count(level),
         Cell(fmt.count(solved), solved, "number" if solved == total else "failed"),
         cells.count(total),
@@ -209,7 +209,7 @@ def lost_solves(scene: SceneRecord) -> list[str]:
         key = (item.method, item.resolution, item.reason)
         steps_lost[key] = steps_lost.get(key, 0) + int(np.isfinite(item.load))
     return [
-        f"{look(method).label}, N = {fmt.count(level)}"
+        f"{look(method, scene).label}, N = {fmt.count(level)}"
         + (f", {steps} load step{'s' if steps > 1 else ''}" if steps else "")
         + f": {reason or 'no reason given'}"
         for (method, level, reason), steps in steps_lost.items()
@@ -244,15 +244,19 @@ def load_steps(scene: SceneRecord) -> Table:
     heads += [Head("iterations")]
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
-    body = tuple(_step_rows(rows, names, scales, errors))
+    body = tuple(_step_rows(scene, rows, names, scales, errors))
     return Table(tuple(heads), body, note=note[0].upper() + note[1:])
 
 
 def _step_rows(
-    rows: pd.DataFrame, names: list[str], scales: dict[str, fmt.Scale], errors: list[str]
+    scene: SceneRecord,
+    rows: pd.DataFrame,
+    names: list[str],
+    scales: dict[str, fmt.Scale],
+    errors: list[str],
 ) -> list[tuple[Cell, ...]]:
     columns: list[list[Cell]] = [
-        [cells.method(method) for method in selection.texts(rows, "method")],
+        [cells.method(method, scene=scene) for method in selection.texts(rows, "method")],
         [cells.count(v) for v in selection.column(rows, "resolution")],
         [cells.count(v + 1) for v in selection.column(rows, "step")],
     ]

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from comparisons.facts.methods import REPEATING_ELEMENTS
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import idle_enforcement, points_problem, solver_problem
@@ -53,6 +54,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     """A rough surface on finite elements that repeat from cell to cell."""
 
     name = "fem"
+    title = REPEATING_ELEMENTS
     depths = True
     options_read = frozenset({"contact", "penalty", "mesh", "element", "bottom"})
     shared_cells = 25 * 256**2

@@ -18,7 +18,15 @@ from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.archive import load_solution, save_solution
 
-CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory", "machine"]
+CLOCK = [
+    "seconds",
+    "setup_seconds",
+    "seconds_all",
+    "setup_seconds_all",
+    "compile_seconds",
+    "memory",
+    "machine",
+]
 GRIDS = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32], "tolerance": 0.5}
 # Tasks of the first surfaces and lines: every part solves them, to choose the same numbers.
 FIRST = 2 + 1 + 2

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.cost import cost, spent
 from comparisons.results.record import record_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
@@ -45,7 +47,7 @@ def test_the_time_of_a_mean_is_that_of_all_solves_it_stands_on(record):
     assert whole["bem_fft", 32].setup_seconds == pytest.approx(0.25 * 40)
     assert whole["fem", 16].seconds == pytest.approx(30 + 3 * 4)
     assert whole["reduced", 16].seconds == pytest.approx(LINES * 1e-3)
-    assert whole["bem_fft", 32].each == pytest.approx(2.0)
+    assert whole["bem_fft", 32].single_seconds == pytest.approx(2.0)
     assert whole["bem_fft", 32].solves == "30 + 5 surfaces"
     assert whole["fem", 16].solves == "3 surfaces beside those of FFT BEM"
     # every solve of the scene once
@@ -70,6 +72,15 @@ def test_a_method_that_is_compared_with_itself_is_marked(record):
     assert "FFT BEM 30\u202fs (N = 16, 30 surfaces, same method as the reference)" in (
         advise(record).sentence
     )
+
+
+def test_elements_that_repeat_from_cell_to_cell_have_a_name_of_their_own(record):
+    """They cost as much as boundary elements; a block of elements ten times as much."""
+    (block,) = plan_scene(load_scene("paraboloid", {"compare.methods": ["fem", "bem_fft"]}))
+    titles = {planned.method: planned.title for planned in block.methods}
+    assert titles["fem"] == ""  # the usual one, FEM
+    assert selection.title(record, "fem") == "FFT FEM"
+    assert "FFT FEM 42\u202fs" in advise(record).sentence
 
 
 def test_an_older_folder_has_the_time_of_all_its_surfaces(record):

@@ -20,7 +20,14 @@ from comparisons.solving.executors import executor_for
 from comparisons.solving.jobs import Job
 from comparisons.solving.planning import plan_scene
 
-CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+CLOCK = [
+    "seconds",
+    "setup_seconds",
+    "seconds_all",
+    "setup_seconds_all",
+    "compile_seconds",
+    "memory",
+]
 
 
 def results(directory):
