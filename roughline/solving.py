@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.errors import InputError
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.planning import Source
-from reports.plots.curves import solution_figure
+from reports.plots.curves import pressure_figure, solution_figure
 from reports.tables.solution import load_steps, shown_columns
 from roughline import notebook
 from roughline.scenes import load_scene
@@ -80,9 +81,25 @@ class Solution:
         return self.result.column(quantity)
 
     @property
-    def pressure(self) -> dict[str, np.ndarray] | None:
-        """Pressure at the last load: {r, p} for circular contacts, else {x, y, p}, or None."""
-        return self.result.pressure()
+    def pressure(self) -> dict[str, np.ndarray]:
+        """Pressure at the last load: {r, p} for circular contacts, else {x, y, p}.
+
+        Raises
+        ------
+        InputError
+            If there is none: it was not asked for, or the method does not compute it.
+        """
+        return self.pressures[max(self.pressures)]
+
+    @property
+    def pressures(self) -> dict[int, dict[str, np.ndarray]]:
+        """Load step, from 0 -> pressure: of all steps, of more than eight of eight among them."""
+        stored = self.result.pressures()
+        if not stored:
+            asked = "pressure" in self.scene.compare.quantities
+            lacking = f"{self.method} computes none here" if asked else "solve with fields=True"
+            raise InputError(f"pressure: {lacking}")
+        return stored
 
     def table(self) -> pd.DataFrame:
         """Return one row per load step, in SI units."""
@@ -94,10 +111,13 @@ class Solution:
         Parameters
         ----------
         quantity : str, optional
-            One of `quantities`; default: the first that the scene compares.
+            One of `quantities`; default: the first that the scene compares. "pressure" is drawn
+            over the radius or the x axis, at the loads of `pressures`.
         """
         from reports.paper.figures import single
 
+        if quantity == "pressure":
+            return single(pressure_figure(self.result, self.pressures))
         if quantity is not None:
             self[quantity]  # an unknown one is told
         return single(solution_figure(self.result, quantity))

@@ -28,6 +28,7 @@ from comparisons.solving.answers import solve_blocks
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges
+from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.solution import Solution
 from reference.halfspace import pieces
 
@@ -116,15 +117,36 @@ class SingleResult:
 
     def pressure(self) -> dict[str, np.ndarray] | None:
         """Return the pressure at the last load: {r, p} for round contacts, else {x, y, p}."""
-        fields, geometry = self.solution.fields, self.plan.geometry
-        if "pressure" not in fields:
+        return self._pressure_of(self.solution.fields)
+
+    def pressures(self) -> dict[int, dict[str, np.ndarray]]:
+        """Return load step -> pressure as of `pressure`: of at most eight steps, and the last."""
+        fields, last = self.solution.fields, self.pressure()
+        if last is None:
+            return {}
+        earlier = {k: self._pressure_of(at_step(fields, k)) for k in stored_steps(fields)}
+        count = self.solution.converged.shape[1]
+        return {k: field for k, field in earlier.items() if field is not None} | {count - 1: last}
+
+    def _pressure_of(self, fields: Mapping[str, np.ndarray]) -> dict[str, np.ndarray] | None:
+        """Return a pressure of the whole contact, of which symmetric meshes hold a part."""
+        if not {"pressure", "pressure_x", "pressure_y"} <= fields.keys():
             return None
         x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
-        if isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric:
+        geometry = self.plan.geometry
+        if not isinstance(geometry, IndenterGeometry):
+            return {"x": x, "y": y, "p": p}
+        if geometry.indenter.axisymmetric:
             r = np.hypot(x, y)
             order = np.argsort(r, kind="stable")
             return {"r": r[order], "p": p[order]}
-        return {"x": x, "y": y, "p": p}
+        points = np.stack([x, y, p])
+        for axis in np.flatnonzero(geometry.indenter.even):
+            if points[axis].min() >= 0:
+                image = points[:, points[axis] > 0]
+                image[axis] *= -1
+                points = np.hstack([points, image])
+        return dict(zip("xyp", points, strict=True))
 
     def distributions(self) -> dict[str, dict[str, np.ndarray]]:
         """Return the distributions at the last load, means over surfaces or lines.

@@ -330,3 +330,30 @@ def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure
     return Figure(
         f"curve-{quantity}", heading, "", *axes, (Series(style, x, y),), quantity=quantity
     )
+
+
+def pressure_figure(result: SingleResult, pressures: dict[int, dict[str, np.ndarray]]) -> Figure:
+    """Return the pressures of one solve over the radius, else in the row next to y = 0."""
+    lines = [_along_a_line(pressure) for pressure in pressures.values()]
+    place, p = (np.concatenate(part) for part in zip(*lines, strict=True))
+    title = "distance from the axis r" if "r" in next(iter(pressures.values())) else "place x"
+    style = look(result.method)
+    return Figure(
+        "curve-pressure",
+        result.plan.scene.heading,
+        "",
+        Axis(title, scale=fmt.prefix_for(place, "m")),
+        value_axis("pressure", p, False),
+        tuple(Series(style, x, line) for x, line in lines),
+        quantity="pressure",
+    )
+
+
+def _along_a_line(pressure: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    if "r" in pressure:
+        return pressure["r"], pressure["p"]
+    x, y, p = (pressure[name] for name in "xyp")
+    away = np.abs(y)
+    row = np.flatnonzero(away <= away.min() * (1 + 1e-9))
+    row = row[np.argsort(x[row], kind="stable")]
+    return x[row], p[row]

@@ -157,9 +157,27 @@ def test_pressure_and_files_of_a_solve(tmp_path):
     assert set(solution.pressure) == {"r", "p"}
     solution.to_csv(tmp_path / "curve.csv")
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("step,penetration")
-    assert roughline.solve(BALL, "closed_form").pressure is None
+    with pytest.raises(roughline.InputError, match="pressure: solve with fields=True"):
+        _ = roughline.solve(BALL, "closed_form").pressure
     roughline.solve(BALL, "fem", 4, fields=True).to_vtu(tmp_path / "body.vtu")
     assert "von_mises" in (tmp_path / "body.vtu").read_text(encoding="utf-8", errors="replace")
+
+
+def test_pressures_are_those_of_the_whole_contact_at_every_load():
+    """Elements solve a quarter: 4 points for each but those on the planes of symmetry."""
+    solution = roughline.solve("ellipsoid-2", "fem", 4, fields=True)
+    assert list(solution.pressures) == list(range(len(solution["force"])))
+    for field, radius in zip(
+        solution.pressures.values(), np.sqrt(solution["contact_area"] / np.pi), strict=True
+    ):
+        pressed = field["p"] > 0
+        x, y = field["x"][pressed], field["y"][pressed]
+        assert len(set(zip(x, y, strict=True))) == len(x)
+        np.testing.assert_allclose([x.min(), y.min()], [-x.max(), -y.max()], rtol=1e-9)
+        # sides of an ellipse of that area, longer along x
+        assert x.max() > radius > y.max()
+        assert x.max() * y.max() == pytest.approx(radius**2, rel=0.3)
+    solution.plot("pressure")
 
 
 # --- comparisons ------------------------------------------------------------------------------
