@@ -207,7 +207,9 @@ def against_elements(place: int, symbol: str) -> list[list[str]]:
         coarse, true = (on_elements(share, n)[0][place] for n in GRIDS[1:])
         bar = known_to(("force", "area")[place], GRIDS[1:], (coarse, true)) / true
         errors = [f"{100 * (c[place] / true - 1):+.0f} %" for c in others(share)]
-        rows.append([str(share), f"{true:.3g} ± {100 * bar:.1f} %", *(_known(e) for e in errors)])
+        rows.append(
+            [str(share), f"{true:.{4 - place}g} ± {100 * bar:.1f} %", *(_known(e) for e in errors)]
+        )
     return rows
 
 
