@@ -128,8 +128,8 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     if not forced:
         row = springs.lay(values.max())
         states = [row.go(d, h) for d, h in zip(values, durations, strict=True)]
-        force, length, radius = (np.array(column) for column in zip(*states, strict=True))
-        return History(times, values, force, radius, length, row.spacing)
+        forces, lengths, radii = (np.array(column) for column in zip(*states, strict=True))
+        return History(times, values, forces, radii, lengths, row.spacing)
     # the largest depth for a contact that never shrinks, A(d) = int J*(t - s) dF(s), increments of
     # the force in the middle of the steps; it only sets the spacing
     creep = law.creep()

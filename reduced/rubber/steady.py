@@ -117,7 +117,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     forced = load.one_of(*CONTROLS) == "force"
     rows = [
         [
-            _steady(_Line.of(lines, row, material, v), value, forced)
+            _Line(lines, row, material, v).steady(value, forced)
             for v, value in zip(speeds, loads, strict=True)
         ]
         for row in range(len(lines))
@@ -138,39 +138,25 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     )
 
 
-@dataclass(frozen=True)
 class _Line:
-    """One line at one speed: the input of `one_spring.draw` except level and state."""
+    """One line, from its highest point on, under a material at one speed."""
 
-    path: np.ndarray
-    step: float
-    periodic: bool
-    material: Prony
-    rubber: Rubber
-
-    @classmethod
-    def of(cls, lines: RoughLines, row: int, material: Prony, speed: float) -> _Line:
-        """Return a line starting at its highest point, with the material at a speed."""
+    def __init__(self, lines: RoughLines, row: int, material: Prony, speed: float) -> None:
         line = lines.heights[row]
         peak = int(np.argmax(line))
         path = line - line[peak]
         if lines.periodic:
             path = np.concatenate([path[peak:], path[: peak + 1]])
+        self.path, self.step, self.periodic = path, lines.spacing, lines.periodic
         # times as lengths, and the modes
         modes = material.creep().times
         matrix = 1 / (1 - material.times[:, None] / modes)
         if material.viscosity > 0:
             matrix = np.vstack([matrix, np.ones(modes.size)])
-        rubber = Rubber(
+        self.rubber = Rubber(
             *(material.long_term, speed * material.viscosity, material.moduli),
             *(speed * material.times, speed * modes, matrix, np.linalg.inv(matrix)),
         )
-        return cls(np.ascontiguousarray(path), lines.spacing, lines.periodic, material, rubber)
-
-    @property
-    def points(self) -> int:
-        """Number of points of the line."""
-        return self.path.size - 1 if self.periodic else self.path.size
 
     def draw(self, depth: float, state: np.ndarray) -> tuple[np.ndarray, bool]:
         """Return integrals over the line at a depth of its highest point; advance `state`."""
@@ -210,34 +196,35 @@ class _Line:
             begin[:arms] += np.linalg.solve(np.eye(arms) - tangent, change)
         raise ConvergenceError("the steady state of the line was not reached", history)
 
+    def steady(self, load: float, forced: bool) -> tuple[float, np.ndarray]:
+        """Return depth of the highest point and integrals at one load."""
+        if not forced:
+            return load, self.settled(load)
+        goal, path = load / _SPRING, self.path
+        deflection = goal / (self.rubber.solid * self.step)  # of a single spring
 
-def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
-    """Return depth of the highest point and integrals of one line at one speed and load."""
-    if not forced:
-        return load, body_line.settled(load)
-    long_term, path = body_line.material.long_term, body_line.path
-    goal = load / _SPRING
+        def excess(depth: float) -> float:
+            return self.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
 
-    def excess(depth: float) -> float:
-        return body_line.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
-
-    if body_line.periodic:
-        # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
-        deepest = goal / (long_term * body_line.points * body_line.step) - path[:-1].mean()
-        deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
-    else:
-        # a free line: doubled from a single spring until it exceeds the force
-        end = -float(path[[0, -1]].max())
-        deepest = min(goal / long_term / body_line.step, end / 1024)
-        while deepest < end and excess(deepest) < 0:
-            deepest *= 2
-        if deepest >= end:
-            deepest = end
-            if excess(end) < 0:
-                raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
-    precision = 4 * np.finfo(float).eps
-    depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
-    return float(depth), body_line.settled(depth)
+        if self.periodic:
+            # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
+            deepest = deflection / (path.size - 1) - path[:-1].mean()
+            deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
+        else:
+            # a free line: doubled from a single spring until it exceeds the force
+            end = -float(path[[0, -1]].max())
+            deepest = min(deflection, end / 1024)
+            while deepest < end and excess(deepest) < 0:
+                deepest *= 2
+            if deepest >= end:
+                deepest = end
+                if excess(end) < 0:
+                    raise ConvergenceError(
+                        f"at depth {end!r} the contact reaches the end of the line"
+                    )
+        precision = 4 * np.finfo(float).eps
+        depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
+        return float(depth), self.settled(depth)
 
 
 def solid_faults(material: Prony) -> list[str]:
