@@ -74,7 +74,7 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
     if series.marks:
         trace["marker"] = _marker(series)
         trace["cliponaxis"] = figure.clipped
-    if not series.legend:
+    if not (series.legend and look.label):
         trace["showlegend"] = False
     if series.group:
         trace["legendgroup"] = inert(series.group)

@@ -26,7 +26,6 @@ def sign_marks(series: Series, errors: np.ndarray, low: float, high: float) -> l
             line=False,
             hollow=False,
             hover=None,
-            legend=False,
             group=series.group or series.look.label,
             size=6,
         )
