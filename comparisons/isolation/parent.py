@@ -318,8 +318,8 @@ def _interrupts_wait() -> Iterator[None]:
     finally:
         for number, handler in handlers.items():
             signal.signal(number, handler)
-    for number, frame in pressed[-1:]:
-        handlers[signal.Signals(number)](number, frame)
+    for last, frame in pressed[-1:]:
+        handlers[signal.Signals(last)](last, frame)
 
 
 def _watch(
