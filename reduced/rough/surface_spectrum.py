@@ -196,7 +196,7 @@ class SelfAffine:
     Parameters
     ----------
     hurst, power : float
-        Exactly one: H with power = 2 (1 + H), or the exponent of C2D.
+        Exactly one: H in [0, 1] with power = 2 (1 + H), or the exponent of C2D.
     rms_slope, rms_height : float
         Exactly one, positive: the rms of the full gradient, or of the height.
     long_cutoff : float, optional
@@ -221,7 +221,9 @@ class SelfAffine:
                     f"give exactly one of {name} and {alternative}, "
                     f"got {values[0]!r} and {values[1]!r}"
                 )
-        names = ("hurst", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+        if self.hurst is not None and not 0 <= self.hurst <= 1:
+            wrong.append(f"hurst must lie in [0, 1], got {self.hurst!r}")
+        names = ("rms_slope", "rms_height", "long_cutoff", "short_cutoff")
         amplitudes = {name: getattr(self, name) for name in names}
         wrong += positive_faults(**{k: v for k, v in amplitudes.items() if v is not None})
         if self.power is not None and not np.isfinite(self.power):

@@ -117,6 +117,15 @@ def test_two_maps_are_one(store):
     assert both.digest not in ("", single.digest)
 
 
+def test_finer_grids_find_no_higher_point_of_a_measured_patch(store):
+    """Depths are counted from it: a lattice of a ninth of a point lay up to 1 % of rms too low."""
+    table = store("a", np.random.default_rng(5).standard_normal((12, 12)))
+    scene = {"name": "one", "half_space": STEEL, "surface": table, "loading": FORCE}
+    geometry, _ = prepare(load_scene(scene))
+    beyond = geometry.heights(0, 12 * 64).max() - geometry.top(0)
+    assert -1e-3 * geometry.rms_height < beyond < 1e-9 * geometry.rms_height
+
+
 def test_a_map_on_random_surfaces_is_an_ensemble(store):
     ridges = store("a", np.cos(np.arange(16.0))[:, None] + np.zeros(16))
     scene = made(ridges, SECOND | {"realisations": 7})

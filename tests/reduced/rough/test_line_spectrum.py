@@ -130,7 +130,7 @@ def test_sum_rules_of_the_surface_are_those_of_its_heights():
 
 
 @pytest.mark.parametrize("rule", ["rings", "split"])
-@pytest.mark.parametrize("hurst", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("hurst", [0.0, 0.1, 0.5, 1.0])
 def test_line_rules_keep_the_height_of_prescribed_surfaces(rule, hurst):
     """The issue's sum rule: <h^2> to 1e-12 whatever H and the number of modes."""
     for points in (16, 63, 256):
