@@ -53,45 +53,41 @@ class ShareRule:
     """Bars as a share of the changes from one grid to the next.
 
     An observed order is noise: contact edges move in jumps of a cell, spots of rough surfaces
-    appear and join. But the error left is a share of the changes that were measured: of single
-    contacts against closed forms, of rough surfaces against grids eight times finer. Elsewhere
-    `Rule` holds. Areas of rough surfaces on cells are not known by it, but by `judging.located`.
-
-    Of rough surfaces it is a share of the last change at the load (at a ratio of two between grids;
-    others to first order). Of single contacts what the changes between the last three grids leave
-    is pooled over all loads (`_pooled`).
+    appear and join, and single changes are small by chance. But the error left is a share of the
+    changes that were measured: of single contacts against closed forms, of rough surfaces against
+    grids eight times finer. What the changes between the last three grids leave is pooled over all
+    loads (`share_uncertainty`). Elsewhere `Rule` holds. Areas of rough surfaces on cells are not
+    known by it, but by `judging.located`.
 
     Attributes
     ----------
     factors : tuple
-        (quantity, kind) and factor. Other quantities of rough surfaces have the largest; of single
-        contacts none, but radii that of the area and, on elements, penetration that of the force.
+        (quantity, kind) and factor. Other quantities of rough surfaces have that of the stiffness;
+        of single contacts none, but radii that of the area and, on elements, penetration that of
+        the force.
     orders : tuple
-        Of single contacts: (quantity, kind) and the order at which errors fall with cells or
-        elements to a contact. Of rough surfaces that which the change before falls with at best;
-        where none stands, second.
+        (quantity, kind) and the order at which errors fall with cells or elements to a contact.
     two, two_meshes : float
         What factors are multiplied by where there are two grids, or meshes of elements, only: their
         change may be small by chance, and no other tells. Of the single contacts' cases, with their
         coarsest grid left out, 99 % and more are covered then.
-    floor : float
-        As in `Rule`, of rough surfaces.
 
     Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; that of
-    areas of free surfaces, which methods without a located line take, is the one from before that
-    line knew the rim of a patch (0.66 with it). Orders, the coverage that is required there,
-    margins and the floor were chosen by hand, after proved intervals had been seen.
+    areas of free surfaces, which methods without a located line take, is one that errors of
+    located areas ask for. Orders, the coverage that is required there, and margins were chosen by
+    hand, of single contacts after proved intervals had been seen, of rough surfaces on fifty free
+    patches and 24 periods (`docs/examples/map_bars.py`).
     """
 
     factors: tuple[tuple[Calibrated, float], ...] = (
-        (("contact_area", "free"), 0.77),
-        (("contact_area", "periodic"), 0.55),
-        (("penetration", "free"), 0.99),
-        (("penetration", "periodic"), 0.66),
-        (("mean_gap", "free"), 1.65),
-        (("mean_gap", "periodic"), 0.22),
-        (("stiffness", "free"), 1.21),
-        (("stiffness", "periodic"), 0.66),
+        (("contact_area", "free"), 2.0),
+        (("contact_area", "periodic"), 1.2),
+        (("penetration", "free"), 2.3),
+        (("penetration", "periodic"), 1.7),
+        (("mean_gap", "free"), 2.6),
+        (("mean_gap", "periodic"), 1.6),
+        (("stiffness", "free"), 2.2),
+        (("stiffness", "periodic"), 1.5),
         (("force", "cells"), 3.16),
         (("penetration", "cells"), 2.97),
         (("contact_area", "cells"), 3.38),
@@ -101,6 +97,14 @@ class ShareRule:
         (("stiffness", "elements"), 1.07),
     )
     orders: tuple[tuple[Calibrated, float], ...] = (
+        (("contact_area", "free"), 1.0),
+        (("contact_area", "periodic"), 1.0),
+        (("penetration", "free"), 1.5),
+        (("penetration", "periodic"), 2.0),
+        (("mean_gap", "free"), 1.5),
+        (("mean_gap", "periodic"), 2.0),
+        (("stiffness", "free"), 1.0),
+        (("stiffness", "periodic"), 1.0),
         (("force", "cells"), 2.0),
         (("penetration", "cells"), 2.0),
         (("contact_area", "cells"), 2.0),
@@ -108,43 +112,33 @@ class ShareRule:
         (("force", "elements"), 2.0),
         (("contact_area", "elements"), 2.0),
         (("stiffness", "elements"), 2.0),
-        (("mean_gap", "free"), 3.0),
     )
     two: float = 1.4
     two_meshes: float = 3.0
-    floor: float = 0.5
 
     def covers(self, quantity: Calibrated) -> bool:
         """Whether the quantity's share was measured, or that of its like is taken."""
-        return not single(quantity[1]) or _like(quantity) in dict(self.factors)
+        return _like(quantity) in dict(self.factors)
 
     def order(self, quantity: Calibrated) -> float:
         """Return the order of a quantity."""
-        known = dict(self.orders)
-        return known[_like(quantity)] if single(quantity[1]) else known.get(quantity, 2.0)
+        return dict(self.orders)[_like(quantity)]
 
     def factor(self, quantity: Calibrated, grids: int = 3) -> float:
         """Return the factor of a quantity that so many grids know."""
-        known = dict(self.factors)
-        if single(quantity[1]):
-            own = known[_like(quantity)]
-        else:
-            own = known.get(quantity, max(f for (_, kind), f in self.factors if not single(kind)))
+        own = dict(self.factors)[_like(quantity)]
         if grids > 2:
             return own
         return own * (self.two_meshes if quantity[1] == "elements" else self.two)
 
 
-def single(kind: Kind | None) -> bool:
-    """Whether it is a kind of single contacts."""
-    return kind in ("cells", "elements")
-
-
 def _like(quantity: Calibrated) -> Calibrated:
-    """Return the quantity whose share one of a single contact takes."""
+    """Return the quantity whose share another takes."""
     name, kind = quantity
     if name in AREAS:
         return "contact_area", kind
+    if kind in ("free", "periodic") and name not in ("penetration", "mean_gap"):
+        return "stiffness", kind
     # at a prescribed force it errs by less than the force at a prescribed penetration
     return ("force", kind) if (name, kind) == ("penetration", "elements") else quantity
 
@@ -227,89 +221,54 @@ def share_uncertainty(
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
+    How a contact lies on the grid is much like chance, but an error depends only on the cells
+    across it, a n for a radius a: it is c (a n)^-p in size, with the same c on all grids and at all
+    loads. Were the errors of different grids independent, a change from N to n would be
+    c a^-p sqrt(N^-2p + n^-2p): each change at each load is an estimate of c, and the root of their
+    mean square is known far better than any of them, which may be small by chance.
+
     Parameters as of `grid_uncertainty`, the quantity with what it is of, and the contact areas at
-    the load steps (k,), of single contacts on cells; without them they count as equal. NaN where
-    the finest value is zero, too: nothing is relative to that.
+    the load steps (k,), to which a^2 is proportional on cells; without them they count as equal.
+    NaN where the finest value is zero or infinite, too: nothing is relative to that.
 
     Examples
     --------
-    >>> area = np.array([[1.2], [1.1], [1.05]])
-    >>> free = ("contact_area", "free")
-    >>> round(float(share_uncertainty(np.array([64, 128, 256]), area, free)[0]), 3)
-    0.037
+    >>> depth = np.array([[1.2], [1.1], [1.05]])
+    >>> free = ("penetration", "free")
+    >>> round(float(share_uncertainty(np.array([64, 128, 256]), depth, free)[0]), 3)
+    0.032
     """
     curves = np.asarray(curves, dtype=float)
     usable = np.isfinite(curves).any(axis=1)
     resolutions, curves = np.asarray(resolutions, dtype=float)[usable], curves[usable]
     if len(curves) < 2:
         return np.full(curves.shape[1], np.nan)
+    order = rule.order(quantity)
+    n, power = resolutions[-3:], -2 * order
+    left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
     with np.errstate(divide="ignore", invalid="ignore"):
-        changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))
-        if single(quantity[1]):
-            cells = _cells(quantity, curves[-1], areas) ** (rule.order(quantity) / 2)
-            bar = _pooled(resolutions, changes, quantity, rule, cells)
-        else:
-            bar = _last(resolutions, curves, changes, quantity, rule)
-    return np.where(np.isfinite(curves[-1]) & (curves[-1] != 0), bar, np.nan)
-
-
-def _last(
-    resolutions: np.ndarray,
-    curves: np.ndarray,
-    changes: np.ndarray,
-    quantity: Calibrated,
-    rule: ShareRule,
-) -> np.ndarray:
-    """Return the bar from the last change at each load, (k,)."""
-    ratio = resolutions[-1] / resolutions[-2]
-    change = changes[-1]
-    if len(changes) > 1:
-        # a change that is small by chance: so high an order at best follows the one before
-        before, order = resolutions[-2] / resolutions[-3], rule.order(quantity)
-        change = np.fmax(change, changes[-2] * (1 - ratio**-order) / (before**order - 1))
-    change = np.fmax(change, rule.floor * _typical(change))
-    return rule.factor(quantity, len(curves)) * change / (ratio - 1)
+        changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))[-2:]
+        across = _cells(quantity, curves[-1], areas) ** (order / 2)
+        estimates = (changes * left[:, None] * across).ravel()
+    estimates = estimates[np.isfinite(estimates)]
+    constant = np.sqrt(np.mean(estimates**2)) if estimates.size else np.nan
+    known = np.isfinite(curves[-1]) & (curves[-1] != 0)
+    return np.where(known, rule.factor(quantity, len(curves)) * constant / across, np.nan)
 
 
 def _cells(quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None) -> np.ndarray:
     """Return to what the number of cells in contact is proportional, (k,), NaN without contact.
 
-    Meshes of elements are fitted to the contact: they have as many elements at every load.
+    Meshes of elements are fitted to the contact: they have as many elements at every load. The mean
+    gap of a rough surface errs as much at every load, as it falls while contact grows.
     """
     name, kind = quantity
-    if kind == "elements":
+    if kind == "elements" or name == "mean_gap":
         return np.ones(len(values))
     if name in AREAS:
         areas = np.abs(values) ** AREAS[name]
     cells = np.ones(len(values)) if areas is None else np.abs(areas)
     return np.where(cells > 0, cells, np.nan)
-
-
-def _pooled(
-    resolutions: np.ndarray,
-    changes: np.ndarray,
-    quantity: Calibrated,
-    rule: ShareRule,
-    cells: np.ndarray,
-) -> np.ndarray:
-    """Return the bar from the last two changes at all loads, (k,).
-
-    How a contact lies on the grid is much like chance, but an error depends only on the cells
-    across it, a n for a radius a: it is c (a n)^-p in size, with the same c on all grids and at all
-    loads. Were the errors of different grids independent, a change from N to n would be
-    c a^-p sqrt(N^-2p + n^-2p): each change at each load is an estimate of c, and the root of their
-    mean square is known far better than any of them, which may be small by chance. `cells`: a^p.
-    """
-    n, power = resolutions[-3:], -2 * rule.order(quantity)
-    left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
-    constant = _rms(changes[-2:] * left[:, None] * cells)
-    return rule.factor(quantity, len(changes) + 1) * constant / cells
-
-
-def _rms(values: np.ndarray) -> float:
-    """Return the root mean square of the finite values, NaN where there are none."""
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if finite.size else float("nan")
 
 
 def discretisation(

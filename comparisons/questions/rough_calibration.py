@@ -1,4 +1,4 @@
-"""Calibration of bars on rough surfaces: the last change between grids, against finer grids.
+"""Calibration of bars on rough surfaces: changes between grids, against finer grids.
 
 Surfaces of 16 x 16 points are solved on grids of 16, 32 and 64. The bar of all three, and that of
 the finer two, is held against the answer on 512: eight times finer. Hurst exponents, cutoffs and
@@ -118,7 +118,10 @@ def _cases(
         values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
         single = [values[:, k] for k in range(values.shape[1])]
         means = [values.mean(axis=1)] if len(single) > 1 else []
-        beside = _of_surfaces(grids[levels[-1]].quantities["contact_area_raw"], bool(means))
+        finest = grids[levels[-1]].quantities
+        areas, counted = (
+            _of_surfaces(finest[name], bool(means)) for name in ("contact_area", "contact_area_raw")
+        )
         for number, series in enumerate((*single, *means)):
             known = series[:-1]
             case = Case(
@@ -132,7 +135,8 @@ def _cases(
                 errors=np.abs(relative_error(known[-1], series[-1])),
                 curves=known,
                 bars_beside_grid=np.zeros(len(LOADS)),
-                counted=beside[number] if quantity == "contact_area" else None,
+                areas=areas[number],
+                counted=counted[number] if quantity == "contact_area" else None,
             )
             yield held_against(OTHERS if number else sides, case)
 

@@ -201,7 +201,7 @@ def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
     """
     if isinstance(geometry, RoughGeometry):
         if geometry.random:
-            return planned[0]
+            return max(planned[0], min(geometry.points[0], planned[-1]))
         if len(planned) > 2 and planned[-1] ** 2 > MOST_POINTS:
             return planned[-2]
     return planned[-1]

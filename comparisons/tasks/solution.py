@@ -17,6 +17,7 @@ from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
+MAY_BE_INFINITE = ("stiffness", "contact_length_stiffness")
 Contact = Literal["", "single", "free", "periodic"]
 
 
@@ -207,6 +208,8 @@ class Solution:
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
 
+        Stiffness may be infinite: where a whole period touches it is.
+
         Raises
         ------
         MalformedError
@@ -214,7 +217,8 @@ class Solution:
         """
         for name, given in self.quantities.items():
             self.quantities[name] = values = curve_of(name, given, self.converged.shape)
-            for row, step in np.argwhere(self.converged & ~np.isfinite(values)):
+            known = ~np.isnan(values) if name in MAY_BE_INFINITE else np.isfinite(values)
+            for row, step in np.argwhere(self.converged & ~known):
                 self.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
         for index in self.reasons:
             for values in self.quantities.values():

@@ -1,142 +1,117 @@
-"""Hold the bars of measured maps and random surfaces against grids four times finer.
+"""Hold the bars of measured maps and random surfaces against grids eight times finer.
 
-Run from the repository's root (some four minutes on one core for each half)::
+Run from the repository's root (some ten minutes on one core)::
 
-    python docs/examples/map_bars.py fitting|reported MAP...
+    python docs/examples/map_bars.py SEED MAP...
 
-Parts of the maps, of 16, 32 and 64 points a side at random places, and random surfaces of 32 and 64
-points are solved on grids once, twice and four times as fine, as scenes do, and on grids 8 and 16
-times as fine, which extrapolated are the truth. Printed are how many bars cover the true error and
-their median width, both of the rms over five loads from 0.002 to 0.2 E* A0 h'.
+Random surfaces and parts of the maps at random places, of 16, 24 and 32 points a side, are solved
+on grids once, twice and four times as fine, as scenes do, and on grids 16 and 32 times as fine,
+which extrapolated are the truth. Printed are, of three grids and of the first two, how many bars
+cover the true error at single loads, how many in the rms over five loads from 0.002 to 0.2 E* A0
+h', and the median of bar over error at single loads.
 """
 
 # %%
 import sys
 from collections.abc import Iterator
-from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from comparisons.geometry.prepare import RoughGeometry, prepare
-from comparisons.judging.located import located_uncertainty
+from comparisons.facts.methods import GRID
+from comparisons.geometry.prepare import prepare
+from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.uncertainty import share_uncertainty
-from comparisons.methods.normal.grid import make_grid
-from comparisons.scene.scene import make_scene
-from reference.halfspace import FreeOperator, PeriodicOperator, areas, fft
-from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
-from reference.loads import Load
+from comparisons.scene.scene import Scene, make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
 
-LOADS = np.geomspace(2e-3, 0.2, 5)
-FACTORS, SOLVED = (1, 2, 4, 8, 16), 3
-# Parts of each map, and the orders with which the last two grids are extrapolated to the truth.
-PARTS = {16: 5, 32: 7, 64: 3}
-ORDERS = {"contact area": 1.7, "penetration": 2.0, "mean gap": 1.5, "stiffness": 1.5}
-SEEDS = {"fitting": 14, "reported": 15}
+LOADS = np.geomspace(2e-3, 0.2, 5).tolist()
+FACTORS, FINE = (1, 2, 4), (16, 32)
+# How many surfaces, by points a side: of each kind of random ones, and parts of each map.
+NUMBERS = {
+    "free": ({16: 24, 24: 16, 32: 8}, {}),
+    "free, cells 2 : 1": ({16: 8, 24: 4}, {"size": [2.0, 1.0]}),
+    "free, cells 1 : 2": ({16: 8, 24: 4}, {"size": [1.0, 2.0]}),
+    "periodic": ({16: 12, 24: 8}, {"periodic": True}),
+}
+PARTS = {16: 8, 24: 4, 32: 2}
+# Orders with which the last two grids are extrapolated to the truth.
+ORDERS = {"contact_area": 1.7, "penetration": 1.7, "mean_gap": 1.5, "stiffness": 1.5}
 
 
 # %%
-def surfaces(half: str, maps: list[str]) -> Iterator[tuple[str, RoughGeometry]]:
-    """Yield the kind of each surface, and its geometry."""
-    random = np.random.default_rng(SEEDS[half])
+def surfaces(seed: int, maps: list[str]) -> Iterator[tuple[str, Scene]]:
+    """Yield the kind of each surface, and its scene."""
+    random = np.random.default_rng(seed)
+    for kind, (numbers, changes) in NUMBERS.items():
+        for n in (n for n, count in numbers.items() for _ in range(count)):
+            surface: dict[str, Any] = {"kind": "self_affine", "hurst": random.uniform(0.3, 1)}
+            surface |= {"size": [1.0, 1.0], "points": [n, n], "rms_slope": 0.1, "periodic": False}
+            surface |= changes
+            shortest, longest = int(random.choice((2, 4))) / n, 1 / int(random.choice((1, 2)))
+            surface |= {"short_cutoff": shortest * max(surface["size"]), "long_cutoff": longest}
+            yield kind, _scene(surface | {"seed": int(random.integers(1e6)), "realisations": 1})
     for file in maps:
-        points = _geometry({"kind": "map", "file": str(Path(file).resolve())}).points
-        for n, count in PARTS.items():
-            for _ in range(count):
-                corner = [int(random.integers(0, side - n)) for side in points]
-                crop = {"crop": [*corner, n, n]}
-                yield (
-                    Path(file).name,
-                    _geometry({"kind": "map", "file": str(Path(file).resolve())} | crop),
-                )
-    for n, hurst, cutoff, periodic in product(
-        (32, 64), (0.2, 0.5, 0.8, 1.0), (2, 4), (False, True)
-    ):
-        for waves in (1, 2) if n == 32 else (2,):
-            surface = {"kind": "self_affine", "hurst": hurst, "size": 1.0, "points": n}
-            surface |= {"rms_slope": 0.1, "periodic": periodic, "short_cutoff": cutoff / n}
-            surface |= {"long_cutoff": 1 / waves, "seed": int(random.integers(1, 10000))}
-            kind = "random, periodic" if periodic else "random, free"
-            yield kind, _geometry(surface | {"realisations": 1})
+        table = {"kind": "map", "file": str(Path(file).resolve())}
+        points = prepare(_scene(table))[0].points
+        for n in (n for n, count in PARTS.items() for _ in range(count)):
+            corner = [int(random.integers(0, side - n)) for side in points]
+            yield Path(file).name, _scene(table | {"crop": [*corner, n, n]})
 
 
-def _geometry(surface: dict) -> RoughGeometry:
+def _scene(surface: dict[str, Any]) -> Scene:
     scene = {
         "name": "part",
         "half_space": {"effective_modulus": 1.0},
         "surface": surface,
-        "loading": {"force": {"values": [0.01], "relative_to": "E* A0 h'"}},
+        "loading": {"force": {"values": LOADS, "relative_to": "E* A0 h'"}},
+        "compare": {"quantities": list(ORDERS), "methods": [GRID]},
     }
-    return prepare(make_scene(scene, "part", Path()))[0]
+    return make_scene(scene, "part", Path())
 
 
-def solved(geometry: RoughGeometry) -> np.ndarray:
-    """Return area, penetration, mean gap, stiffness and counted area, (grids, loads, 5)."""
-    forces, values = LOADS * geometry.area * geometry.rms_slope, []
-    for factor in FACTORS:
-        grid = make_grid(geometry, factor * geometry.points[0])
-        kind = PeriodicOperator if geometry.periodic else FreeOperator
-        operator = kind(grid.gap.shape, grid.spacing, 1.0)
-        contacts = fft.sweep(Press(operator, grid.gap), Load("force", forces))
-        values.append(
-            [
-                (
-                    located_area(contact, patch=True),
-                    contact.penetration,
-                    contact.mean_gap,
-                    areas.contact_stiffness(operator, contact.mask, 1e-4),
-                    areas.raw_area(contact.mask, grid.spacing),
-                )
-                for contact in contacts
-            ]
-        )
-    return np.array(values)
-
-
-def ratios(geometry: RoughGeometry) -> dict[str, float]:
-    """Return the bar over the true error of each quantity, rms over the loads."""
-    values, known = solved(geometry), {}
-    grids = geometry.points[0] * np.array(FACTORS[:SOLVED])
-    for column, (name, order) in enumerate(ORDERS.items()):
-        curves = values[:, :, column]
-        true = curves[-1] + (curves[-1] - curves[-2]) / (2**order - 1)
-        error = rms_and_maximum(curves[SOLVED - 1] / true - 1)[0]
-        if name == "contact area":
-            counted = values[SOLVED - 1, :, -1]
-            sides = tuple(FACTORS[SOLVED - 1] * n for n in geometry.points)
-            bar = located_uncertainty(curves[:SOLVED], counted, sides, periodic=geometry.periodic)
-        else:
-            kind = "periodic" if geometry.periodic else "free"
-            bar = share_uncertainty(grids, curves[:SOLVED], (name.replace(" ", "_"), kind))
-        known[name] = rms_and_maximum(bar)[0] / error
+def bars_and_errors(scene: Scene) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
+    """Return bars and true errors, (loads,), of three grids and of two, for each quantity."""
+    (plan,) = plan_scene(scene)
+    own = plan.geometry.points[0]
+    solved = {(GRID, f * own): execute(task_of(plan, GRID, f * own), 1) for f in (*FACTORS, *FINE)}
+    known: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {name: [] for name in ORDERS}
+    for name, order in ORDERS.items():
+        coarse, fine = (solved[GRID, f * own].quantities[name][0] for f in FINE)
+        true = fine + (fine - coarse) / (2**order - 1)
+        for grids in (FACTORS, FACTORS[:2]):
+            levels = Levels.of({(GRID, f * own): solved[GRID, f * own] for f in grids}, GRID)
+            error = levels.curves(grids[-1] * own)[name] / true - 1
+            known[name].append((levels.discretisation(name), np.abs(error)))
     return known
 
 
 # %%
-def main(half: str, maps: list[str]) -> None:
-    """Print how many bars cover the true error, and their median width over it."""
-    parts: dict[str, list[dict[str, float]]] = {}
-    for kind, geometry in surfaces(half, maps):
-        parts.setdefault(kind, []).append(ratios(geometry))
-        print(
-            kind,
-            geometry.points,
-            {n: round(r, 2) for n, r in parts[kind][-1].items()},
-            file=sys.stderr,
-            flush=True,
-        )
-    parts["all"] = [row for rows in parts.values() for row in rows]
-    print(f"| {half}: surfaces | cases |", " | ".join(ORDERS), "|")
-    print("|---|---|" + "---|" * len(ORDERS))
-    for kind, rows in parts.items():
-        cells = []
-        for name in ORDERS:
-            own = np.array([row[name] for row in rows])
-            cells.append(f"{100 * np.mean(own >= 1):.0f} %, {np.median(own):.1f}")
-        print(f"| {kind} | {len(rows)} |", " | ".join(cells), "|")
+def main(seed: int, maps: list[str]) -> None:
+    """Print coverage and width of the bars."""
+    parts: dict[str, list[dict[str, list[tuple[np.ndarray, np.ndarray]]]]] = {}
+    for kind, scene in surfaces(seed, maps):
+        parts.setdefault(kind, []).append(bars_and_errors(scene))
+        print(kind, len(parts[kind]), file=sys.stderr, flush=True)
+    parts["all"] = [case for cases in parts.values() for case in cases]
+    for index, grids in enumerate(("three grids", "two grids")):
+        print(f"\n| {grids} | surfaces |", " | ".join(n.replace("_", " ") for n in ORDERS), "|")
+        print("|---|---|" + "---|" * len(ORDERS))
+        for kind, cases in parts.items():
+            cells = []
+            for name in ORDERS:
+                bars, errors = (np.array([case[name][index][k] for case in cases]) for k in (0, 1))
+                single = 100 * np.mean(bars >= errors)
+                rms = [
+                    [rms_and_maximum(v)[0] for v in pair] for pair in zip(bars, errors, strict=True)
+                ]
+                over = 100 * np.mean([bar >= error for bar, error in rms])
+                cells.append(f"{single:.0f} %, {over:.0f} %, {np.median(bars / errors):.1f}")
+            print(f"| {kind} | {len(cases)} |", " | ".join(cells), "|")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2:])
+    main(int(sys.argv[1]), sys.argv[2:])

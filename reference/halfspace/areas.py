@@ -126,8 +126,27 @@ def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_],
     return component[labels], int(component.max())
 
 
-def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> float:
-    """Return the stiffness dF/dd of a fixed contact set: the force per unit displacement.
+@dataclass(frozen=True)
+class Response:
+    """Response of a fixed contact set to a unit of depth.
+
+    Attributes
+    ----------
+    stiffness : float
+        dF/dd; infinite where a whole period touches.
+    pressure : ndarray, shape (nx, ny)
+        dp/dd, of either sign.
+    mean_displacement : float
+        Of all cells.
+    """
+
+    stiffness: float
+    pressure: NDArray[np.float64]
+    mean_displacement: float
+
+
+def contact_response(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> Response:
+    """Return the response of a fixed contact set to a unit of depth.
 
     K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. Of an x that
     is not quite there sum(2 x - x K x) is taken: this functional is stationary at the solution, the
@@ -148,9 +167,26 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
     Raises
     ------
     ValueError
-        If the mask has another shape, or is full on a periodic half-space (infinite stiffness).
+        If the mask has another shape.
     ConvergenceError
         If conjugate gradients do not reach the tolerance.
+    """
+    mask = _checked(mask, operator.spacing)
+    if mask.shape != operator.shape:
+        raise ValueError(f"mask has shape {mask.shape}, the operator {operator.shape}")
+    if not mask.any():
+        return Response(0.0, np.zeros(mask.shape), 0.0)
+    if mask.all() and operator.periodic and not operator.sinks:  # it only moves as a whole
+        return Response(np.inf, np.full(mask.shape, np.inf), 1.0)
+    state = fixed_contact_response(operator, mask, tolerance)
+    stiffness = float((state.pressure * (2 - state.displacement)).sum() * operator.cell_area)
+    return Response(stiffness, state.pressure, float(state.displacement.mean()))
+
+
+def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> float:
+    """Return the stiffness dF/dd of a fixed contact set.
+
+    Arguments and errors as of `contact_response`.
 
     Examples
     --------
@@ -161,15 +197,7 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
     >>> bool(np.isclose(contact_stiffness(K, [[True]]), np.pi / (4 * np.log(1 + np.sqrt(2)))))
     True
     """
-    mask = _checked(mask, operator.spacing)
-    if mask.shape != operator.shape:
-        raise ValueError(f"mask has shape {mask.shape}, the operator {operator.shape}")
-    if not mask.any():
-        return 0.0
-    if operator.periodic and mask.all():
-        raise ValueError("full contact of the periodic half-space: the stiffness is infinite")
-    state = fixed_contact_response(operator, mask, tolerance)
-    return float((state.pressure * (2 - state.displacement)).sum() * operator.cell_area)
+    return contact_response(operator, mask, tolerance).stiffness
 
 
 def elastic_energy(operator: HalfSpace, pressure: ArrayLike) -> float:

@@ -21,13 +21,8 @@ less than cells do, and the same law puts their rim a few hundredths of a cell t
 every operator knows how far (`HalfSpace.rim_excess`, measured on Hertz likewise), and that is taken
 away.
 
-Where contact reaches the rim of a free patch its pressure is singular, as at the edge of a flat
-face, and whole cells act as a face whose edge is 0.175 cells inside theirs
-(`edge_cells.EDGE_OFFSET`): the load of that strip is carried elsewhere, where the area grows with
-it, d ln A/d ln F times as much. That much of the strip is not counted; on rough patches it is half
-and more of the error otherwise left. The slope is that of random surfaces, A/A0 = erf(x), x in
-proportion to F (B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840): 1 at light loads, 0 at full
-contact.
+Where contact reaches the rim of a free patch, `patch_rim` says how much of the cells there is not
+counted; on rough patches it is half and more of the error otherwise left.
 
 The shift of the rim from cell edges to this position, for an outline with curvature, changes the
 area by a sum over the crossings and a constant per closed outline, 0.41 h^2 (Hertz contacts of 1 to
@@ -42,9 +37,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import special
 
-from reference.halfspace.edge_cells import EDGE_OFFSET
+from reference.halfspace.patch_rim import uncounted_cells
 from reference.halfspace.solution import Contact
 
 Field = NDArray[np.float64]
@@ -107,22 +101,16 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
     heights = contact.initial_gap, contact.displacement, contact.penetration
     grid = operator.spacing, periodic, operator.effective_modulus, float(hardness)
     fields = mask, contact.pressure, heights, grid
-    shift, rim, located, crossings, ends = np.sum(
+    shift, rim, located, crossings = np.sum(
         [_shift(*fields, (axis, side)) for axis in (0, 1) for side in (1, -1)], axis=0
     )
     # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
     shift -= operator.rim_excess * rim
-    if patch:
-        shift -= EDGE_OFFSET * ends * _growth(cells / mask.size)
+    if patch and not periodic:
+        shift -= uncounted_cells(contact, hardness)
     area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
     return float(area) * contact.operator.cell_area
-
-
-def _growth(share: float) -> float:
-    """Return d ln A/d ln F where A/A0 = erf(x) of a random surface is in contact, x ~ F."""
-    x = special.erfinv(share)
-    return float(2 / np.sqrt(np.pi) * x * np.exp(-(x**2)) / share)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -168,15 +156,14 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
 def _shift(mask, pressure, heights, grid, way):
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
-    Also the length of the rim there, in cells, the number of crossings included, of all crossings,
-    and of those that are the rim of the patch, with a singular pressure. The heights are initial
-    gap, displacement and penetration, the grid is spacing, periodicity, effective modulus and
-    hardness, the way an axis and a direction.
+    Also the length of the rim there, in cells, the number of crossings included, and of all
+    crossings. The heights are initial gap, displacement and penetration, the grid is spacing,
+    periodicity, effective modulus and hardness, the way an axis and a direction.
     """
     initial, displacement, penetration = heights
     spacing, periodic, modulus, hardness = grid
     axis, side = way
-    total, rim, located, crossings, ends = 0.0, 0.0, 0, 0, 0
+    total, rim, located, crossings = 0.0, 0.0, 0, 0
     size = mask.shape[axis]
     for i in range(mask.shape[0]):
         for j in range(mask.shape[1]):
@@ -186,7 +173,6 @@ def _shift(mask, pressure, heights, grid, way):
             beside = _along(i, j, axis, side, size)
             if not periodic and (own + side < 0 or own + side >= size):
                 crossings += 1  # the rim of the patch is an end
-                ends += pressure[i, j] < hardness
                 continue
             if mask[beside]:
                 continue
@@ -210,7 +196,7 @@ def _shift(mask, pressure, heights, grid, way):
             ratio = modulus * opening / spacing[axis] / pressure[i, j]
             total += square * (place(ratio, cosine) - 0.5)
             rim += square / cosine
-    return total, rim, located, crossings, ends
+    return total, rim, located, crossings
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

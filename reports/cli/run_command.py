@@ -50,8 +50,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
         --quick: no refinement, fewer surfaces.
     plan
-        Print what would be modelled, what is left out and why, without solving; with --full
-        also how long it would take, from solves on coarse grids.
+        Print what would be modelled, what is left out and why, without solving.
     out
         Folder for the results; default roughline-results/NAME.
     overwrite
@@ -78,7 +77,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     overrides = overrides_of(methods, option)
     plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
     if plan:
-        terminal.print_plans(plans, _times(plans) if full else None)
+        terminal.print_plans(plans)
         return FINE
     directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
     study = Study(
@@ -97,19 +96,6 @@ def run(  # noqa: PLR0913 (the options on the command line)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return LOST if lost or asked_in_vain(record.scenes) else FINE
-
-
-def _times(plans: list[Plan]) -> dict[str, str]:
-    """Return how long each plan would take, in words, by the name of its scene."""
-    from comparisons.questions.expected_time import expected_time
-    from reports.cli import terminal
-
-    with terminal.status() as show:
-        times = {}
-        for plan in plans:
-            show(f"timing coarse grids of {plan.scene.name}")
-            times[plan.scene.name] = expected_time(plan).sentence(plan)
-    return times
 
 
 def report(directory: Path, *, pictures: bool = True) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,11 +39,8 @@ NARROW = 64  # columns: fewer leave a table no room for whole words
 UNFOLDED = 100_000  # columns, more than any line has
 
 
-def print_plans(plans: list[Plan], times: Mapping[str, str] | None = None) -> None:
-    """Print what would be modelled, what is left out and why; what is true of all, once.
-
-    `times` says by the name of a scene how long it would take.
-    """
+def print_plans(plans: list[Plan]) -> None:
+    """Print what would be modelled, what is left out and why; what is true of all, once."""
     from reports.tables.plans import plan as plan_table
 
     console = _console()
@@ -61,8 +58,6 @@ def print_plans(plans: list[Plan], times: Mapping[str, str] | None = None) -> No
         if printed_lines.intersection(lines):
             console.print("  and as above", markup=False, highlight=False, style="dim")
         printed_lines.update(lines)
-        if times and plan.scene.name in times:
-            console.print(f"  time: {times[plan.scene.name]}", markup=False, highlight=False)
         console.print()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from comparisons import formatting as fmt
-from comparisons.judging.uncertainty import SHARE_RULE, ShareRule, single
+from comparisons.judging.uncertainty import SHARE_RULE, ShareRule
 from comparisons.questions.calibration_cases import Case, Summary, at_loads, held, summary
 from comparisons.questions.shares import ROUGH, SINGLE, scaled
 from reports.plots.style import look
@@ -71,8 +71,8 @@ def rule(fitted: ShareRule) -> Table:
         rows.append(
             (
                 f"{name.replace('_', ' ')}, {kind}",
-                f"{SHARE_RULE.order(known):g}" if single(kind) else fmt.MISSING,
-                f"{100 * least:g} % {'at a load' if single(kind) else 'of cases'}",
+                f"{SHARE_RULE.order(known):g}",
+                f"{100 * least:g} % at a load",
                 cells.number(f"{raised:g}", raised),
                 cells.number(f"{factor:g}", factor),
                 cells.number(f"{fitted.factor(known):g}", fitted.factor(known)),

@@ -127,8 +127,7 @@ def test_stiffness_of_nearly_full_periodic_contact_diverges():
     ]
     assert (np.diff(stiffness) > 0).all()
     assert stiffness[-1] > 100 * stiffness[0]
-    with pytest.raises(ValueError, match="infinite"):
-        areas.contact_stiffness(operator, np.ones((256, 1), dtype=bool))
+    assert areas.contact_stiffness(operator, np.ones((256, 1), dtype=bool)) == np.inf
 
 
 def test_what_is_no_mask_is_refused():

@@ -39,8 +39,10 @@ _HEIGHTS = 8
 
 # Factors by which the points of a single surface are refined further, and up to how many cells: the
 # third grid of 512 x 512 points takes half a minute (640 x 480, a usual size of maps, have one,
-# too), more of small ones a tenth of a second a load.
-FURTHER = ((4, 2560 * 1920), (8, 256**2), (16, 256**2))
+# too), more of small ones a tenth of a second a load. Where not even twice the points are in reach
+# every second or third one is a coarser grid: without a second grid there is no bar.
+FURTHER = ((2, 2560 * 1920), (4, 2560 * 1920), (8, 256**2), (16, 256**2))
+COARSER = (2, 3)
 
 
 class BemFft(GridSolver[HalfSpace]):
@@ -73,11 +75,13 @@ class BemFft(GridSolver[HalfSpace]):
             planned = rough_resolutions(geometry)
             if self.scene.random and self.scene.realisations > 1:
                 return planned
-            further = ((factor * geometry.points[0], most) for factor, most in FURTHER)
-            return (
-                *planned,
-                *(n for n, most in further if n > planned[-1] and cells(geometry, n) <= most),
-            )
+            own = geometry.points[0]
+            further = ((factor * own, most) for factor, most in FURTHER)
+            finer = [n for n, most in further if n > planned[-1] and cells(geometry, n) <= most]
+            if planned == (own,) and not finer:
+                steps = [k for k in COARSER if not any(n % k for n in geometry.points)]
+                return (*(own // k for k in steps[:1]), own)
+            return (*planned, *finer)
         return indenter_resolutions(self.scene, geometry)
 
     # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Generic, TypeVar
 
@@ -24,6 +24,7 @@ from reference.halfspace import Contact, HalfSpace
 from reference.halfspace import areas as area_measures
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.edge_cells import respond
+from reference.halfspace.patch_rim import on_whole_patch, reaches_rim
 
 AnyOperator = TypeVar("AnyOperator", bound=HalfSpace)
 Sweep = Callable[[np.ndarray], Iterator[Contact]]
@@ -261,28 +262,38 @@ def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) 
 def contact_quantities(
     task: Task, operator: HalfSpace, contact: Contact, grid: Grid
 ) -> dict[str, float]:
-    """Return the quantities of one load step; the costly ones only if asked for."""
+    """Return the quantities of one load step; the costly ones only if asked for.
+
+    Of an elastic contact on a free patch they are those of the whole patch (`patch_rim`).
+    """
     mask = contact.pressure > 0
     quantities = set(task.quantities)
     periodic = operator.periodic
+    rough = isinstance(task.geometry, RoughGeometry)
     values = {
         "penetration": contact.penetration,
         "force": contact.force,
         "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
-        "contact_area": located_area(contact, patch=isinstance(task.geometry, RoughGeometry)),
+        "contact_area": located_area(contact, patch=rough),
     }
-    if isinstance(task.geometry, RoughGeometry):
+    if rough:
         values["mean_gap"] = contact.mean_gap
-        values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
         values |= _patch_quantities(mask, grid, periodic, quantities)
-    if quantities & {"stiffness", "contact_length_stiffness"}:
-        geometry = task.geometry
-        random = isinstance(geometry, RoughGeometry) and geometry.random
-        accuracy = _RANDOM_STIFFNESS if random else _STIFFNESS
-        # of what was pressed: with a penalty its springs give way, too
-        pressed = contact.operator
+    asked = bool(quantities & {"stiffness", "contact_length_stiffness"})
+    cut = rough and not periodic and not task.scene.physics and reaches_rim(mask)
+    if asked or cut:
+        random = isinstance(task.geometry, RoughGeometry) and task.geometry.random
+        accuracy = _STIFFNESS if asked and not random else _RANDOM_STIFFNESS
         contact.forget_displacement()  # the stiffness is a solve of its own, in as much memory
-        values["stiffness"] = float(area_measures.contact_stiffness(pressed, mask, accuracy))
+        # of what was pressed: with a penalty its springs give way, too
+        response = area_measures.contact_response(contact.operator, mask, accuracy)
+        if asked:
+            values["stiffness"] = response.stiffness
+        if cut:
+            area = values["contact_area"]
+            values |= asdict(on_whole_patch(contact, response, task.loads.control, area))
+    if rough:
+        values["penetration_mean_plane"] = values["penetration"] - float(grid.gap.mean())
     if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values

@@ -11,7 +11,8 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
-from comparisons.methods.registry import concerns, solver_of
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.registry import concerns, solver_for, solver_of
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.map_patches import PATCH_POINTS, typical_window
@@ -460,3 +461,19 @@ def test_a_small_single_surface_is_solved_on_finer_grids(rough):
     dented = load_scene("plastic-rough", {"surface.points": 256, "surface.realisations": 1})
     assert planned(dented, "bem_fft").resolutions == (256, 512)
     assert planned(rough(points=256, realisations=3), "bem_fft").resolutions == (256, 512)
+
+
+@pytest.mark.parametrize(
+    ("points", "grids"),
+    [
+        ((512, 512), (512, 1024, 2048)),
+        ((768, 768), (768, 1536)),
+        ((2048, 2048), (1024, 2048)),
+        ((2049, 1500), (683, 2049)),
+        ((2053, 2053), (2053,)),
+    ],
+)
+def test_a_map_of_any_size_has_a_second_grid_for_its_bar(scene, points, grids):
+    """Finer where that is affordable, else coarser; of a prime number of points there is none."""
+    geometry = RoughGeometry((1.0, 1.0), points, periodic=False, rms_slope=0.1, rms_height=1.0)
+    assert solver_for("bem_fft", scene()).resolutions(geometry) == grids
