@@ -72,11 +72,10 @@ class ShareRule:
         change may be small by chance, and no other tells. Of the single contacts' cases, with their
         coarsest grid left out, 99 % and more are covered then.
 
-    Factors and `two` are fixed by `comparisons.questions.shares` on the fitting halves; that of
-    areas of free surfaces, which methods without a located line take, is one that errors of
-    located areas ask for. Orders, the coverage that is required there, and margins were chosen by
-    hand, of single contacts after proved intervals had been seen, of rough surfaces on fifty free
-    patches and 24 periods (`docs/examples/map_bars.py`).
+    Factors of single contacts, and `two`, are fixed by `comparisons.questions.shares` on the
+    fitting halves; orders, the coverage that is required there, and margins were chosen by hand,
+    after proved intervals had been seen. Those of rough surfaces were chosen by hand on fifty free
+    patches and 24 periods, and held against others (`docs/examples/map_bars.py`).
     """
 
     factors: tuple[tuple[Calibrated, float], ...] = (
