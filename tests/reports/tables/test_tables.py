@@ -45,10 +45,10 @@ def test_every_renderer_says_the_same_words(judged):
             assert word.replace("\u202f", r"\,") in text.replace("\u202f", r"\,")
 
 
-def test_an_error_has_its_bar_in_brackets_in_print_only(judged):
-    assert "1.23 ± 0.04\u202f%" in on_a_terminal(judged)
-    assert "(1.230 ± 0.040)\u202f%" in in_markdown(judged)
-    assert r"(1.230 $\pm$ 0.040)\,\%" in latex(judged, "x")
+def test_an_error_has_its_sign_and_bar_in_print_as_on_the_screen(judged):
+    assert "+1.23 ± 0.04\u202f%" in on_a_terminal(judged)
+    assert "+1.23 ± 0.04\u202f%" in in_markdown(judged)
+    assert r"+1.23 $\pm$ 0.04\,\%" in latex(judged, "x")
 
 
 def test_text_of_strangers_is_text_in_every_renderer(judged):

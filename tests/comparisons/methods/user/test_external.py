@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from importlib import metadata
 from pathlib import Path
 
@@ -142,7 +141,7 @@ def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the
     assert scene.reference["method"] == "closed_form"
     assert judged_methods(scene) == ["reduced", "winkler"]
     assert worst(verdicts(scene, "winkler")).word == "outside"
-    assert "paraboloid, Winkler" in capsys.readouterr().out
+    assert "The Winkler foundation" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -561,9 +560,8 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
     assert told.index("The Winkler foundation") < told.index(row)
     assert "outside 1\u202f%" in row
-    # The sentence is folded where its times happen to end a line.
-    unfolded = re.sub(r"[ \n]+", " ", told)
-    assert "outside: Winkler foundation (force 140\u202f% at load step" in unfolded
+    (row,) = [line for line in told.splitlines() if " no " in line and "140\u202f%" in line]
+    assert told.index("Winkler foundation\n") < told.index(row)
     table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
     assert table.count("winkler") == 1
 
