@@ -20,11 +20,6 @@ class Material:
     ----------
     youngs_modulus, poisson_ratio : float
         ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     youngs_modulus: float

@@ -28,11 +28,6 @@ class SelfAffine:
         Roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
     short_cutoff : float, optional
         Shortest wavelength, circular in q. Default two cells (the larger one).
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
     """
 
     hurst: float | None = None

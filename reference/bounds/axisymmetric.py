@@ -56,11 +56,6 @@ def energy(
     cells : int
         Rings and elements per contact radius: the width falls with their third power and beyond.
 
-    Raises
-    ------
-    ValueError
-        For a penetration or modulus that is not positive and finite.
-
     Examples
     --------
     >>> from reference.bounds.profiles import paraboloid
@@ -127,11 +122,6 @@ def stiffness(profile: Profile, penetration: float, effective_modulus: float) ->
 
     The contact of a convex body of revolution is a disc (`contact_radius`), and as the gap at its
     edge is zero a small step moves all of it by the same: it is a flat punch.
-
-    Raises
-    ------
-    ValueError
-        For a penetration or modulus that is not positive and finite.
 
     Examples
     --------

@@ -57,11 +57,6 @@ class Paraboloid:
     """g = x^2/(2 R_x) + y^2/(2 R_y).
 
     The best ellipse is the contact area itself: Barber's bound is exact but for rounding.
-
-    Raises
-    ------
-    ValueError
-        For radii that are not positive and finite.
     """
 
     radius_x: float

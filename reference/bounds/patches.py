@@ -59,11 +59,6 @@ class Patch:
         Side of the patch.
     finer : int
         Cells per point along a side.
-
-    Raises
-    ------
-    ValueError
-        Listing what is wrong.
     """
 
     def __init__(self, heights: Array, size: float, finer: int = 4) -> None:
@@ -82,13 +77,7 @@ class Patch:
         self._looks = _LOOK * points
 
     def force(self, penetration: float, effective_modulus: float) -> Interval:
-        """Force at a penetration, counted from the highest sample of the surface.
-
-        Raises
-        ------
-        ValueError
-            For a penetration or modulus that is not positive and finite.
-        """
+        """Force at a penetration, counted from the highest sample of the surface."""
         refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
         block = self.block(penetration)
         lower, upper = force_below(block, penetration), force_above(block, penetration)
@@ -118,11 +107,6 @@ class Patch:
 
         As F is convex and zero at some depth -s above all samples, for d below d2 and F(d) not
         below F1 it is not below (F1 - F(d2 - h))/h and F1/(d2 + s), not above (F(d2 + h) - F1)/h.
-
-        Raises
-        ------
-        ValueError
-            For a modulus that is not positive and finite.
         """
         refuse(positive_faults(effective_modulus=effective_modulus))
         deep, least = penetration.upper, force.lower / effective_modulus

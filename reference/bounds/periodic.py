@@ -61,11 +61,6 @@ class PeriodicSurface:
     size : (float, float)
     finer : int
         Cells per point along a side.
-
-    Raises
-    ------
-    ValueError
-        Listing what is wrong.
     """
 
     def __init__(self, heights: Array, size: tuple[float, float], finer: int = 4) -> None:
@@ -81,13 +76,7 @@ class PeriodicSurface:
         self.operator = PeriodicOperator(self.grid, self.spacing, 1.0)
 
     def energy(self, mean_pressure: float, effective_modulus: float) -> Interval:
-        """Pi at a mean pressure, per area.
-
-        Raises
-        ------
-        ValueError
-            For a pressure or modulus that is not positive and finite.
-        """
+        """Pi at a mean pressure, per area."""
         _check(mean_pressure, effective_modulus)
         P = mean_pressure / effective_modulus
         return effective_modulus * Interval(self._below(P), self._above(P))
@@ -106,13 +95,7 @@ class PeriodicSurface:
         return Interval(self._not_below(P), self._not_above(P))
 
     def mean_pressure(self, penetration: float, effective_modulus: float) -> Interval:
-        """Mean pressure at a penetration, which grows with it.
-
-        Raises
-        ------
-        ValueError
-            For a penetration or modulus that is not positive and finite.
-        """
+        """Mean pressure at a penetration, which grows with it."""
         refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
 
         def on_grid(P: float) -> float:

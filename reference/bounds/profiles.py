@@ -149,13 +149,7 @@ def cone(slope: float) -> PowerLaw:
 
 @dataclass(frozen=True)
 class Sphere:
-    """f(r) = R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space.
-
-    Raises
-    ------
-    ValueError
-        For a radius that is not positive.
-    """
+    """f(r) = R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space."""
 
     radius: float
 
@@ -216,13 +210,7 @@ class Sphere:
 
 @dataclass(frozen=True)
 class RoundedPunch:
-    """f = 0 to r = b, then (r - b)^2/(2R).
-
-    Raises
-    ------
-    ValueError
-        For radii that are not positive.
-    """
+    """f = 0 to r = b, then (r - b)^2/(2R)."""
 
     flat_radius: float
     edge_radius: float

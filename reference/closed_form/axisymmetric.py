@@ -22,11 +22,6 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
     radius, effective_modulus : float
         R and E*, positive, in consistent units.
 
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
-
     Examples
     --------
     >>> ball = paraboloid(radius=1.0, effective_modulus=1.0)
@@ -165,11 +160,6 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
     slope, effective_modulus : float
         s and E*, positive.
 
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
-
     Examples
     --------
     >>> tip = cone(slope=0.1, effective_modulus=1.0)
@@ -216,11 +206,6 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     ----------
     exponent, coefficient, effective_modulus : float
         n, c (length^(1-n)) and E*, positive.
-
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
 
     Examples
     --------

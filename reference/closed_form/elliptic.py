@@ -111,11 +111,6 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
     semi_axis_x, semi_axis_y, effective_modulus : float
         Half-lengths along x and y (either may be the longer), and E*; positive.
 
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
-
     Examples
     --------
     >>> round(float(elliptic_punch(1.0, 1.0, 1.0).force(0.25)), 12)

@@ -126,11 +126,6 @@ def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -
     amplitude, wavelength, effective_modulus : float
         D, l and E*, positive, in consistent units.
 
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
-
     Examples
     --------
     >>> wave = westergaard(amplitude=0.01, wavelength=1.0, effective_modulus=1.0)

@@ -20,11 +20,6 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
     radius, effective_modulus : float
         a and E*, positive, in consistent units.
 
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
-
     Examples
     --------
     >>> float(cylinder(radius=1.0, effective_modulus=1.0).force(0.25))
@@ -63,11 +58,6 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
     ----------
     flat_radius, edge_radius, effective_modulus : float
         b, R and E*, positive, in consistent units.
-
-    Raises
-    ------
-    ValueError
-        For parameters that are not finite and positive; all of them are named.
 
     Examples
     --------

@@ -31,11 +31,6 @@ def persson_area(relative_load: ArrayLike) -> Any:
     relative_load : array_like
         F/(E* A0 h'), not negative, h' = sqrt<|grad h|^2>.
 
-    Raises
-    ------
-    ValueError
-        For a load that is negative or not finite.
-
     Examples
     --------
     >>> round(float(persson_area(1e-3)) / 1e-3 / math.sqrt(8 / math.pi), 5)
@@ -54,11 +49,6 @@ def bush_gibson_thomas_area(relative_load: ArrayLike) -> Any:
     ----------
     relative_load : array_like
         F/(E* A0 h'), not negative. An asymptote, meaningless if it exceeds one.
-
-    Raises
-    ------
-    ValueError
-        For a load that is negative or not finite.
 
     Examples
     --------

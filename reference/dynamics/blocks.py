@@ -50,11 +50,6 @@ class Blocks:
     frequency : float
         W.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> Blocks([1.0, 2.0], 0.5, stiffness=[[1.0, -1.0], [-1.0, 1.0]]).arrays().static

@@ -63,11 +63,6 @@ class Layers:
     below : Material, optional
         Of a half-space below them all, which enters by the stiffness of its surface (`_base`): the
         theory of the half-space solvers, where clamped columns share none. None: a rigid base.
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
     """
 
     thicknesses: Sequence[float]
@@ -130,11 +125,6 @@ def compliance(
         C in length per pressure. For long waves on a deep body 2/(E* |q|); at q = 0 the sum of
         thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), infinite on a half-space.
 
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
-
     Examples
     --------
     A half-space, a wave of 32 cells:
@@ -173,11 +163,6 @@ def of_smooth_pressure(
     -------
     ndarray
         In length per pressure; zero where both phases are.
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
 
     Examples
     --------
@@ -218,11 +203,6 @@ def tensor(
     -------
     ndarray, shape (3, 3, ...)
         Real, between i u_x, i u_y, u_z and i q_x, i q_y, p; zero where both phases are.
-
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
 
     Examples
     --------

@@ -81,11 +81,6 @@ class Enforcement:
         ``eps h / E*`` with h the size of the surface elements.
     max_iterations : int
         Limit of active-set iterations per load.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     method: str = "active_set"

@@ -89,11 +89,6 @@ def frictional_body(
         27-node elements (two node spacings) per contact radius, at least 2.
     extent : float
         Radius and depth of the mesh in contact radii, at least 2.
-
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range with their values.
     """
     faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
     if material.incompressible:

@@ -49,11 +49,6 @@ def half_space_body(
     solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
         "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
         condenses and assembles nothing (see `reference.fem.conjugate_gradients`).
-
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range with their values.
     """
     faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
     refuse(faults + _solver_faults(solver, mesh, material))

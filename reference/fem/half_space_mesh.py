@@ -88,11 +88,6 @@ class RingMesh:
         1:100.
     extent : float
         Radius and depth of the mesh in contact radii, 2 to 1000.
-
-    Raises
-    ------
-    ValueError
-        For every argument out of range, with the value that came.
     """
 
     contact_radius: float
@@ -254,11 +249,6 @@ class TensorMesh:
         Distance of the outer boundary from the centre, in half-widths of the grid.
     growth : float
         Ratio of neighbouring cell sizes outside the grid.
-
-    Raises
-    ------
-    ValueError
-        For every argument out of range, with the value that came.
     """
 
     x: NDArray[np.float64]

@@ -93,11 +93,6 @@ def press_section(
     SectionContact
         Errors decrease as the fourth power of the element size: 4e-4 of the stiffness for 8
         elements, 2e-5 for 16.
-
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range with their values.
     """
     faults = choice_faults("kind", kind, ("axisymmetric", "plane"))
     faults += choice_faults("support", support, ("fixed", "inertia"))

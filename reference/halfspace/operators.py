@@ -202,11 +202,6 @@ class FreeOperator(HalfSpace):
     effective_modulus : float
         E*, consistent units.
 
-    Raises
-    ------
-    ValueError
-        If an argument is not positive; all faults are listed.
-
     Examples
     --------
     >>> import numpy as np
@@ -287,11 +282,6 @@ class PeriodicOperator(HalfSpace):
         As for `FreeOperator`; the period is (nx dx, ny dy).
     kernel : {"continuum", "cells"}
         T = 2/(E*|q|), or the same for pressures uniform on cells: see `kernels.periodic`.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not positive or the kernel unknown; all faults are listed.
 
     Examples
     --------

@@ -64,11 +64,6 @@ class Effort:
         Largest violation, relative to the penetration.
     max_iterations : int
         Limit for all stages together.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     tolerance: float

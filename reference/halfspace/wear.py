@@ -39,11 +39,6 @@ class Oscillation:
         U, of the displacement.
     lag : float
         G* U/(mu E*).
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     amplitude: float

@@ -38,11 +38,6 @@ class Graded:
     depth : float
         c0.
 
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
-
     Examples
     --------
     k = 0 is a half-space, 2/(E* q):

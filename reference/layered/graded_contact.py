@@ -35,11 +35,6 @@ class GradedContact:
     exponent, coefficient : float
         n and c.
 
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
-
     Examples
     --------
     Hertz, k = 0:

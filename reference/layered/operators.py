@@ -74,11 +74,6 @@ class LayeredPeriodic(OfBody):
 
     On a half-space the mean displacement is zero; on a rigid base it is that of the mean pressure.
 
-    Raises
-    ------
-    ValueError
-        If an argument is not positive or the kernel unknown; all faults are listed.
-
     Examples
     --------
     >>> from reference.elasticity import Material
@@ -127,11 +122,6 @@ class LayeredFree(OfBody, FreeOperator):
     shape, spacing
         As for `FreeOperator`.
     body : Stack or Graded
-
-    Raises
-    ------
-    ValueError
-        If an argument is not positive; all faults are listed.
 
     Examples
     --------

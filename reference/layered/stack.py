@@ -57,11 +57,6 @@ class Stack:
     base : Material, optional
         The half-space below; None is a rigid base to which the lowest layer is bonded.
 
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
-
     Examples
     --------
     A half-space has 2/(E* q):

@@ -81,11 +81,6 @@ def inside(
     depths : array_like
         Positive and strictly increasing; those below a rigid base are left out.
 
-    Raises
-    ------
-    ValueError
-        Listing everything wrong.
-
     Examples
     --------
     A wave on a half-space has s_zz = -p (1 + q z) exp(-q z):

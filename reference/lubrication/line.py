@@ -55,11 +55,6 @@ def rigid_cylinder(resolution: int, *, inlet: float = np.inf, reach: float = 1e3
     reach : float
         Half-width of the cells over sqrt(2 R h0).
 
-    Raises
-    ------
-    ValueError
-        If an argument is out of range.
-
     Examples
     --------
     >>> film = rigid_cylinder(32)

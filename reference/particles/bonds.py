@@ -59,11 +59,6 @@ class Asperities:
         A wave of compression runs at about 1.4.
     damping : float
         Of the relative velocity along a pair.
-
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range.
     """
 
     overlap: float = 1.5

@@ -38,11 +38,6 @@ class Domain:
         Half-widths of the region that may be loaded.
     margin : float
         Automata around and below it.
-
-    Raises
-    ------
-    ValueError
-        If a size is not positive.
     """
 
     loaded: tuple[float, float]

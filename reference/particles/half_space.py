@@ -88,11 +88,6 @@ class ParticleHalfSpace:
     spacing, youngs_modulus : float
         Units of length, and of pressure.
 
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range.
-
     Examples
     --------
     Hertz with two automata per contact radius, within a per cent:

@@ -32,11 +32,6 @@ class ParticlePair(ParticleHalfSpace):
     youngs_moduli, poisson_ratios : (float, float)
     spacing : float
 
-    Raises
-    ------
-    ValueError
-        Lists all arguments out of range.
-
     Examples
     --------
     Two equal bodies are half as stiff as one below a rigid shape:

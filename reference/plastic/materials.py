@@ -37,11 +37,6 @@ class PlasticMaterial:
         "linear": slope h of the flow stress Y + h p over the plastic strain p (0: perfectly
         plastic); "power": exponent n of Y (1 + E p/Y)^n, below 1.
     law : {"linear", "power"}
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     elastic: Material

@@ -83,11 +83,6 @@ class Walk:
     step : float
         Of the logarithm of a rising load, at its end.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     Elastic, it is Hertz's contact:
@@ -204,11 +199,6 @@ def below(
     """Return an indentation of E = 1 on a mesh for contacts of a size, and its unit of length.
 
     Parameters are those of `Walk`.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
     faults = count_faults(2, per_radius=per_radius)
     round_ = np.ndim(radius) == 0

@@ -86,11 +86,6 @@ def creep_coefficients(
     cells : tuple of int
         Strips on half the width, and cells on each; three grids at least, ascending.
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> circle = creep_coefficients(0.25, 1.0, (4, 6, 8))

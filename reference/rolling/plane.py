@@ -46,11 +46,6 @@ class PlaneSurface:
         Of a cell along x.
     compliance : Compliance
 
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-
     Examples
     --------
     >>> surface = PlaneSurface(4, 1.0, Compliance.of(1.0, 0.5))

@@ -87,11 +87,6 @@ class EllipticContact:
         Of the elastic body, on a rigid one.
     limit : float
         mu F.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     semi_axes: tuple[float, float]

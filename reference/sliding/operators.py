@@ -29,11 +29,6 @@ class Travelling:
         v > 0 of the pressure along +x, relative to the material.
     periodic : bool
         Periodic grid with zero mean displacement, or a free half-space.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
     """
 
     def __init__(
