@@ -416,7 +416,8 @@ def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
     known = values[np.isfinite(values)]
     if not len(known) or known.any():
         return ""
-    if not np.nan_to_num(selection.column(selection.solved(record), "contact_area")).any():
+    area = selection.column(selection.solved(record), "contact_area")
+    if np.isfinite(area).any() and not np.nan_to_num(area).any():
         return "nothing touches at any load"
     return "nothing yields" if "plasticity" in quantity(name).physics else "nothing happens"
 

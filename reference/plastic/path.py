@@ -32,9 +32,9 @@ class Moment:
 
     Attributes
     ----------
-    penetration, force, contact_area : float
+    penetration, force : float
     counted_area : float
-        Between the points that touch: to a part of an element.
+        Of contact, between the points that touch: to a part of an element.
     work, elastic, dissipated : float
         Work of the force, elastic energy, plastic dissipation so far.
     iterations : int
@@ -45,7 +45,6 @@ class Moment:
 
     penetration: float
     force: float
-    contact_area: float
     counted_area: float
     work: float
     elastic: float
@@ -53,11 +52,6 @@ class Moment:
     iterations: int
     residual: float
     state: State
-
-    @property
-    def contact_radius(self) -> float:
-        """Radius of the circle of that area."""
-        return float(np.sqrt(self.contact_area / np.pi))
 
 
 class Walk:
@@ -130,6 +124,16 @@ class Walk:
             state = self._led(state, control, float(load))
             yield self._moment(state)
 
+    def contact_area(self, moment: Moment) -> float:
+        """Return the area of contact: of round ones from the stiffness at the start of unloading.
+
+        Raises
+        ------
+        ConvergenceError
+            If the unloading does not come to balance.
+        """
+        return self.indentation.contact_area(moment.state) * self.length**2
+
     def residual_depth(self, moment: Moment) -> float:
         """Return the depth that remains if the indenter is lifted off from here."""
         if not moment.state.points.amount.any():
@@ -176,7 +180,6 @@ class Walk:
         return Moment(
             penetration=state.penetration * self.length,
             force=state.force * self.modulus * self.length**2,
-            contact_area=self.indentation.contact_area(state) * self.length**2,
             counted_area=self.indentation.counted_area(state) * self.length**2,
             work=state.work * energy,
             elastic=state.elastic * energy,

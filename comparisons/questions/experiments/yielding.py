@@ -87,7 +87,7 @@ def _dented(
     (moment,) = walk.along(LoadPath("penetration", depth))
     back = walk.given_back(moment) if rebound else moment.work
     return (
-        *(moment.force, moment.contact_area, walk.residual_depth(moment), moment.work),
+        *(moment.force, walk.contact_area(moment), walk.residual_depth(moment), moment.work),
         *(float(np.sqrt(back / moment.work)), walk.indentation.mesh.size),
     )
 

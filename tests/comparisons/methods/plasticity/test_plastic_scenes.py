@@ -72,6 +72,13 @@ def test_a_path_unloads_and_loads_again(scene):
         assert_allclose(left, left[0], rtol=0.01)
 
 
+@pytest.mark.parametrize(("asked", "given"), [("force", False), ("equivalent_radius", True)])
+def test_only_what_asks_for_the_area_unloads_for_it(scene, asked, given):
+    (plan, *_) = plan_scene(yielding(scene, 2))
+    answer = execute(Task(plan.scene, plan.geometry, plan.loads, "fem", 3, (asked,)))
+    assert ("contact_area" in answer.quantities) == given
+
+
 def test_forces_and_penetrations_are_one_curve(scene):
     by_depth = solved(yielding(scene, 5, 20), "reduced", 400)
     by_force = yielding(scene, loading={"force": curve(by_depth).tolist()})
