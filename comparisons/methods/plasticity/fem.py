@@ -65,7 +65,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
         if self.indenter.sharp_tip:
             self.note = "below a sharp tip the half-space yields at once: no first_yield"
         if not self.round:
-            counted = "the contact area is counted, 5 to 10 % low on four to two elements"
+            counted = (
+                "the contact area is counted: on four to two elements 5 to 12 % low at the largest "
+                "load, more at smaller ones"
+            )
             self.note = "; ".join(filter(None, [self.note, counted]))
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:

@@ -256,6 +256,12 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
             "contact_area",
             "zero in every answer: nothing touches at any load",
         ),
+        (  # it parts at -2.96 um
+            "adhesive-ball",
+            {"loading": {"penetration": ["-20 um", "-10 um"]}},
+            "force",
+            "zero in every answer: nothing touches at any load",
+        ),
     ],
 )
 def test_what_is_zero_everywhere_is_no_verdict_and_says_why(name, changes, quantity, reason):
