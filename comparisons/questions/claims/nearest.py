@@ -35,7 +35,7 @@ Place = Callable[[Scene, AbsoluteLoads, float], Stretch | None]
 
 @dataclass(frozen=True)
 class Measured:
-    """What a full run measured of a claim: |e| and u at each value of its parameter."""
+    """What a full run measured of a claim: e and u at each value of its parameter."""
 
     claim: str
     parameter: str
@@ -82,7 +82,7 @@ class Nearest:
     @property
     def worst(self) -> float:
         """The largest error that the measurement leaves possible, |e| + u."""
-        return self.error + self.uncertainty
+        return abs(self.error) + self.uncertainty
 
     @property
     def beyond(self) -> bool:
@@ -175,7 +175,7 @@ def extract(claims: Iterable[ClaimRecord]) -> dict[str, Any]:
             "spacing": claim.spacing,
             "tolerance": claim.tolerance,
             "points": [
-                [point.parameter, _short(abs(point.error)), _short(point.uncertainty)]
+                [point.parameter, _short(point.error), _short(point.uncertainty)]
                 for point in claim.points
                 if point.parameter is not None
                 and point.error is not None
@@ -214,7 +214,7 @@ def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Ne
     if first > last:
         first = last = places.min() if high < places.min() else places.max()
     near = [p for p, at in zip(record.points, places, strict=True) if first <= at <= last]
-    there, error, bar = max(near, key=lambda point: point[1] + point[2])
+    there, error, bar = max(near, key=lambda point: abs(point[1]) + point[2])
     answer = Nearest(name, record, here, there, error, bar, judged(error, bar, tolerance).word)
     return replace(answer, word=NOT_RESOLVED) if answer.beyond and answer.word == WITHIN else answer
 

@@ -52,7 +52,7 @@ def test_between_two_measurements_the_worse_decides():
         radii = {"indenter.radius_x": 0.01, "indenter.radius_y": 0.01 / ratio}
         force = known("ellipsoid-2", **radii)["force"]
         beside = values[values <= ratio].max(), values[values >= ratio].min()
-        worst = max(p[1] + p[2] for p in force.measured.points if p[0] in beside)
+        worst = max(abs(p[1]) + p[2] for p in force.measured.points if p[0] in beside)
         assert force.worst == pytest.approx(worst)
 
 
@@ -68,14 +68,20 @@ def test_areas_at_equal_force_say_nothing_of_a_prescribed_penetration():
     assert known("ellipsoid-2", **force)["contact_area"].measured.claim == "ellipsoid-area"
 
 
+def test_what_is_known_beforehand_has_the_sign_of_what_a_run_finds():
+    gap = known("rough-free")["mean_gap"]
+    assert gap.error < 0
+    assert "mean gap \N{MINUS SIGN}99" in in_words([gap], 0.05)
+
+
 def test_where_loads_spread_the_worst_of_what_they_cover_decides():
     area = known("rough-patch")["contact_area"]
     covered = [
-        error + bar
+        abs(error) + bar
         for value, error, bar in area.measured.points
         if area.here[0] <= value * 1.001 and value <= area.here[1] * 1.001
     ]
-    assert area.error + area.uncertainty == max(covered)
+    assert area.worst == max(covered)
     assert area.word == OUTSIDE
 
 
