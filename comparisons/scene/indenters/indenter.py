@@ -16,6 +16,10 @@ class Indenter(BaseModel):
 
     shape: str
 
+    def __eq__(self, other: object) -> bool:
+        """Compare the keys: what properties remember of them, arrays among it, cannot differ."""
+        return isinstance(other, type(self)) and self.model_dump() == other.model_dump()
+
     @property
     def in_words(self) -> str:
         """The shape in words."""

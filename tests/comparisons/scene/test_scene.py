@@ -7,6 +7,7 @@ import pickle
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -531,3 +532,11 @@ def test_a_missing_map_is_told_together_with_everything_else(tmp_path):
     assert "half_space.poisson_ratio" in said
     assert "loading.penetration" in said
     assert "surface.file: nowhere.npy: no such file" in said
+
+
+def test_faces_are_equal_whatever_they_remember():
+    """Two polygons with one outline, which both keep as an array."""
+    first, second = (load_scene("triangle-punch").indenter for _ in range(2))
+    np.testing.assert_array_equal(first.outline, second.outline)
+    assert first == second
+    assert hash(first) == hash(second)
