@@ -31,7 +31,7 @@ def test_the_report_is_light_enough_to_send(report):
 
 
 def test_the_finding_and_the_heat_map_stand_on_the_first_screen(visit):
-    """All scenes of the suite below the table of findings, at 1000 pixels; none cut off sideways."""
+    """All scenes of the suite, below the table of findings; nothing is cut off sideways."""
     for size in ((1440, 1000), DESKTOP):
         with visit(size=size) as seen:
             rows = seen.page.locator("#verdict-table tr[data-scene]")
