@@ -44,10 +44,11 @@ TOLERANCES = {
     "bem_fft": 1e-6,
     # exact to round-off of its matrix, on one contact set
     "bem_dense": 1e-10,
-    # elimination in another order: round-off times the condition of the mesh; and what cells leave
-    # out at the rim, up to a tenth of a mean gap, from a response that is solved to 1e-6
-    "fem": 1e-7,
+    # elimination in another order: round-off times the condition of the mesh
+    "fem": 1e-8,
 }
+# What cells leave out of these at the rim, up to a tenth, is from a response solved to 1e-6.
+AT_THE_RIM = {"penetration": 1e-7, "mean_gap": 1e-7}
 
 
 class Surface(NamedTuple):
@@ -129,12 +130,13 @@ def pressed(scene, tmp_path):
     return press
 
 
-def assert_same(result, expected, tolerance, unit=1.0, why=""):
+def assert_same(result, expected, method, tolerance, unit=1.0, why=""):
     for name, values in expected.items():
+        rim = AT_THE_RIM.get(name, 0.0) if tolerance and method != "reduced" else 0.0
         np.testing.assert_allclose(
             result[name] / unit ** DIMENSIONS[name],
             values,
-            rtol=tolerance,
+            rtol=max(tolerance, rim),
             err_msg=f"{name}, {why}",
         )
 
@@ -143,7 +145,9 @@ def assert_symmetric(press, map_, method, periodic, tolerance, factor=1):
     """Compare a map with its images; name the image that differs."""
     expected = press(map_, method, periodic, factor)
     for name, move in (MOVES | (ROLLS if periodic else {})).items():
-        assert_same(press(move(map_), method, periodic, factor), expected, tolerance, why=name)
+        assert_same(
+            press(move(map_), method, periodic, factor), expected, method, tolerance, why=name
+        )
 
 
 @pytest.mark.parametrize(("method", "periodic", "shape"), CASES)
@@ -173,4 +177,4 @@ def test_a_map_in_another_unit_of_length_is_the_same_surface(pressed, method, pe
     expected = pressed(map_, method, periodic)
     for unit, tolerance in ((2.0**20, 0), (1e-9, TOLERANCES[method]), (1e3, TOLERANCES[method])):
         scaled = Surface(map_.heights * unit, tuple(unit * side for side in map_.size))
-        assert_same(pressed(scaled, method, periodic, unit=unit), expected, tolerance, unit)
+        assert_same(pressed(scaled, method, periodic, unit=unit), expected, method, tolerance, unit)
