@@ -63,7 +63,7 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     names = {item.quantity for scene in scenes for item in verdicts(scene, method)}
     note = _explained(name for name in names if symbol(name) in words)
     if any("*" in row.instead for row in found):
-        note += f"; {ITSELF}"
+        note = "; ".join(filter(None, [note, ITSELF]))
     return table(heads, rows, title=title[0].upper() + title[1:], note=note)
 
 
