@@ -217,7 +217,7 @@ def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed(monkeypa
     ("kind", "title", "resolutions"),
     [
         ("fem", "fem, paraboloid", (4, 5, 6)),
-        ("fem", "fem by iteration, paraboloid", (6, 8, 10)),
+        ("fem", "fem by iteration, paraboloid", (8, 10, 12)),
         ("bem", "bem_dense, one force", (16, 18, 20)),
         ("bem", "bem_dense, cylinder", (18, 21, 24)),
     ],

@@ -126,11 +126,11 @@ def assert_one_voice(scene, folder, capsys):
 
 
 def assert_times_were_measured(scene, advice):
-    """Every time in the sentence is that of the setting whose N stands beside it."""
+    """Every time in the sentence is that of all solves of the setting whose N stands beside it."""
     rows = scene.rows[scene.rows["resolution"].notna()]
     run = {
-        (fmt.duration(row.seconds), int(row.resolution))
-        for row in rows[["seconds", "resolution"]].itertuples()
+        (fmt.duration(row.seconds_all), int(row.resolution))
+        for row in rows[["seconds_all", "resolution"]].itertuples()
     }
     said = re.findall(r"(\d[\d.]*\u202f[mµn]?s) \(N = (\d+)", advice.sentence)
     assert {(time, int(level)) for time, level in said} <= run
