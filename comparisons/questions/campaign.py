@@ -24,10 +24,8 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
-from comparisons.results.crate import describe
 from comparisons.results.folder import Layout, held, open_folder
 from comparisons.results.header import Header
-from comparisons.results.store import SceneRecord
 from comparisons.solving.answers import Answers
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Executor, executor_for
@@ -105,10 +103,6 @@ class Campaign(ABC, Generic[A, R]):
     def received(self, done: Done) -> None:
         """Register an answer, cached or new."""
 
-    def so_far(self, done: Done) -> SceneRecord | None:
-        """Return the record so far of the scene of a job, or None if there is no scene."""
-        return None
-
     @property
     def counts(self) -> tuple[int, int]:
         """Number of completed jobs and of all jobs so far; refinements add jobs."""
@@ -155,8 +149,6 @@ class Campaign(ABC, Generic[A, R]):
         seconds = spent + time.perf_counter() - started
         record = self.record(seconds, interrupted=stopped is not None)
         self.save(record)
-        if self.layout is not None:
-            describe(self.directory, self._created, self.command)
         if stopped is not None:
             raise stopped
         return record

@@ -11,7 +11,6 @@ from pathlib import Path
 from comparisons.errors import InputError
 from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.merging import other_versions
-from comparisons.results.crate import describe
 from comparisons.results.ensemble import (
     RECORD,
     SURFACES,
@@ -64,7 +63,6 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
         ensemble = Ensemble(parse_scene(first.text, first.name, Path()), folder)
         merged = result_of(ensemble, _header(runs, command), runs=_parts(runs))
         save_ensemble(folder, merged)
-        describe(folder, merged.record.created, command)
     return merged
 
 

@@ -185,11 +185,6 @@ class Study(Campaign[Plan, StudyRecord]):
                 missing.append((task, next(iter(solution.reasons.values()), "no answer")))
         return missing
 
-    def so_far(self, done: Done) -> SceneRecord:
-        """Compare the solutions so far of the scene of a task, without what theorems prove."""
-        (plan,) = [plan for plan in self.plans if plan.scene.name == done.job.kind.scene]
-        return record_scene(plan, self.solved(plan), prove=False)
-
     def solution(self, task: Task) -> Solution | None:
         """Return the solution of a task, or None if it is not done."""
         return self._solutions.get(task.key)

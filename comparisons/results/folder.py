@@ -15,8 +15,6 @@ from pathlib import Path
 from comparisons.errors import ResultsError
 
 PAGE = "report.html"
-# What a folder says of itself to archives (`comparisons.results.crate`).
-CRATE, CODEMETA = "ro-crate-metadata.json", "codemeta.json"
 # Held by the process that writes the folder, whom it names.
 LOCK = ".roughline.lock"
 # What tells a folder of one command from those of the others.
@@ -126,7 +124,7 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
         _check_ownership(directory, layout)
     answers = directory / layout.answers
     answers.mkdir(parents=True, exist_ok=True)
-    clear_leftovers(directory, {*layout.tables, layout.record, CRATE, CODEMETA})
+    clear_leftovers(directory, {*layout.tables, layout.record})
     if layout.answers:
         clear_leftovers(answers, ())
         for old in answers.iterdir() if overwrite else ():
@@ -172,9 +170,7 @@ def _check_ownership(directory: Path, layout: Layout) -> None:
     answers = directory / layout.answers
     if layout.answers and answers.is_symlink():
         raise ResultsError(f"{answers}: expected a folder, got a link to another place")
-    foreign = [
-        name for name in (*layout.tables, *RECORDS, CRATE, CODEMETA) if (directory / name).exists()
-    ]
+    foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
     if foreign and layout.record not in foreign:
         raise ResultsError(
             f"{directory} has {', '.join(foreign)} that roughline has not written, or another of "

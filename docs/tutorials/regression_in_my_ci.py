@@ -68,7 +68,7 @@ print(check("--update"))
 # The next build is checked against it. No curve has moved, and the exit code is 0. (Speed is
 # judged, too, in units of a yardstick that is measured in turns with the model: should this page
 # have been made on a very busy machine, it says so here.)
-report = check("--junit", str(folder / "check.xml"))
+report = check()
 print(report)
 assert "moved" not in report
 
@@ -90,7 +90,7 @@ assert report.endswith("exit code 1")
 # .. code-block:: yaml
 #
 #    - run: pip install roughline
-#    - run: roughline check --baseline tests/roughline-baseline.json --junit check.xml
+#    - run: roughline check --baseline tests/roughline-baseline.json
 #
 # When a change is meant, ``roughline check --update`` prints the drift and renews the file; commit
 # it with the reason. In your own test suite the pytest fixture ``roughline_check`` does the same

@@ -224,7 +224,6 @@ def check(
     method: str = "reduced",
     baseline: Path | None = None,
     update: Flag = False,
-    junit: Path | None = None,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Check for drift against a baseline, and attribute it to the model, reference or machine.
@@ -239,12 +238,9 @@ def check(
         The stored curves; default: roughline-baseline.json in this folder, else the packaged one.
     update
         Show the drift, then store the new curves, by default in roughline-baseline.json.
-    junit
-        Write the findings to this file as JUnit XML, for continuous integration.
     """
     from comparisons.questions.regression import CHECK_SCENES, PACKAGED
     from comparisons.questions.regression.check import check_against, update_baseline
-    from comparisons.questions.regression.junit import write_junit
     from reports.cli import terminal
     from reports.cli.live import watching
 
@@ -255,8 +251,6 @@ def check(
         act = update_baseline if update else check_against
         findings = act(stored, method, scenes or CHECK_SCENES, watch=watch)
     terminal.print_findings(findings, stored)
-    if junit is not None:
-        write_junit(junit, findings)
     return LOST if any(finding.drifted for finding in findings) and not update else FINE
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.questions.calibration_cases import Case, at_loads, held, summary
 from comparisons.questions.shares import fitted_rule
-from reports.pages.page import render, write_page
+from reports.pages.page import render
 from reports.plots.calibration import covered, widths
 from reports.tables.calibration import by_quantity, by_shape, kinds, other_widths, rule
 
 
 def write_calibration_report(cases: list[Case], command: str, path: Path) -> None:
     """Write both figures and the tables as one HTML file, atomically."""
-    write_page(path, calibration_page(cases, command))
+    write_text(path, calibration_page(cases, command))
 
 
 def calibration_page(cases: list[Case], command: str) -> str:

@@ -7,10 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.claims.wording import error_text, limit_words
-from reports.pages.page import render, write_page
+from reports.pages.page import render
 from reports.plots.claim import along, evidence, validity_map
 from reports.plots.figure import Figure
 from reports.tables.claims import beyond, measurements
@@ -57,7 +58,7 @@ class Deciding:
 
 def write_claims_report(record: ClaimsRecord, path: Path) -> None:
     """Write the verdicts and their evidence as one HTML file, atomically."""
-    write_page(path, claims_page(record))
+    write_text(path, claims_page(record))
 
 
 def claims_page(record: ClaimsRecord) -> str:

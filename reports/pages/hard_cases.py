@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.formatting import ROUND_OFF
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
-from reports.pages.page import render, write_page
+from reports.pages.page import render
 from reports.plots.hard_cases import stability
 
 KINDS = ("accurate", "degraded", "refused", "not for", "left out", "lost")
@@ -15,7 +16,7 @@ KINDS = ("accurate", "degraded", "refused", "not for", "left out", "lost")
 
 def write_hard_cases_report(record: HardCasesRecord, path: Path) -> None:
     """Write the stability table as one HTML file, atomically."""
-    write_page(path, hard_cases_page(record))
+    write_text(path, hard_cases_page(record))
 
 
 def hard_cases_page(record: HardCasesRecord) -> str:

@@ -22,8 +22,7 @@ from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.files import plain, write_text
-from comparisons.results.crate import relist
+from comparisons.files import plain
 from reports.pages import glossary
 from reports.plots.figure import Figure
 from reports.plots.interactive import spec
@@ -100,12 +99,6 @@ def render(
             **values,
         )
     )
-
-
-def write_page(path: Path, text: str) -> None:
-    """Write a page, atomically, and list it where its folder describes itself."""
-    write_text(path, text)
-    relist(path.parent)
 
 
 @cache

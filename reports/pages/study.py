@@ -13,6 +13,7 @@ from typing import Any
 
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import in_order
+from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.confidence import confidence
@@ -24,7 +25,7 @@ from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
 from reports.pages.judging import judging
-from reports.pages.page import render, write_page
+from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
 from reports.plots import (
@@ -109,7 +110,7 @@ def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> N
     pictures : bool
         Render the three-dimensional pictures (one or two seconds each, in a separate process).
     """
-    write_page(Path(path), page(record, with_pictures=pictures))
+    write_text(Path(path), page(record, with_pictures=pictures))
 
 
 def page(record: StudyRecord, *, with_pictures: bool = True) -> str:

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from comparisons.files import write_atomically, write_named, write_named_text, write_text
-from comparisons.questions.regression.junit import write_junit
 from reports.cli.cli import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -184,11 +183,3 @@ def test_every_command_writes_where_a_link_leads(tmp_path, monkeypatch, argument
     assert run_command([*arguments, str(link)]) == 0
     assert link.is_symlink()
     assert (tmp_path / "target").stat().st_size > 0
-
-
-def test_findings_for_a_server_go_where_a_link_leads(tmp_path):
-    link = tmp_path / "link.xml"
-    link.symlink_to(tmp_path / "target.xml")
-    write_junit(link, [])
-    assert link.is_symlink()
-    assert "testsuite" in (tmp_path / "target.xml").read_text()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from xml.etree import ElementTree as Xml
 
 import pytest
 
@@ -25,7 +24,6 @@ from comparisons.questions.regression import (
 from comparisons.questions.regression import check as check_module
 from comparisons.questions.regression.check import check_against, update_baseline
 from comparisons.questions.regression.findings import AGREEMENT, MODEL, REFERENCES, SPEED
-from comparisons.questions.regression.junit import write_junit
 from comparisons.questions.regression.measure import _identity
 from comparisons.questions.regression.snapshot import Speed
 from comparisons.scene.scene import Scene, load_scene
@@ -180,18 +178,6 @@ def test_baselines_that_cannot_be_read_say_what_is_wrong(before, tmp_path):
     save_baseline(path, before.model_copy(update={"method": "mine"}))
     with pytest.raises(InputError, match="expected a baseline of reduced, got one of mine"):
         check_against(path)
-
-
-def test_findings_as_junit_xml(tmp_path):
-    findings = [
-        Finding("paraboloid", MODEL, "the reduced model moved: force by +0.2 % <&>", True),
-        Finding("paraboloid", REFERENCES, "unchanged"),
-    ]
-    write_junit(tmp_path / "check.xml", findings)
-    suite = Xml.parse(tmp_path / "check.xml").getroot().find("testsuite")
-    assert (suite.get("tests"), suite.get("failures")) == ("2", "1")
-    (failure,) = suite.iter("failure")
-    assert failure.get("message") == findings[0].text
 
 
 def test_the_packaged_baseline_covers_all_scenes_of_a_check():

@@ -12,7 +12,7 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
-from comparisons.results.folder import CODEMETA, CRATE, PAGE
+from comparisons.results.folder import PAGE
 from comparisons.solving.executors import SerialExecutor
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page
@@ -69,9 +69,7 @@ FEW = ("--case", "load-one", "--case", "profile-hollow", "--case", "nu-0-5")
 def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
     code, folder = hard_cases("reduced", "closed_form", *FEW, "--json", str(tmp_path / "own.json"))
     assert code == 0
-    assert {part.name for part in folder.iterdir()} == {
-        *(files.RECORD, files.TABLE, PAGE, CRATE, CODEMETA)
-    }
+    assert {part.name for part in folder.iterdir()} == {*(files.RECORD, files.TABLE, PAGE)}
     assert "every outcome is as the catalogue expects" in capsys.readouterr().out
     document = json.loads((tmp_path / "own.json").read_text())
     assert document == json.loads((folder / files.RECORD).read_text())
