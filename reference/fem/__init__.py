@@ -12,22 +12,26 @@ True
 
 from reference.elasticity import Material
 from reference.fem.body import CondensedBody
-from reference.fem.contact import Contact, Enforcement, press
-from reference.fem.contact_area import contact_radius
+from reference.fem.contact import (
+    Enforcement,
+    NodalContact,
+    at_quadrature_points,
+    contact_radius,
+    press,
+)
 from reference.fem.half_space import half_space_body
 from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
 from reference.fem.mesh import graded_lines
-from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.recovery import Fields, recover
 from reference.fem.single_contact import indent
 
 __all__ = [
     "SYMMETRIES",
     "CondensedBody",
-    "Contact",
     "Enforcement",
     "Fields",
     "Material",
+    "NodalContact",
     "RingMesh",
     "TensorMesh",
     "at_quadrature_points",

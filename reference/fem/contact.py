@@ -3,47 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ellipk
 
 from reference.arguments import choice_faults, count_faults, positive_faults, refuse
 from reference.contact.pivot import pivot
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
-from reference.fem.contact_area import best_area
+from reference.fem.flexibility import DenseFlexibility
+from reference.fem.mesh import facet_quadrature
 from reference.loads import LoadPath
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
 CONTROLS = ("penetration", "force")
 
-Response = tuple[NDArray[np.float64], NDArray[np.float64]]
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
-    """One converged load step, with forces and energy of all symmetric parts.
+class NodalContact:
+    """One converged load step: forces, area and energy are those of all symmetric parts.
 
     Attributes
     ----------
-    penetration, force : float
-    reactions : (n,)
-        Nodal normal forces on the meshed part.
-    pressure : (n,)
-        Reaction over tributary area.
-    displacement : (n,)
-        Normal displacement of the candidates, into the half-space.
+    reactions, pressure, displacement : (n,)
+        Normal forces on the candidates of the meshed part, over their areas; u into the body.
     active : (n,) bool
+        Candidates that carry a force.
     stiffness : float
         dF/dd on the fixed contact set.
     energy : float
         Elastic energy ``1/2 sum R u``.
-    contact_area_raw : float
-        Tributary area of the active points.
-    contact_area : float
-        Best estimate, see `reference.fem.contact_area.best_area`.
-    iterations : int
+    contact_area, contact_area_raw : float
+        Best estimate (`best_area`); tributary area of the active points.
     violation : float
         Largest overlap over the penetration from first touch of a point; with a penalty also that
         inside the contact.
@@ -53,10 +49,10 @@ class Contact:
 
     penetration: float
     force: float
-    reactions: NDArray[np.float64]
-    pressure: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-    active: NDArray[np.bool_]
+    reactions: Array
+    pressure: Array
+    displacement: Array
+    active: Mask
     stiffness: float
     energy: float
     contact_area: float
@@ -103,47 +99,39 @@ def press(
     enforcement: Enforcement = EXACT,
     *,
     start: ArrayLike | None = None,
-) -> Iterator[Contact]:
-    """Solve the contact of a rigid shape with the body, load by load.
+) -> Iterator[NodalContact]:
+    """Yield the contact of a rigid shape with the body, load by load.
 
     Linearised kinematics: ``u = d - g`` at the undeformed position in contact; ``u >= d - g`` and
     no force elsewhere.
 
     Parameters
     ----------
-    body : CondensedBody
     gap : (n,)
         Initial gap of the rigid shape over `body.points`, relative to which the penetration is
         measured; +inf where contact is impossible.
     load : LoadPath
-        ``"penetration"`` or ``"force"`` on the whole contact (all symmetric parts), positive, in
-        any order; every step starts from the previous contact set (`reference.contact.pivot`).
-    enforcement : Enforcement
-        Exact by default.
+        Penetrations or forces on the whole contact (all symmetric parts), positive, in any order;
+        every step starts from the previous contact set (`reference.contact.pivot`).
     start : (n,) bool, optional
         Initial contact set; by default (and if empty) all points with geometric overlap.
-
-    Yields
-    ------
-    Contact
 
     Raises
     ------
     ValueError
-        Before the first step, with all errors in gap, start and enforcement, or for a load that is
-        not positive.
+        Before the first step, with all errors in gap and start, or for a load that is not positive.
     ConvergenceError
         On iteration, if a step does not converge or overflows.
     """
     gap = np.asarray(gap, dtype=float)
-    shape, method = body.scaled_weights.shape, enforcement.method
+    weights, method = body.scaled_weights, enforcement.method
     faults = []
-    if gap.shape != shape:
-        faults.append(f"gap must have shape {shape}, not {gap.shape}")
+    if gap.shape != weights.shape:
+        faults.append(f"gap must have shape {weights.shape}, not {gap.shape}")
     elif np.isnan(gap).any() or np.isneginf(gap).any() or not np.isfinite(gap).any():
         faults.append("gap must be finite or +inf, and finite somewhere")
-    if start is not None and np.shape(start) != shape:
-        faults.append(f"start must have shape {shape}, not {np.shape(start)}")
+    if start is not None and np.shape(start) != weights.shape:
+        faults.append(f"start must have shape {weights.shape}, not {np.shape(start)}")
     if method != "penalty" and body.interpolation is not None:
         faults.append(
             f"method must be 'penalty' at quadrature points, not {method!r}: there are more of "
@@ -152,115 +140,210 @@ def press(
     refuse(faults)
     load.one_of(*CONTROLS)
     load.positive()
-    active = np.zeros(shape, bool) if start is None else np.asarray(start, bool) & np.isfinite(gap)
-    return _pressed(body, gap, load, enforcement, active)
 
-
-def _pressed(
-    body: CondensedBody,
-    gap: NDArray[np.float64],
-    load: LoadPath,
-    enforcement: Enforcement,
-    active: NDArray[np.bool_],
-) -> Iterator[Contact]:
-    """Solve in lengths of body.length and forces of E length^2, with depths from first touch.
-
-    So a distant shape loses no digits of the overlap.
-    """
-    length, weights, by_force = body.length, body.scaled_weights, load.control == "force"
+    # Lengths of body.length, forces of E length^2, depths from first touch: a distant shape then
+    # loses no digits of the overlap.
+    by_force = load.control == "force"
+    length, unit = body.length, body.youngs_modulus * body.length * body.length
     first_touch = float(gap.min())
     scaled = (gap - first_touch) / length
-    unit = body.youngs_modulus * length * length
     softness = np.zeros_like(weights)
-    if enforcement.method != "active_set":
+    if method != "active_set":
         per_area = enforcement.penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
         softness = 1.0 / (per_area * weights)
 
-    def respond(inside: NDArray[np.int64], right: NDArray[np.float64]) -> Response:
+    def respond(inside: NDArray[np.int64], right: Array) -> tuple[Array, Array]:
         return body.flexibility.respond(inside, right, softness[inside])
 
-    for value in load.values:
-        depth = (value - first_touch) / length
-        target = value / (unit * body.symmetry) if by_force else depth
-        if not by_force and depth <= 0.0:  # first touch may be between the points
-            nothing = np.zeros_like(weights)
-            yield _contact(body, nothing, nothing, 0.0, float(value), 0.0, 0.0, [])
-            continue
-        if not active.any():
-            active = scaled == 0.0 if by_force else scaled < depth
-        history: list[int] = []
-        offset = np.zeros_like(scaled)
-        for _ in range(enforcement.max_iterations):
-            settled = pivot(
-                respond,
-                scaled - offset,
-                active,
-                target,
-                per_depth=0.0 if by_force else 1.0,
-                per_pressure=1.0 if by_force else 0.0,
-                max_rounds=enforcement.max_iterations,
+    def steps(active: Mask) -> Iterator[NodalContact]:
+        for value in load.values:
+            depth = (value - first_touch) / length
+            history: list[int] = []
+            if not by_force and depth <= 0.0:  # first touch may be between the points
+                reactions = displacement = np.zeros_like(weights)
+                slope = violation = 0.0
+            else:
+                if not active.any():
+                    active = scaled == 0.0 if by_force else scaled < depth
+                target = value / (unit * body.symmetry) if by_force else depth
+                offset = np.zeros_like(scaled)
+                for _ in range(enforcement.max_iterations):
+                    settled = pivot(
+                        respond,
+                        scaled - offset,
+                        active,
+                        target,
+                        per_depth=0.0 if by_force else 1.0,
+                        per_pressure=1.0 if by_force else 0.0,
+                        max_rounds=enforcement.max_iterations,
+                    )
+                    history += settled.history
+                    active, depth, slope = settled.active, settled.depth, settled.slope
+                    reactions, displacement = settled.pressures, settled.displacement
+                    overlap = float(np.max(depth - scaled - displacement, initial=0.0))
+                    if method != "augmented_lagrangian" or overlap <= 1e-10 * depth:
+                        break
+                    offset = reactions * softness  # the forces of the last solution, as multipliers
+                else:
+                    raise ConvergenceError(
+                        f"the overlap did not vanish in {enforcement.max_iterations} updates of "
+                        "the multipliers",
+                        history,
+                    )
+                violation = overlap / depth
+                if method == "augmented_lagrangian":  # without the springs
+                    inside = np.flatnonzero(active)
+                    ones, rigid = np.ones((len(inside), 1)), np.zeros(len(inside))
+                    slope = float(body.flexibility.respond(inside, ones, rigid)[0].sum())
+            penetration = float(first_touch + depth * length if by_force else value)
+            force = float(value) if by_force else float(body.symmetry * unit * reactions.sum())
+            reactions, displacement = reactions * unit, displacement * length
+            touching = reactions > 0.0
+            with np.errstate(over="ignore", invalid="ignore"):
+                energy = float(0.5 * body.symmetry * reactions @ displacement)
+            if not np.isfinite(energy):
+                raise ConvergenceError(
+                    f"the energy overflows at penetration {penetration:.6g}", history
+                )
+            yield NodalContact(
+                penetration=penetration,
+                force=force,
+                reactions=reactions,
+                pressure=reactions / body.weights,
+                displacement=displacement,
+                active=touching,
+                stiffness=slope * body.symmetry * body.youngs_modulus * length,
+                energy=energy,
+                contact_area=best_area(body, reactions, touching, sharp=not np.isfinite(gap).all()),
+                contact_area_raw=float(body.symmetry * body.weights[touching].sum()),
+                iterations=len(history),
+                violation=violation,
+                history=history,
             )
-            history += settled.history
-            active, depth, reactions = settled.active, settled.depth, settled.pressures
-            overlap = float(np.max(depth - scaled - settled.displacement, initial=0.0))
-            if enforcement.method != "augmented_lagrangian" or overlap <= 1e-10 * depth:
-                break
-            offset = reactions * softness  # the forces of the last solution, as multipliers
-        else:
-            raise ConvergenceError(
-                f"the overlap did not vanish in {enforcement.max_iterations} updates of the "
-                "multipliers",
-                history,
-            )
-        slope = settled.slope
-        if enforcement.method == "augmented_lagrangian":
-            inside = np.flatnonzero(active)
-            rigid = np.zeros(len(inside))
-            ones = np.ones((len(inside), 1))
-            slope = float(body.flexibility.respond(inside, ones, rigid)[0].sum())
-        yield _contact(
-            body,
-            reactions * unit,
-            settled.displacement * length,
-            slope * body.symmetry * body.youngs_modulus * length,
-            float(first_touch + depth * length if by_force else value),
-            float(value) if by_force else float(body.symmetry * unit * reactions.sum()),
-            overlap / depth,
-            history,
-            sharp=not np.isfinite(gap).all(),
+
+    nowhere = np.zeros(weights.shape, bool)
+    return steps(nowhere if start is None else np.asarray(start, bool) & np.isfinite(gap))
+
+
+def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> CondensedBody:
+    """Return the body with the Gauss points of its candidate surface as candidates.
+
+    With a penalty eps the pressure at a point is ``eps <d - g - u>`` and the nodal forces are its
+    moments ``int N_i p dA`` (Wriggers 2006, *Computational Contact Mechanics*, sec. 9.1): in the
+    terms of the points, ``(N C N^T + 1/(eps w)) R = d - g``, the problem that `press` solves. A
+    uniform pressure then gives exactly the consistent nodal forces, and gaps inside the elements
+    are considered. There are more points than nodes, so rigid contact ("active_set") is undefined:
+    `press` accepts "penalty" only, with the gap at the `points` of the result. Interior fields and
+    energies follow as for nodal contact (`recover`).
+
+    Parameters
+    ----------
+    body : CondensedBody
+        A body with condensed compliance, not of conjugate gradients.
+    per_direction : int
+        Gauss points per direction of a surface element.
+    """
+    if body.nodal is not None:
+        raise ValueError("contact at quadrature points needs a body with nodes as candidates")
+    if not isinstance(body.flexibility, DenseFlexibility):
+        raise ValueError(
+            "contact at quadrature points needs a condensed body, got solver conjugate_gradients"
         )
-
-
-def _contact(
-    body: CondensedBody,
-    reactions: NDArray[np.float64],
-    displacement: NDArray[np.float64],
-    stiffness: float,
-    penetration: float,
-    force: float,
-    violation: float,
-    history: list[int],
-    *,
-    sharp: bool = False,
-) -> Contact:
-    """Return a converged step, with energy and areas."""
-    active = reactions > 0.0
-    with np.errstate(over="ignore", invalid="ignore"):
-        energy = float(0.5 * body.symmetry * reactions @ displacement)
-    if not np.isfinite(energy):
-        raise ConvergenceError(f"the energy overflows at penetration {penetration:.6g}", history)
-    return Contact(
-        penetration=penetration,
-        force=force,
-        reactions=reactions,
-        pressure=reactions / body.weights,
-        displacement=displacement,
-        active=active,
-        stiffness=stiffness,
-        energy=energy,
-        contact_area=best_area(body, reactions, active, sharp=sharp),
-        contact_area_raw=float(body.symmetry * body.weights[active].sum()),
-        iterations=len(history),
-        violation=violation,
-        history=history,
+    if int(per_direction) != per_direction or per_direction < 1:
+        raise ValueError(f"per_direction must be a positive integer, got {per_direction!r}")
+    mesh = body.grid.mesh
+    place = np.full(mesh.doflocs.shape[1], -1)
+    place[body.nodes] = np.arange(len(body.nodes))
+    nodes, shapes, points, areas = facet_quadrature(mesh, body.grid.surface, per_direction)
+    covered = (place[nodes] >= 0).all(axis=1)
+    count = int(covered.sum()) * shapes.shape[1]
+    interpolation = np.zeros((count, len(body.nodes)))
+    columns = np.repeat(place[nodes[covered]], shapes.shape[1], axis=0)
+    values = np.tile(shapes.T, (int(covered.sum()), 1))
+    interpolation[np.arange(count)[:, None], columns] = values
+    return replace(
+        body,
+        scaled_points=points[covered, :, :2].reshape(-1, 2) + body.offset,
+        scaled_weights=np.abs(areas[covered, :, 2]).ravel(),
+        scaled_compliance=interpolation @ body.scaled_compliance @ interpolation.T,
+        ring=None,
+        nodal=body,
+        interpolation=interpolation,
     )
+
+
+def best_area(body: CondensedBody, reactions: Array, active: Mask, *, sharp: bool) -> float:
+    """Return the best estimate of the total contact area on a fixed mesh.
+
+    - Contact at exactly the nodes of the mesh circle, with the shape ending there (`sharp`): the
+      area of the circle.
+    - One round or elliptic contact: from `contact_radius`.
+    - Else the tributary area of the active nodes, uncertain by half a node spacing along the edge.
+    """
+    raw = float(body.symmetry * body.weights[active].sum())
+    if body.ring is None or not active.any():
+        return raw
+    if sharp and np.array_equal(active, body.inside_ring):
+        return _ellipse(body, body.ring * body.length)
+    radius = contact_radius(body, reactions, active)
+    return raw if radius is None else _ellipse(body, radius)
+
+
+def fitted_area(body: CondensedBody, stiffness: float) -> float:
+    """Return the area of a smooth contact with its edge on the mesh circle, or a node beside it.
+
+    The area of the flat punch with the stiffness ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985) of
+    the contact set: nodes on the circle carry load slightly beyond it, 0.2 % of the radius.
+    """
+    minor, major = sorted(body.stretch)
+    assert body.ring is not None, "only meshes with a ring are fitted"
+    radius = body.ring * body.length
+    exact = np.pi * body.effective_modulus * major * radius / ellipk(1.0 - (minor / major) ** 2)
+    return _ellipse(body, radius * stiffness / exact)
+
+
+def _ellipse(body: CondensedBody, radius: float) -> float:
+    return float(np.pi * body.stretch[0] * body.stretch[1] * radius * radius)
+
+
+def contact_radius(body: CondensedBody, reactions: Array, active: Mask) -> float | None:
+    """Return the radius (before stretching) of a round contact from the moments of its pressure.
+
+    Moments are as accurate as the force, while the set of active nodes jumps by whole spacings.
+    None for a tensor body, and if the pressure is not of the form of `moment_radius`: the contact
+    is not a full disc, or the result differs from the active nodes by more than a spacing (cone,
+    flat punch).
+    """
+    if body.ring is None or not active.any():
+        return None
+    radii = body.scaled_radii
+    reach = radii[active].max()
+    radius = radius_from_moments(radii, reactions)
+    if radius is None or not active[radii < 0.8 * reach].all():
+        return None
+    spacing = body.spacing_scaled / np.sqrt(body.stretch[0] * body.stretch[1])
+    return float(radius * body.length) if abs(radius - reach) < spacing else None
+
+
+def radius_from_moments(radii: Array, reactions: Array) -> float | None:
+    """Return `moment_radius` of nodal forces at the given radii."""
+    second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
+    return moment_radius(second, fourth)
+
+
+def moment_radius(second: float, fourth: float) -> float | None:
+    """Return the contact radius a from the force-weighted means of r^2 and r^4.
+
+    With ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)``, exact for a paraboloid (Hertz) and for
+    ``f = c r^4`` (Johnson 1985, sec. 5.3), ``a^2 = (7 <r^2> - sqrt(49 <r^2>^2 - 63/2 <r^4>)) / 2``.
+    None if such a pressure cannot have these means.
+
+    Examples
+    --------
+    Hertz's pressure of radius one:
+
+    >>> round(moment_radius(2.0 / 5.0, 8.0 / 35.0), 12)
+    1.0
+    """
+    root = 49.0 * second**2 - 31.5 * fourth
+    return None if root < 0.0 else float(np.sqrt(0.5 * (7.0 * second - np.sqrt(root))))

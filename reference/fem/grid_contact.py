@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +15,10 @@ from reference.halfspace import fft
 from reference.halfspace.solution import Contact, Press, assemble
 from reference.loads import Load
 
-Array = NDArray[np.float64]
-
 
 def sweep(
     body: FreeBody | PeriodicBody,
-    gap: Array,
+    gap: NDArray[np.float64],
     load: Load,
     enforcement: Enforcement = EXACT,
     *,
@@ -34,7 +33,6 @@ def sweep(
 
     Parameters
     ----------
-    body : FreeBody or PeriodicBody
     gap : ndarray, shape (nx, ny)
         Initial gap; +inf where the shape can never touch.
     load : Load
@@ -43,11 +41,6 @@ def sweep(
         `penalty` is eps h/E* with h the smaller side of the cells.
     tolerance : float
         Largest overlap and gap of what should touch, relative to the penetration.
-
-    Yields
-    ------
-    Contact
-        One per load.
 
     Raises
     ------
@@ -64,57 +57,49 @@ def sweep(
     >>> bool(abs(hertz.force / (4 / 3 * 0.5**1.5) - 1) < 5e-3)
     True
     """
-    pressed = body_under(body, enforcement)
     if enforcement.method != "augmented_lagrangian":
-        yield from fft.sweep(Press(pressed, gap), load, tolerance=tolerance)
+        pressed = Press(body_under(body, enforcement), gap)
+        yield from fft.sweep(pressed, load, tolerance=tolerance)
         return
-    contact = None
+    press = Press(body, gap)
+    soft = body_under(body, replace(enforcement, method="penalty"))
+    compliance, by_depth = soft.contact_compliance, load.control == "penetration"
+    answer = None
     for value in load.values:
-        step = Load(load.control, value)
-        contact = _augmented(Press(body, gap), step, enforcement, tolerance, contact)
-        yield contact
+        # What needs no multipliers, or has no answer, is the exact solver's.
+        closed = body.periodic and by_depth and value >= press.gap.mean()
+        if closed or not press.gap.any() or (by_depth and value <= press.lowest):
+            answer = fft.solve(press, Load(load.control, value), tolerance=tolerance)
+            yield answer
+            continue
+        multipliers = np.zeros(soft.shape) if answer is None else answer.pressure
+        contact, history = None, []
+        for _ in range(enforcement.max_iterations):
+            lifted = press.gap - compliance * multipliers
+            shift = float(lifted.min())
+            aim = Load(load.control, value - shift if by_depth else value)
+            contact = fft.solve(
+                Press(soft, lifted - shift), aim, tolerance=tolerance / 4, start=contact
+            )
+            depth = contact.penetration + shift
+            overlap = compliance * float(np.abs(contact.pressure - multipliers).max())
+            history += [*contact.history, overlap / depth if depth > 0 else np.inf]
+            if overlap <= tolerance / 2 * depth:
+                break
+            multipliers = contact.pressure
+        else:
+            raise ConvergenceError(
+                f"the overlap did not vanish in {enforcement.max_iterations} updates of the "
+                f"multipliers with a penalty of {enforcement.penalty:g} E*/h: a larger one needs "
+                "fewer",
+                history,
+            )
+        answer = assemble(press, contact.pressure, depth, len(history), history)
+        yield answer
 
 
 def body_under(body: FreeBody | PeriodicBody, enforcement: Enforcement) -> FreeBody | PeriodicBody:
     """Return what the shape is pressed on: with a penalty, the body with its springs on it."""
-    return _soft(body, enforcement) if enforcement.method == "penalty" else body
-
-
-def _soft(body: FreeBody | PeriodicBody, enforcement: Enforcement) -> FreeBody | PeriodicBody:
+    if enforcement.method != "penalty":
+        return body
     return body.softened(min(body.spacing) / (enforcement.penalty * body.effective_modulus))
-
-
-def _augmented(
-    press: Press, load: Load, enforcement: Enforcement, tolerance: float, start: Contact | None
-) -> Contact:
-    """Return the contact whose overlap the multipliers have taken away.
-
-    They begin with the pressure of the last load. What needs no multipliers, or has no answer, is
-    the exact solver's.
-    """
-    value, lowest = load.single(), press.lowest
-    body = press.operator
-    assert isinstance(body, FreeBody | PeriodicBody)
-    closed = body.periodic and load.control == "penetration" and value >= press.gap.mean()
-    if closed or not press.gap.any() or (load.control == "penetration" and value <= lowest):
-        return fft.solve(press, load, tolerance=tolerance)
-    soft = _soft(body, enforcement)
-    multipliers = np.zeros(soft.shape) if start is None else start.pressure
-    contact, history = None, []
-    for _ in range(enforcement.max_iterations):
-        lifted = press.gap - soft.contact_compliance * multipliers
-        shift = float(lifted.min())
-        moved = value - shift if load.control == "penetration" else value
-        shape, aim = Press(soft, lifted - shift), Load(load.control, moved)
-        contact = fft.solve(shape, aim, tolerance=tolerance / 4, start=contact)
-        depth = contact.penetration + shift
-        overlap = soft.contact_compliance * float(np.abs(contact.pressure - multipliers).max())
-        history += [*contact.history, overlap / depth if depth > 0 else np.inf]
-        if overlap <= tolerance / 2 * depth:
-            return assemble(press, contact.pressure, depth, len(history), history)
-        multipliers = contact.pressure
-    raise ConvergenceError(
-        f"the overlap did not vanish in {enforcement.max_iterations} updates of the multipliers "
-        f"with a penalty of {enforcement.penalty:g} E*/h: a larger one needs fewer",
-        history,
-    )

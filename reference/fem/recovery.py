@@ -19,6 +19,8 @@ from reference.fem.element_stiffness import (
 )
 from reference.fem.mixed import mean_stress_modes
 
+Array = NDArray[np.float64]
+
 # corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
 VTK_CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -38,31 +40,24 @@ class Fields:
     displacement : (m, 3)
     stress : (m, 6)
         xx, yy, zz, yz, xz, xy; tension positive.
-    von_mises : (m,)
-    largest_shear : (m,)
-        Half the difference of the extreme principal stresses.
+    von_mises, largest_shear : (m,)
+        The latter is half the difference of the extreme principal stresses.
     """
 
-    points: NDArray[np.float64]
+    points: Array
     cells: NDArray[np.int64]
-    displacement: NDArray[np.float64]
-    stress: NDArray[np.float64]
-    von_mises: NDArray[np.float64]
-    largest_shear: NDArray[np.float64]
+    displacement: Array
+    stress: Array
+    von_mises: Array
+    largest_shear: Array
 
 
 def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
-    """Return displacement and stress at all mesh nodes for given nodal contact forces.
+    """Return displacement and stress at all mesh nodes for given nodal contact forces (n,).
 
     The elimination is repeated, keeping its factors (at the cost of the first condensation, and the
     memory of the factors). Stresses are evaluated at the reduced Gauss points, where they are most
     accurate (Barlow 1976), extrapolated to the nodes and averaged by volume.
-
-    Parameters
-    ----------
-    body : CondensedBody
-    reactions : (n,)
-        `Contact.reactions`.
 
     Raises
     ------
@@ -70,36 +65,17 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
         If `reactions` does not have one finite value per candidate.
     """
     body, reactions = body.at_nodes(reactions)
-    unit = body.youngs_modulus * body.length * body.length
-    values = body.flexibility.interior(reactions / unit)
-    displacement = _displacement(body, values)
-    stress = _nodal_stress(body, displacement, values) * body.youngs_modulus
-    points = body.grid.mesh.p.T.copy()
-    points[:, :2] += body.offset
-    return Fields(
-        points=points * body.length,
-        cells=_cells(body.grid.mesh),
-        displacement=displacement * body.length,
-        stress=stress,
-        von_mises=von_mises(stress),
-        largest_shear=largest_shear(stress),
+    mesh, elements = body.grid.mesh, body.grid.mesh.dofs.element_dofs.T
+    values = body.flexibility.interior(
+        reactions / (body.youngs_modulus * body.length * body.length)
     )
-
-
-def _displacement(body: CondensedBody, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    numbers = np.full((body.grid.mesh.p.shape[1], 3), -1, dtype=np.int64)
-    elements = body.grid.mesh.dofs.element_dofs.T
+    numbers = np.full((mesh.p.shape[1], 3), -1, dtype=np.int64)
     unknowns = body.system.unknowns[:, : 3 * elements.shape[1]]
     numbers[elements] = unknowns.reshape(*elements.shape, 3)
-    return np.where(numbers >= 0, values[numbers], 0.0)
+    displacement = np.where(numbers >= 0, values[numbers], 0.0)
 
-
-def _nodal_stress(
-    body: CondensedBody, displacement: NDArray[np.float64], values: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    mesh = body.grid.mesh
+    # stress at the Gauss points, over Young's modulus
     per_direction = element_order(mesh) + isinstance(mesh, MeshTet)
-    elements = mesh.dofs.element_dofs.T
     gradients, volumes = shape_gradients(mesh, per_direction)
     gradient = np.einsum("eqaj,eai->eqij", gradients, displacement[elements], optimize=True)
     strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
@@ -110,58 +86,59 @@ def _nodal_stress(
     else:
         lame, shear = lame_parameters(body.poisson_ratio)
         mean = lame * np.trace(strain, axis1=-2, axis2=-1)
-    stress = 2.0 * shear * strain + mean[..., None, None] * np.eye(3)
-    at_points = stress[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
-    at_nodes = np.einsum("nq,eqs->ens", _extrapolation(mesh), at_points)
+    tensor = 2.0 * shear * strain + mean[..., None, None] * np.eye(3)
+    at_points = tensor[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
+
+    # its mean, linear or tensor Lagrange interpolation at the nodes of the elements
+    locations = mesh.elem.doflocs
+    if element_order(mesh) == 1:
+        extrapolation = np.ones((len(locations), 1))
+    elif isinstance(mesh, MeshTet):
+        at_gauss, at_all = (
+            np.column_stack([1.0 - points.sum(axis=1), points])
+            for points in (simplex_points(2)[0].T, locations)
+        )
+        extrapolation = np.linalg.solve(at_gauss.T, at_all.T).T
+    else:
+        line = np.unique(gauss_points(2)[0][0])
+        toward = (locations - line[0]) / (line[1] - line[0])
+        x, y, z = np.stack([1.0 - toward, toward], axis=1).transpose(2, 0, 1)
+        extrapolation = np.einsum("ni,nj,nk->nijk", x, y, z).reshape(len(locations), -1)
+    at_nodes = np.einsum("nq,eqs->ens", extrapolation, at_points)
     weights = np.broadcast_to(volumes.sum(axis=1)[:, None], elements.shape).ravel()
     total = np.bincount(elements.ravel(), weights)
     columns = [
         np.bincount(elements.ravel(), weights * at_nodes[..., s].ravel()) / total for s in range(6)
     ]
-    return np.stack(columns, axis=1)
+    stress = np.stack(columns, axis=1) * body.youngs_modulus
 
-
-def _extrapolation(mesh: MeshHex | MeshTet) -> NDArray[np.float64]:
-    """Return values at element nodes from those at Gauss points (tensor Lagrange, or linear)."""
-    locations = mesh.elem.doflocs
-    if element_order(mesh) == 1:
-        return np.ones((len(locations), 1))
-    if isinstance(mesh, MeshTet):
-        points = _barycentric(simplex_points(2)[0].T)
-        return np.asarray(np.linalg.solve(points.T, _barycentric(locations).T).T, dtype=float)
-    line = np.unique(gauss_points(2)[0][0])
-    toward = (locations - line[0]) / (line[1] - line[0])
-    factors = np.stack([1.0 - toward, toward], axis=1)
-    return np.einsum("ni,nj,nk->nijk", factors[..., 0], factors[..., 1], factors[..., 2]).reshape(
-        len(locations), -1
+    points = mesh.p.T.copy()
+    points[:, :2] += body.offset
+    return Fields(
+        points=points * body.length,
+        cells=_vtk_cells(mesh),
+        displacement=displacement * body.length,
+        stress=stress,
+        von_mises=von_mises(stress),
+        largest_shear=largest_shear(stress),
     )
 
 
-def _barycentric(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.column_stack([1.0 - points.sum(axis=1), points])
-
-
-def _cells(mesh: MeshHex | MeshTet) -> NDArray[np.int64]:
+def _vtk_cells(mesh: MeshHex | MeshTet) -> NDArray[np.int64]:
     """Return elements, or the eight sub-cells of 27-node ones, as VTK cells of positive volume."""
-    if isinstance(mesh, MeshTet):
-        cells, swapped = np.asarray(mesh.dofs.element_dofs[:4].T), [0, 2, 1, 3]
-    else:
-        cells, swapped = _hexahedra(mesh), [4, 5, 6, 7, 0, 1, 2, 3]
-    corners = mesh.p.T[cells]
-    edges = corners[:, [1, 2, 3] if isinstance(mesh, MeshTet) else [1, 3, 4]] - corners[:, [0]]
-    inverted = np.linalg.det(edges) < 0.0
-    cells[inverted] = cells[inverted][:, swapped]
-    return cells
-
-
-def _hexahedra(mesh: MeshHex) -> NDArray[np.int64]:
     order = element_order(mesh)
-    element = ElementHex2 if order == 2 else ElementHex1
-    lattice = np.empty((mesh.t.shape[1],) + (order + 1,) * 3, dtype=np.int64)
-    i, j, k = np.round(order * element.doflocs.T).astype(int)
-    lattice[:, i, j, k] = mesh.dofs.element_dofs.T
-    cells = []
-    for start in np.ndindex(order, order, order):
-        i, j, k = (np.array(start) + VTK_CORNERS).T
-        cells.append(lattice[:, i, j, k])
-    return np.concatenate(cells)
+    if isinstance(mesh, MeshTet):
+        cells, spanning, mirror = np.asarray(mesh.dofs.element_dofs[:4].T), [1, 2, 3], [0, 2, 1, 3]
+    else:
+        lattice = np.empty((mesh.t.shape[1],) + (order + 1,) * 3, dtype=np.int64)
+        i, j, k = np.round(order * (ElementHex1, ElementHex2)[order - 1].doflocs.T).astype(int)
+        lattice[:, i, j, k] = mesh.dofs.element_dofs.T
+        blocks = []
+        for start in np.ndindex(order, order, order):
+            i, j, k = (np.array(start) + VTK_CORNERS).T
+            blocks.append(lattice[:, i, j, k])
+        cells, spanning, mirror = np.concatenate(blocks), [1, 3, 4], [4, 5, 6, 7, 0, 1, 2, 3]
+    corners = mesh.p.T[cells]
+    inverted = np.linalg.det(corners[:, spanning] - corners[:, [0]]) < 0.0
+    cells[inverted] = cells[inverted][:, mirror]
+    return cells

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +38,8 @@ class SupportedMesh:
     surface : (k, 2)
         Candidate contact faces.
     fixed : (n, 3) bool
-        Zero displacement components of the nodes.
-
-    Raises
-    ------
-    ValueError
-        If the supports leave a rigid motion free (named in the message), or hold the contact
-        surface.
+        Zero displacement components of the nodes: they must leave no rigid motion free, nor hold
+        the contact surface along z.
     """
 
     solid: SolidMesh
@@ -77,23 +71,13 @@ def supported_body(
 
     Parameters
     ----------
-    supported : SupportedMesh
     material : Material
         nu <= 0.4999; at most 0.45 for linear tetrahedra, which lock.
     symmetry : int
         Number of equal parts, one of which is meshed; it enters forces and areas.
     nodes : (c,), optional
-        Candidate nodes, some or (by default) all of `contact_nodes`.
-
-    Returns
-    -------
-    CondensedBody
-        Candidates in the order of `nodes`.
-
-    Raises
-    ------
-    ValueError
-        For a material that the elements do not support.
+        Candidate nodes, some or (by default) all of `contact_nodes`; the candidates of the body
+        have their order.
     """
     mesh, surface, fixed = supported.solid, supported.surface, supported.fixed
     nu = material.poisson_ratio
@@ -110,9 +94,23 @@ def supported_body(
     weights = _weights(mesh, surface) / length**2
     nodes = contact_nodes(mesh, surface) if nodes is None else nodes
     seconds = {"mesh": time.perf_counter() - started}
+
     started = time.perf_counter()
-    system = _system(mesh, grid, numbers, nodes, fixed, nu)
+    free = np.empty_like(fixed)
+    free[numbers] = ~fixed
+    number = np.full(free.shape, -1, dtype=np.int64)
+    number[free] = np.arange(free.sum())
+    elements = grid.dofs.element_dofs.T
+    system = LinearSystem(
+        matrices=stiffness_matrices(grid, nu),
+        unknowns=number[elements].reshape(len(elements), -1),
+        boundary=np.zeros((0, 0)),
+        first=int(free.sum()),
+        retained=number[numbers[nodes], 2],
+        centres=grid.p[:, grid.t].mean(axis=1).T,
+    )
     seconds["assembly"] = time.perf_counter() - started
+
     started = time.perf_counter()
     exterior = np.zeros((0, 0))
     stiffness = condense(system, exterior)
@@ -185,26 +183,3 @@ def _weights(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]
     for nodes, shapes, areas in mesh.face_integrals(surface):
         np.add.at(weights, nodes, np.abs(areas[..., 2]) @ shapes.T)
     return weights
-
-
-def _system(
-    mesh: SolidMesh,
-    grid: Any,
-    numbers: NDArray[np.int64],
-    nodes: NDArray[np.int64],
-    fixed: NDArray[np.bool_],
-    poisson_ratio: float,
-) -> LinearSystem:
-    free = np.empty_like(fixed)
-    free[numbers] = ~fixed
-    number = np.full(free.shape, -1, dtype=np.int64)
-    number[free] = np.arange(free.sum())
-    elements = grid.dofs.element_dofs.T
-    return LinearSystem(
-        matrices=stiffness_matrices(grid, poisson_ratio),
-        unknowns=number[elements].reshape(len(elements), -1),
-        boundary=np.zeros((0, 0)),
-        first=int(free.sum()),
-        retained=number[numbers[nodes], 2],
-        centres=grid.p[:, grid.t].mean(axis=1).T,
-    )

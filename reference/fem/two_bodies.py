@@ -11,27 +11,39 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
+from skfem import MeshTet
+from skfem.element import ElementQuad1, ElementQuad2
 from skfem.quadrature import get_quadrature_tri
 
 from reference.arguments import choice_faults, refuse
+from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
-from reference.fem.contact import Contact, press
-from reference.fem.contact_faces import ContactFaces
-from reference.fem.overlaps import overlap_triangles
+from reference.fem.contact import NodalContact, press
+from reference.fem.element_stiffness import element_order
+from reference.fem.mesh import facet_quadrature
 from reference.loads import LoadPath
 
 COUPLINGS = ("mortar", "node_to_surface")
 MULTIPLIERS = ("dual", "standard")
-Gap = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+Gap = Callable[[Array, Array], Array]
 NO_OVERLAP = "the contact surfaces of the two bodies do not overlap"
 # Products of biquadratic functions have degree 8 on parallelograms; on other quadrilaterals they
 # are rational, for which degree 12 is exact to rounding.
 DEGREE = 12
+# Largest deviation of nodes from the straight-sided face, as a fraction of its size.
+STRAIGHT = 1e-7
+# The intersection of two convex quadrilaterals has at most eight corners.
+MOST_CORNERS = 8
+# Slivers below this fraction of a face are rounding at shared edges and are dropped.
+SLIVER = 1e-12
+_ELEMENTS = {1: ElementQuad1, 2: ElementQuad2}
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,24 +71,19 @@ class BodyPair:
     onto_slave: csr_matrix
     onto_master: csr_matrix
     combined: CondensedBody
-    points: NDArray[np.float64]
+    points: Array
     sampling: csr_matrix
 
-    def press(self, gap: Gap, load: LoadPath) -> Iterator[Contact]:
-        """Solve the contact of the bodies, load by load.
+    def press(self, gap: Gap, load: LoadPath) -> Iterator[NodalContact]:
+        """Solve the contact of the bodies, load by load, as `reference.fem.press` does.
 
         Parameters
         ----------
         gap : callable
             Initial gap ``g(x, y)`` of the two surfaces, finite everywhere.
         load : LoadPath
-            As in `reference.fem.press`; penetration is the approach of points far from the contact
-            (of the supports of finite bodies).
-
-        Raises
-        ------
-        ValueError, ConvergenceError
-            As in `reference.fem.press`.
+            Penetration is the approach of points far from the contact (of the supports of finite
+            bodies).
         """
         weighted = self.sampling @ np.asarray(gap(*self.points.T), dtype=float)
         return press(self.combined, weighted, load)
@@ -91,7 +98,7 @@ class BodyPair:
             points=self.points * factor,
         )
 
-    def forces(self, contact: Contact) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def forces(self, contact: NodalContact) -> tuple[Array, Array]:
         """Return nodal normal forces on the candidates of slave and master."""
         return self.onto_slave.T @ contact.reactions, self.onto_master.T @ contact.reactions
 
@@ -120,7 +127,7 @@ def couple(
     Raises
     ------
     ValueError
-        For arguments out of range, curved faces, and surfaces that do not overlap.
+        For arguments out of range, tetrahedra, curved faces, and surfaces that do not overlap.
 
     Examples
     --------
@@ -142,27 +149,14 @@ def couple(
         )
     refuse(faults)
     # One unit of length for the whole geometry, so that scenes in nm and m have the same digits.
-    ours, theirs = (ContactFaces.of(body, slave.length) for body in (slave, master))
+    ours, theirs = (ContactFaces(body, slave.length) for body in (slave, master))
+    shape = len(slave.nodes), len(master.nodes)
     if coupling == "mortar":
-        terms = _mortar(ours, theirs, len(slave.nodes), len(master.nodes), multipliers)
+        terms = _mortar(ours, theirs, shape, dual=multipliers == "dual")
     else:
-        terms = _node_to_surface(ours, theirs, slave, len(master.nodes))
-    return _pair(slave, master, terms)
-
-
-class _Terms(NamedTuple):
-    """Areas of the pressure unknowns and the matrices of `BodyPair`, before the division."""
-
-    weights: NDArray[np.float64]
-    onto_slave: csr_matrix
-    onto_master: csr_matrix
-    points: NDArray[np.float64]
-    sampling: csr_matrix
-
-
-def _pair(slave: CondensedBody, master: CondensedBody, terms: _Terms) -> BodyPair:
-    """Return the pair without slave nodes outside the master's faces, with summed compliances."""
+        terms = _node_to_surface(theirs, slave, shape)
     weights, onto_slave, onto_master, points, sampling = terms
+    # without slave nodes outside the master's faces; integrals over areas are means
     covered = np.flatnonzero(weights > 1e-9 * weights.max())
     divide = csr_matrix(
         (1.0 / weights[covered], (np.arange(len(covered)), covered)), (len(covered), len(weights))
@@ -185,9 +179,11 @@ def _pair(slave: CondensedBody, master: CondensedBody, terms: _Terms) -> BodyPai
     )
 
 
-def _mortar(
-    slave: ContactFaces, master: ContactFaces, slave_count: int, master_count: int, multipliers: str
-) -> _Terms:
+# Areas of the pressure unknowns, and the matrices and points of `BodyPair` times these areas.
+Terms = tuple[Array, csr_matrix, csr_matrix, Array, csr_matrix]
+
+
+def _mortar(slave: ContactFaces, master: ContactFaces, shape: tuple[int, int], dual: bool) -> Terms:
     """Return integrals of pressure functions times both displacements over all overlaps."""
     triangles, owners = overlap_triangles(slave.corners, master.corners)
     if not len(owners):
@@ -196,104 +192,234 @@ def _mortar(
     edges = triangles[:, 1:] - triangles[:, :1]
     points = triangles[:, :1] + np.einsum("dq,tdi->tqi", plane, edges)
     areas = np.abs(np.linalg.det(edges))[:, None] * weights
-    slave_shapes = slave.shapes(slave.local(owners[:, 0], points))
-    master_shapes = master.shapes(master.local(owners[:, 1], points))
+    face, opposite = owners.T
+    slave_shapes = slave.shapes(slave.local(face, points))
+    master_shapes = master.shapes(master.local(opposite, points))
     functions = slave_shapes
-    if multipliers == "dual":
-        functions = np.einsum(
-            "tij,tqj->tqi", _dual(slave, owners[:, 0], slave_shapes, areas), slave_shapes
+    if dual:
+        # biorthogonal functions A N with A = diag(int N_j) (int N_i N_j)^-1 on the covered part of
+        # every face
+        count, size = slave.nodes.shape
+        mass, diagonal = np.zeros((count, size, size)), np.zeros((count, size))
+        products = np.einsum("tqi,tqj,tq->tij", slave_shapes, slave_shapes, areas, optimize=True)
+        np.add.at(mass, face, products)
+        np.add.at(diagonal, face, np.einsum("tqi,tq->ti", slave_shapes, areas))
+        touched = np.unique(face)
+        matrices = np.zeros_like(mass)
+        matrices[touched] = np.swapaxes(
+            np.linalg.solve(mass[touched], diagonal[touched, :, None] * np.eye(size)), 1, 2
         )
-    rows = slave.nodes[owners[:, 0]]
-    columns = master.nodes[owners[:, 1]]
-    onto_slave = _summed(
-        "tqi,tqj,tq->tij", (functions, slave_shapes, areas), rows, rows, (slave_count, slave_count)
+        functions = np.einsum("tij,tqj->tqi", matrices[face], slave_shapes)
+    rows, columns = slave.nodes[face], master.nodes[opposite]
+    with_slave, with_master = (
+        np.einsum("tqi,tqj,tq->tij", functions, shapes, areas, optimize=True)
+        for shapes in (slave_shapes, master_shapes)
     )
-    onto_master = _summed(
-        "tqi,tqj,tq->tij",
-        (functions, master_shapes, areas),
-        rows,
-        columns,
-        (slave_count, master_count),
-    )
+    onto_slave = _scattered(with_slave, rows, rows, (shape[0], shape[0]))
+    onto_master = _scattered(with_master, rows, columns, shape)
     values = np.einsum("tqi,tq->tiq", functions, areas)
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
-    sampling = _scattered(values, rows, index, (slave_count, index.size))
+    sampling = _scattered(values, rows, index, (shape[0], index.size))
     total = np.asarray(sampling.sum(axis=1)).ravel()
-    return _Terms(total, onto_slave, onto_master, points.reshape(-1, 2), sampling)
+    return total, onto_slave, onto_master, points.reshape(-1, 2), sampling
 
 
-def _dual(
-    faces: ContactFaces,
-    owners: NDArray[np.int64],
-    shapes: NDArray[np.float64],
-    areas: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Return matrices per triangle from the shape functions of its face to biorthogonal ones.
-
-    ``A = diag(int N_j) (int N_i N_j)^-1`` over the covered part of the face.
-    """
-    count, size = faces.nodes.shape
-    mass, diagonal = np.zeros((count, size, size)), np.zeros((count, size))
-    np.add.at(mass, owners, np.einsum("tqi,tqj,tq->tij", shapes, shapes, areas, optimize=True))
-    np.add.at(diagonal, owners, np.einsum("tqi,tq->ti", shapes, areas))
-    touched = np.unique(owners)
-    result = np.zeros_like(mass)
-    result[touched] = np.swapaxes(
-        np.linalg.solve(mass[touched], diagonal[touched, :, None] * np.eye(size)), 1, 2
-    )
-    return result[owners]
-
-
-def _summed(
-    rule: str,
-    factors: tuple[NDArray[np.float64], ...],
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    shape: tuple[int, int],
-) -> csr_matrix:
-    return _scattered(np.einsum(rule, *factors, optimize=True), rows, columns, shape)
+def _node_to_surface(master: ContactFaces, slave: CondensedBody, shape: tuple[int, int]) -> Terms:
+    """Return the coupling of slave nodes with the master faces opposite to them."""
+    points = slave.scaled_points
+    opposite = np.full(len(points), -1)
+    low, high = master.corners.min(axis=1), master.corners.max(axis=1)
+    slack = 1e-9 * (high - low)
+    for face in range(len(master.corners)):
+        box = (points >= (low - slack)[face]) & (points <= (high + slack)[face])
+        near = np.flatnonzero(box.all(axis=1) & (opposite < 0))
+        if len(near):
+            local = master.local(np.full(len(near), face), points[near])
+            opposite[near[(np.abs(local - 0.5) <= 0.5 + 1e-9).all(axis=1)]] = face
+    inside = np.flatnonzero(opposite >= 0)
+    if not len(inside):
+        raise ValueError(NO_OVERLAP)
+    shapes = master.shapes(master.local(opposite[inside], points[inside]))
+    columns = master.nodes[opposite[inside]]
+    onto_master = _scattered(shapes[:, None, :], inside[:, None], columns, shape)
+    weights = np.where(opposite >= 0, slave.scaled_weights, 0.0)
+    identity = csr_matrix((weights, (np.arange(shape[0]), np.arange(shape[0]))))
+    return weights, identity, identity @ onto_master, points, identity
 
 
 def _scattered(
-    values: NDArray[np.float64],
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    shape: tuple[int, int],
+    values: Array, rows: Numbers, columns: Numbers, shape: tuple[int, int]
 ) -> csr_matrix:
     """Add up blocks (t, i, j) at rows (t, i) and columns (t, j)."""
     where = np.broadcast_arrays(rows[:, :, None], columns[:, None, :])
     return csr_matrix((values.ravel(), (where[0].ravel(), where[1].ravel())), shape)
 
 
-def _node_to_surface(
-    slave: ContactFaces, master: ContactFaces, body: CondensedBody, master_count: int
-) -> _Terms:
-    """Return the coupling of slave nodes with the master faces opposite to them."""
-    slave_count = len(body.nodes)
-    points = body.scaled_points
-    face = _faces_at(master, points)
-    inside = np.flatnonzero(face >= 0)
-    if not len(inside):
-        raise ValueError(NO_OVERLAP)
-    shapes = master.shapes(master.local(face[inside], points[inside]))
-    rows = inside[:, None]
-    onto_master = _scattered(
-        shapes[:, None, :], rows, master.nodes[face[inside]], (slave_count, master_count)
-    )
-    weights = np.where(face >= 0, body.scaled_weights, 0.0)
-    identity = csr_matrix((weights, (np.arange(slave_count), np.arange(slave_count))))
-    return _Terms(weights, identity, identity @ onto_master, points, identity)
+class ContactFaces:
+    """Faces of a body in the plane of the contact, with candidates at all nodes.
+
+    Parameters
+    ----------
+    body : CondensedBody
+    length : float
+        Unit of the corners.
+
+    Attributes
+    ----------
+    nodes : (m, 4) or (m, 9)
+        Candidates of the body at the nodes.
+    corners : (m, 4, 2)
+        In cyclic order, as the reference square (0, 0), (1, 0), (1, 1), (0, 1).
+    order : int
+        1 bilinear, 2 biquadratic.
+
+    Raises
+    ------
+    ValueError
+        For tetrahedra, and for faces with curved sides (those of `RingMesh`), because overlaps
+        have straight sides.
+    """
+
+    def __init__(self, body: CondensedBody, length: float) -> None:
+        mesh = body.grid.mesh
+        if isinstance(mesh, MeshTet):
+            raise ValueError("two bodies need quadrilateral faces: hexahedra, not tetrahedra")
+        self.order = element_order(mesh)
+        numbers = facet_quadrature(mesh, body.grid.surface, 1)[0]
+        candidate = np.full(mesh.p.shape[1], -1)
+        candidate[body.nodes] = np.arange(len(body.nodes))
+        numbers = numbers[(candidate[numbers] >= 0).all(axis=1)]
+        if not len(numbers):
+            raise ValueError("no face has only candidates as nodes")
+        places = (mesh.p[:2, numbers] + body.offset[:, None, None]).transpose(1, 2, 0)
+        corners = places[:, :4]
+        at_nodes = _shape_functions(1, _ELEMENTS[self.order].doflocs.T)
+        beside = np.abs(np.einsum("mcd,cn->mnd", corners, at_nodes) - places).max(axis=(1, 2))
+        if (beside > STRAIGHT * np.ptp(corners, axis=1).max(axis=1)).any():
+            raise ValueError("two bodies need contact faces with straight sides and even nodes")
+        self.nodes: Numbers = candidate[numbers]
+        self.corners: Array = corners * (body.length / length)
+
+    def shapes(self, local: Array) -> Array:
+        """Shape functions (..., 4 or 9) at reference points (..., 2)."""
+        values = _shape_functions(self.order, local.reshape(-1, 2).T)
+        return values.T.reshape(*local.shape[:-1], -1)
+
+    def local(self, face: Numbers, points: Array) -> Array:
+        """Return reference coordinates (k, ..., 2) of points (k, ..., 2) of faces (k,).
+
+        By Newton's method on the bilinear map; one step for parallelograms.
+        """
+        flat = points.reshape(len(face), -1, 2)
+        a, b, c, d = np.moveaxis(self.corners[face][:, :, None], 1, 0)
+        result = np.full(flat.shape, 0.5)
+        for _ in range(30):
+            s, t = result[..., :1], result[..., 1:]
+            place = a + s * (b - a) + t * (d - a) + s * t * (a - b + c - d)
+            across = b - a + t * (a - b + c - d)
+            along = d - a + s * (a - b + c - d)
+            error = flat - place
+            det = across[..., 0] * along[..., 1] - across[..., 1] * along[..., 0]
+            step = np.stack(
+                [
+                    error[..., 0] * along[..., 1] - error[..., 1] * along[..., 0],
+                    across[..., 0] * error[..., 1] - across[..., 1] * error[..., 0],
+                ],
+                axis=-1,
+            )
+            result = result + step / det[..., None]
+            if np.abs(step / det[..., None]).max(initial=0.0) < 1e-14:
+                return result.reshape(points.shape)
+        raise ConvergenceError("a point was not found in its face: a face is too distorted")
 
 
-def _faces_at(faces: ContactFaces, points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the numbers of the faces at points (k,), -1 if there is none."""
-    owners = np.full(len(points), -1)
-    low, high = faces.corners.min(axis=1), faces.corners.max(axis=1)
-    slack = 1e-9 * (high - low)
-    for face in range(len(faces.corners)):
-        box = (points >= (low - slack)[face]) & (points <= (high + slack)[face])
-        near = np.flatnonzero(box.all(axis=1) & (owners < 0))
-        if len(near):
-            local = faces.local(np.full(len(near), face), points[near])
-            owners[near[(np.abs(local - 0.5) <= 0.5 + 1e-9).all(axis=1)]] = face
-    return owners
+def _shape_functions(order: int, local: Array) -> Array:
+    """Shape functions (4 or 9, k) of a face at reference points (2, k)."""
+    element = _ELEMENTS[order]()
+    return np.array([element.lbasis(local, i)[0] for i in range(len(element.doflocs))])
+
+
+def overlap_triangles(first: Array, second: Array) -> tuple[Array, Numbers]:
+    """Return the intersections of the faces of two plane meshes (Puso & Laursen 2004).
+
+    Parameters
+    ----------
+    first, second : (m, 4, 2), (n, 4, 2)
+        Corners of convex quadrilaterals in cyclic order of either sense.
+
+    Returns
+    -------
+    triangles : (t, 3, 2)
+        Disjoint triangles that cover the common area.
+    owners : (t, 2)
+        The faces of `first` and `second` that contain the triangles.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> triangles, owners = overlap_triangles(square, square + 0.5)
+    >>> edges = triangles[:, 1:] - triangles[:, :1]
+    >>> float(abs(np.linalg.det(edges)).sum() / 2)
+    0.25
+    """
+
+    def counterclockwise(faces: Array) -> Array:
+        u, v = faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1]
+        turned = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] < 0.0
+        return np.where(turned[:, None, None], faces[:, ::-1], faces)
+
+    first, second = counterclockwise(first), counterclockwise(second)
+    low = np.maximum(first.min(axis=1)[:, None], second.min(axis=1))
+    high = np.minimum(first.max(axis=1)[:, None], second.max(axis=1))
+    overlapping_boxes = np.argwhere((high > low).all(axis=-1))
+    return _clip(first, second, np.ascontiguousarray(overlapping_boxes))
+
+
+# Coordinates one by one: a row assigned as a whole takes a second to compile.
+@numba.njit(cache=True)
+def _clip(first, second, pairs):
+    """Cut faces of the first mesh by the sides of the second's (Sutherland & Hodgman 1974)."""
+    triangles = np.empty((len(pairs) * MOST_CORNERS, 3, 2))
+    owners = np.empty((len(pairs) * MOST_CORNERS, 2), dtype=np.int64)
+    count = 0
+    polygon, spare = np.empty((2 * MOST_CORNERS, 2)), np.empty((2 * MOST_CORNERS, 2))
+    for first_cell, second_cell in pairs:
+        face, corners = first[first_cell], 4
+        for k in range(4):
+            polygon[k, 0], polygon[k, 1] = face[k, 0], face[k, 1]
+        for side in range(4):  # keep what is to the left of the line from a to b
+            a, b = second[second_cell, side], second[second_cell, (side + 1) % 4]
+            kept = 0
+            for k in range(corners):
+                p, q = polygon[k], polygon[(k + 1) % corners]
+                here = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+                there = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
+                if here >= 0.0:
+                    spare[kept, 0], spare[kept, 1] = p[0], p[1]
+                    kept += 1
+                if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
+                    share = here / (here - there)
+                    spare[kept, 0] = p[0] + share * (q[0] - p[0])
+                    spare[kept, 1] = p[1] + share * (q[1] - p[1])
+                    kept += 1
+            corners = kept
+            polygon, spare = spare, polygon
+        if corners < 3 or _double_area(polygon, corners) < SLIVER * _double_area(face, 4):
+            continue
+        for k in range(1, corners - 1):
+            for axis in range(2):
+                triangles[count, 0, axis] = polygon[0, axis]
+                triangles[count, 1, axis] = polygon[k, axis]
+                triangles[count, 2, axis] = polygon[k + 1, axis]
+            owners[count, 0], owners[count, 1] = first_cell, second_cell
+            count += 1
+    return triangles[:count], owners[:count]
+
+
+@numba.njit(cache=True)
+def _double_area(polygon, corners):
+    total = 0.0
+    for k in range(corners):
+        p, q = polygon[k], polygon[(k + 1) % corners]
+        total += p[0] * q[1] - p[1] * q[0]
+    return total

@@ -13,10 +13,9 @@ from skfem import MeshHex, MeshHex2
 from reference.closed_form import paraboloid
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, press
 from reference.fem.cells import KINDS
-from reference.fem.overlaps import overlap_triangles
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import SupportedMesh, supported_body
-from reference.fem.two_bodies import couple
+from reference.fem.two_bodies import couple, overlap_triangles
 from reference.loads import Load
 
 # --- overlaps -------------------------------------------------------------------------------

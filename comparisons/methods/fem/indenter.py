@@ -73,7 +73,7 @@ class FemSolver(Solver[G]):
 
     def press(
         self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
-    ) -> Iterator[fem.Contact]:
+    ) -> Iterator[fem.NodalContact]:
         """Yield the contact at each load on a mesh that stays."""
         load = LoadPath(task.loads.control, loads)
         yield from fem.press(body, gap, load, self.enforcement)
@@ -207,7 +207,7 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def _contacts(
         self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
-    ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.Contact]]:
+    ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.NodalContact]]:
         """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
         points, shape = self.options.points, self.indenter.gap
         if body.ring is None:

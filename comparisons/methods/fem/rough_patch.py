@@ -94,7 +94,7 @@ def _map_lines(task: Task[RoughGeometry]) -> tuple[np.ndarray, np.ndarray]:
     return (np.arange(nx) + 0.5) * length / nx, (np.arange(ny) + 0.5) * width / ny
 
 
-def _area(geometry: RoughGeometry, contact: fem.Contact) -> float:
+def _area(geometry: RoughGeometry, contact: fem.NodalContact) -> float:
     """Return the area with the perimeter correction of grids: the nodes form one."""
     points = round(np.sqrt(contact.active.size * geometry.points[0] / geometry.points[1]))
     mask = contact.active.reshape(points, -1)

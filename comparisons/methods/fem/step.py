@@ -12,7 +12,7 @@ from comparisons.tasks.shown_loads import Fields, point_pressure
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference import fem
-from reference.fem.contact_area import radius_from_moments
+from reference.fem.contact import radius_from_moments
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,14 @@ class SolvedContact:
         Whose points the pressures stand at.
     gap : (n,) ndarray
         Initial gap there.
-    contact : Contact
+    contact : NodalContact
     area : float
         Best estimate of the contact area.
     """
 
     body: fem.CondensedBody
     gap: np.ndarray
-    contact: fem.Contact
+    contact: fem.NodalContact
     area: float
 
 
@@ -105,7 +105,7 @@ def recovered(body: fem.CondensedBody, forces: np.ndarray) -> dict[str, np.ndarr
     }
 
 
-def round_area(body: fem.CondensedBody, contact: fem.Contact) -> float:
+def round_area(body: fem.CondensedBody, contact: fem.NodalContact) -> float:
     """Return the area of a round contact on a plane.
 
     From the radius that the moments of the pressure give, where it agrees with the nodes that

@@ -97,7 +97,9 @@ class FemPair(FemSolver[IndenterGeometry]):
             (contact,) = scaled.press(self.indenter.gap, load)
             yield self._step(task, scaled, contact)
 
-    def _step(self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.Contact) -> Step:
+    def _step(
+        self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.NodalContact
+    ) -> Step:
         body, area = pair.combined, contact.contact_area
         if self.indenter.axisymmetric:
             area = round_area(body, contact)
@@ -118,5 +120,5 @@ def _mesh(task: Task[IndenterGeometry], cells: int) -> fem.TensorMesh:
     return fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2)
 
 
-def _inside(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:
+def _inside(pair: BodyPair, contact: fem.NodalContact) -> dict[str, np.ndarray]:
     return recovered(pair.slave, pair.forces(contact)[0])

@@ -153,7 +153,7 @@ def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, floa
     return body, gap, edge
 
 
-def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact) -> float:
+def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.NodalContact) -> float:
     indenter = geometry.indenter
     if not (indenter.axisymmetric and geometry.flat_surface):
         return contact.contact_area
@@ -161,7 +161,7 @@ def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact)
 
 
 def _body_fields(
-    geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact
+    geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.NodalContact
 ) -> dict[str, np.ndarray]:
     """Return fields in the frame of the contact, and the frame of the file for the VTU."""
     frame = {"mesh_axes": geometry.axes, "mesh_origin": geometry.origin}

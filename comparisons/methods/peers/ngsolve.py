@@ -16,7 +16,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.closed_form import ellipsoid
-from reference.fem.contact_area import moment_radius
+from reference.fem.contact import moment_radius
 
 SHAPES = (
     *("paraboloid", "sphere", "cone", "power_law", "rounded_punch", "ellipsoid"),

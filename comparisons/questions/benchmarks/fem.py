@@ -62,7 +62,7 @@ class Job:
     body: fem.CondensedBody
     errors: np.ndarray
     sweep_seconds: float
-    last: tuple[fem.CondensedBody, fem.Contact]
+    last: tuple[fem.CondensedBody, fem.NodalContact]
 
 
 def run(elements: int, solver: str = "nested_dissection") -> Job:
@@ -255,7 +255,7 @@ def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _job(
     body: fem.CondensedBody,
-    press: Callable[[], Iterable[tuple[fem.CondensedBody, fem.Contact]]],
+    press: Callable[[], Iterable[tuple[fem.CondensedBody, fem.NodalContact]]],
 ) -> Job:
     start = time.perf_counter()
     steps = list(press())
