@@ -112,11 +112,6 @@ def machine_text(described: dict[str, Any]) -> str:
     )
 
 
-def versions_text(releases: dict[str, str]) -> str:
-    """Return the versions in one short text for the rows of a table."""
-    return " ".join(f"{name}={version}" for name, version in releases.items())
-
-
 def _processor() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()

@@ -50,7 +50,7 @@ def compare(
     solved : dict
         (method, resolution) -> Solution.
     constants : dict
-        Columns that are the same in every row (threads, versions, machine), but where a solution
+        Columns that are the same in every row (threads, machine), but where a solution
         knows the machine that found it.
     prove : bool
         Whether to hold the truth against what theorems prove, where the scene asks for it: this

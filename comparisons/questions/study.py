@@ -52,6 +52,8 @@ class Study(Campaign[Plan, StudyRecord]):
     directory : Path
     part : (int, int)
         Solve only part K of N of the tasks; the folders of all parts are merged afterwards.
+    paraview : bool
+        Write the fields as VTU, too.
     **options
         As in `Campaign`.
     """
@@ -64,10 +66,11 @@ class Study(Campaign[Plan, StudyRecord]):
         directory: Path,
         *,
         part: Part = WHOLE,
+        paraview: bool = False,
         **options: Unpack[Options],
     ) -> None:
         super().__init__(directory, **options)
-        self.plans, self.part = plans, part
+        self.plans, self.part, self.paraview = plans, part, paraview
         self._solutions: dict[str, Solution] = {}
         self._merged: tuple[dict[str, Any], ...] = ()
         self._begun = False
@@ -212,7 +215,7 @@ class Study(Campaign[Plan, StudyRecord]):
             for task in plan.tasks
             if task.realisations[0] == 0 and task.key in self._solutions
         }
-        for path in fields.values():
+        for path in fields.values() if self.paraview else ():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
         return record_scene(plan, self.solved(plan), fields, prove=prove)
 

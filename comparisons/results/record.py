@@ -11,7 +11,6 @@ from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.proofs import Verification
 from comparisons.judging.truth import Truth
-from comparisons.machine import versions, versions_text
 from comparisons.results.advice import advise
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
@@ -38,11 +37,7 @@ def record_scene(
     prove : bool
         As of `comparisons.judging.comparison.compare`.
     """
-    constants = {
-        "threads": THREADS,
-        "versions": versions_text(versions()),
-        "machine": this_machine(),
-    }
+    constants = {"threads": THREADS, "machine": this_machine()}
     result = compare(plan, solved, constants, prove=prove)
     scene, truth, verification = plan.scene, result.truth, result.verification
     quantities = plan.compared

@@ -7,7 +7,7 @@ Layout of a folder::
                      (rows of all tables have the hash of their scene's text)
     study.json       what was asked, plans, references, machine, versions
     fields/KEY.npz   arrays of one finished task (also what --resume finds)
-    fields/*.vtu     the same fields for ParaView
+    fields/*.vtu     the same fields for ParaView, where asked for
     pictures/*.png   the pictures of the report, by the digest of what they show
 
 Every file is written to a temporary name beside it and then renamed, so a killed run leaves

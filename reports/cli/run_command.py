@@ -31,6 +31,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     part: str | None = None,
     resume: Flag = False,
     pictures: bool = True,
+    paraview: Flag = False,
     verbose: Verbose = False,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
@@ -61,6 +62,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Continue an interrupted run.
     pictures
         Render 3-D pictures for the report.
+    paraview
+        Write the fields of all settings as VTU files, too.
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
@@ -87,6 +90,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
         effort=effort,
         executor=workers.executor(),
         part=share_of_work,
+        paraview=paraview,
         resume=resume,
         overwrite=overwrite,
     )

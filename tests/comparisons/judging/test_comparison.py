@@ -16,7 +16,7 @@ from comparisons.tasks.solution import Solution
 from reference.halfspace.edge_cells import EDGE_OFFSET
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
-CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}
+CONSTANTS = {"threads": 1, "machine": "box"}
 COMPARABLE = ("force", "penetration", "contact_area")
 
 
