@@ -1,26 +1,253 @@
-"""A row of viscoelastic springs under an equivalent profile: positions, force, growth.
+"""A row of unilateral viscoelastic springs under an equivalent profile, in steps of time.
+
+Every spring is in contact (deflection d - g, force f >= 0) or free (f = 0, recovering below the
+body). In a step the depth d is linear in time, so each is a sum of exponentials
+(`relaxing_spring`); a spring loses contact at the root of f and returns at the root of its gap,
+both inside the step. A loss and a return within one step are not seen.
 
 Springs stand at x = 0, dx, 2 dx, ..., at the breakpoints of the profile and at its sharp edge; the
-line is symmetric and only its right half is kept. Between neighbours the force per length is
-assumed linear in the height g, as for elastic springs: the force of the whole line is then exact
-for elastic springs under a paraboloid or a cone at any spacing, and has an error of dx^2 for
-others.
+line is symmetric and only its right half is kept. Between neighbours the force per length is linear
+in the height g, as for elastic springs: the force of the line is then exact for elastic springs
+under a paraboloid or a cone at any spacing, and has an error of dx^2 for others.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
-from reduced.memory.kernel import SpringLaw, advance, fresh_row, law_of
 from reduced.memory.materials import Prony, contact_modulus
+from reduced.memory.relaxing_spring import (
+    SpringLaw,
+    catch,
+    held_stress,
+    hold,
+    law_of,
+    let_go,
+    recover,
+)
 from reduced.profiles.section import Profile
 from reduced.springs.line import row_faults
 
+_ALTERNATIONS = 8
+_HALVINGS = 80
+# Share of the heights below which a gap or a deflection is rounding: a spring that the body just
+# reaches is in contact and stays so at rest, in all units of length; in nodal sums it is left out.
+_TIE = 1e-12
 _LEAST, _MOST = 0.25, 0.75  # relative middle heights of cells for which the parabola is monotone
+
+
+class Row(NamedTuple):
+    """State of all springs, and of the cells between neighbours.
+
+    `edge` is the position of the contact edge in a cell, as a fraction of the cell's height
+    difference from the spring in contact; `fall` is the decrease of the force per length over the
+    whole cell when the edge last advanced.
+    """
+
+    touching: np.ndarray
+    deflection: np.ndarray
+    arms: np.ndarray
+    modes: np.ndarray
+    permanent: np.ndarray
+    force: np.ndarray
+    edge: np.ndarray
+    fall: np.ndarray
+
+
+class Step(NamedTuple):
+    """Linear motion of the body in one step; `wet` is the force per length of a dashpot."""
+
+    start: float
+    change: float
+    duration: float
+    wet: float
+
+
+def _fresh_row(springs: int, law: SpringLaw) -> Row:
+    return Row(
+        np.zeros(springs, dtype=np.bool_),
+        np.zeros(springs),
+        np.zeros((springs, law.times.size)),
+        np.zeros((springs, law.retardations.size)),
+        np.zeros(springs),
+        np.zeros(springs),
+        np.zeros(springs - 1),
+        np.zeros(springs - 1),
+    )
+
+
+@njit(cache=True)
+def _advance(law, heights, old, new, start, end, duration, nodal):
+    """Advance a row by one step with a linear change of depth; a jump takes no time.
+
+    `heights` (n,) is the profile g at the springs, `old` the state before, which is not changed.
+    """
+    count = heights.size
+    wet = law.viscosity * ((end - start) / duration) if duration > 0 else 0.0
+    step = Step(start, end - start, duration, wet)
+    decay, rise = np.empty(law.times.size), np.empty(law.times.size)
+    glassy = law.long_term
+    for j in range(law.times.size):
+        ratio = duration / law.times[j]
+        decay[j] = np.exp(-ratio)
+        rise[j] = held_stress(0.0, law.moduli[j], ratio, step.change)
+        glassy += law.moduli[j]
+    fade = np.exp(-duration / law.retardations)
+    events, left = np.full(count, -1.0), np.zeros(count)
+    for i in range(count):
+        # most springs hold, or recover, through the whole step: written out, as a call costs more
+        tie = _TIE * (abs(heights[i]) + abs(end))
+        pull = 4 * tie * glassy
+        if nodal:
+            tie, pull = -tie, 0.0
+        new.touching[i], new.permanent[i] = old.touching[i], old.permanent[i]
+        if old.touching[i]:
+            force, reached = law.long_term * (end - heights[i]) + wet, end - heights[i]
+            for j in range(decay.size):
+                new.arms[i, j] = old.arms[i, j] * decay[j] + rise[j]
+                force += new.arms[i, j]
+            new.modes[i, :] = 0.0
+            new.force[i] = max(force, 0.0)
+            eventful = force < -pull
+        else:
+            reached = old.permanent[i]
+            for k in range(fade.size):
+                new.modes[i, k] = old.modes[i, k] * fade[k]
+                reached += new.modes[i, k]
+            new.arms[i, :] = 0.0
+            new.force[i] = 0.0
+            eventful = heights[i] + reached - end < tie
+        new.deflection[i] = old.deflection[i] if eventful else reached
+        if eventful:
+            for j in range(decay.size):  # slices take longer to compile
+                new.arms[i, j] = old.arms[i, j]
+            for k in range(fade.size):
+                new.modes[i, k] = old.modes[i, k]
+            events[i], left[i] = _alternate(law, step, heights[i], new, i, tie, pull)
+    for cell in range(count - 1):
+        if new.touching[cell] == new.touching[cell + 1]:
+            new.edge[cell] = new.fall[cell] = 0.0
+        else:
+            _place_edge(law, step, heights, old, new, events, left, cell)
+
+
+@njit(cache=True)
+def _held_force(law, step, deflection, arms, share):
+    """Return the force per length of a spring in contact after a share of the step."""
+    change = step.change * share
+    force = law.long_term * (deflection + change) + step.wet
+    for j in range(law.times.size):
+        ratio = share * step.duration / law.times[j]
+        force += held_stress(arms[j], law.moduli[j], ratio, change)
+    return force
+
+
+@njit(cache=True)
+def _free_deflection(law, modes, permanent, duration):
+    """Return the deflection of a spring that has been free for a time."""
+    deflection = permanent
+    for k in range(law.retardations.size):
+        deflection += modes[k] * np.exp(-duration / law.retardations[k])
+    return deflection
+
+
+@njit(cache=True)
+def _margin(law, step, height, row, i, begin, share):
+    """Return the force of spring i, or its gap if free, a share of the step after `begin`."""
+    if row.touching[i]:
+        return _held_force(law, step, row.deflection[i], row.arms[i], share)
+    free = _free_deflection(law, row.modes[i], row.permanent[i], share * step.duration)
+    return height + free - (step.start + step.change * (begin + share))
+
+
+@njit(cache=True)
+def _alternate(law, step, height, row, i, tie, pull):
+    """Advance spring i through loss and return of contact; return (last event, force at loss).
+
+    The event is the fraction of the step at which contact was lost or made, or -1.
+    """
+    arms, modes = row.arms[i], row.modes[i]
+    begin, event, left = 0.0, -1.0, 0.0
+    for _ in range(_ALTERNATIONS):
+        first = _margin(law, step, height, row, i, begin, 0.0)
+        last = _margin(law, step, height, row, i, begin, 1.0 - begin)
+        if last >= (-pull if row.touching[i] else tie):
+            break
+        # the last fraction after `begin` with a force or gap >= 0, by bisection
+        share, high = 0.0, 1.0 - begin
+        if first > 0:
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (share + high)
+                if not share < middle < high:
+                    break
+                if _margin(law, step, height, row, i, begin, middle) >= 0:
+                    share = middle
+                else:
+                    high = middle
+        begin = event = begin + share
+        deflection = step.start + step.change * begin - height
+        if row.touching[i]:
+            left = min(first, 0.0)
+            hold(law, arms, step.change * share, share * step.duration)
+            row.permanent[i] = let_go(law, deflection, arms, modes)
+        else:
+            recover(law, modes, share * step.duration)
+            catch(law, arms, modes)
+            row.permanent[i] = 0.0
+        row.touching[i], row.deflection[i] = not row.touching[i], deflection
+    share = 1.0 - begin
+    row.force[i] = 0.0
+    if row.touching[i]:
+        row.force[i] = max(_held_force(law, step, row.deflection[i], arms, share), 0.0)
+        hold(law, arms, step.change * share, share * step.duration)
+        row.deflection[i] = step.start + step.change - height
+    else:
+        recover(law, modes, share * step.duration)
+        row.deflection[i] = _free_deflection(law, modes, row.permanent[i], 0.0)
+    return event, left
+
+
+@njit(cache=True)
+def _place_edge(law, step, heights, old, new, events, left, cell):
+    """Place the contact edge between a spring in contact and a free one; store edge and fall.
+
+    `events` are the last events of the springs, `left` their forces at loss of contact. While the
+    cell closes, the gap is linear in height from the edge to the free spring; while it opens, the
+    force decreases to zero with the slope at the last advance of the edge. Both are exact for the
+    first loading of elastic springs, and otherwise have an error of the square of the spacing.
+    """
+    pressed = cell if new.touching[cell] else cell + 1
+    free = 2 * cell + 1 - pressed
+    end, height = step.start + step.change, heights[free]
+    gap, force = height + new.deflection[free] - end, new.force[pressed]
+    fall, edge = old.fall[cell], old.edge[cell]
+    if events[free] >= 0 and events[free] > events[pressed]:
+        # the edge has passed the free spring and is inside the cell
+        fall = force
+        if events[pressed] < 0:
+            fall = _held_force(law, step, old.deflection[pressed], old.arms[pressed], events[free])
+            fall -= left[free]
+        edge = min(1.0, force / fall) if fall > 0 else 0.0
+    else:
+        before, since = gap, max(events[pressed], 0.0)
+        if events[pressed] < 0 or events[free] < 0:
+            place = _free_deflection(
+                law, old.modes[free], old.permanent[free], since * step.duration
+            )
+            before = height + place - (step.start + step.change * since)
+        if events[pressed] >= 0:
+            edge = 0.0
+        if gap <= before + _TIE * (abs(height) + abs(end)):
+            edge = 1.0 - (1.0 - edge) * min(gap / before, 1.0) if before > 0 else edge
+            fall = (force - max(step.wet, 0.0)) / edge if edge > 0 else 0.0
+        elif fall > 0:
+            edge = max(0.0, min(edge, force / fall))
+    new.edge[cell], new.fall[cell] = edge, fall
 
 
 @njit(cache=True)
@@ -156,39 +383,36 @@ class RelaxingSprings:
 
 
 class SpringRow:
-    """Springs of spacing dx under a profile, with their history.
-
-    Parameters
-    ----------
-    law : SpringLaw
-        Law per length, with moduli E*(t) (19.30).
-    spacing : float
-        dx.
-    edges : {"sub_cell", "nodal"}
-        Contact edges inside a cell, or sums over whole springs at (i + 1/2) dx.
-    """
+    """Springs with their history; the arguments are those of `RelaxingSprings`."""
 
     def __init__(self, profile: Profile, law: SpringLaw, spacing: float, edges: str) -> None:
         self._profile, self._law, self._edges = profile, law, edges
-        self._spacing = self.spacing = float(spacing)
+        self.spacing = float(spacing)
         self._places = np.zeros(0)
         self.time, self.depth = 0.0, 0.0
         self._place(4 * spacing)
-        self._row = fresh_row(self._places.size, law)
-        self._trial = fresh_row(self._places.size, law)
+        self._row = _fresh_row(self._places.size, law)
+        self._trial = _fresh_row(self._places.size, law)
 
     def trial(self, depth: float, duration: float) -> tuple[float, float, float]:
         """Return force, contact length and contact radius of a trial step to a depth.
 
         The velocity is constant; a duration of 0 is a jump. The state is not changed.
         """
-        self._grow(depth)
+        if depth >= self._heights[-1] and self._places[-1] < self._profile.edge:
+            # add springs until the profile rises above the depth
+            known = self._row
+            reach = float(self._profile.contact_radius(depth)) + self.spacing
+            self._place(2 * max(reach, self._places[-1]))
+            self._row, self._trial = (_fresh_row(self._places.size, self._law) for _ in range(2))
+            for new, old in zip(self._row, known, strict=True):
+                new[: old.shape[0]] = old
         way = float(self.depth), float(depth), float(duration)
-        advance(self._law, self._heights, self._row, self._trial, *way)
+        _advance(self._law, self._heights, self._row, self._trial, *way, self._edges == "nodal")
         if self._edges == "nodal":
             touching = int(self._trial.touching.sum())
-            radius = touching * self._spacing
-            return 2 * self._spacing * float(self._trial.force.sum()), 2 * radius, radius
+            radius = touching * self.spacing
+            return 2 * self.spacing * float(self._trial.force.sum()), 2 * radius, radius
         speed = (depth - self.depth) / duration if duration > 0 else 0.0
         rim = self._law.viscosity * max(speed, 0.0)
         line = self._places, self._heights, self._middles
@@ -202,22 +426,11 @@ class SpringRow:
         self.depth, self.time = depth, self.time + duration
         return answer
 
-    def _grow(self, depth: float) -> None:
-        """Add springs until the profile rises above a depth."""
-        if depth < self._heights[-1] or self._places[-1] >= self._profile.edge:
-            return
-        old_rows = self._row
-        reach = float(self._profile.contact_radius(depth)) + self._spacing
-        self._place(2 * max(reach, self._places[-1]))
-        self._row, self._trial = (fresh_row(self._places.size, self._law) for _ in range(2))
-        for new, old in zip(self._row, old_rows, strict=True):
-            new[: old.shape[0]] = old
-
     def _place(self, reach: float) -> None:
         """Place springs from the axis to `reach` or the profile's edge; they remain fixed."""
-        count = int(np.ceil(reach / self._spacing)) + 1
+        count = int(np.ceil(reach / self.spacing)) + 1
         nodal = self._edges == "nodal"
-        places = self._spacing * (np.arange(count) + 0.5 * nodal)
+        places = self.spacing * (np.arange(count) + 0.5 * nodal)
         if not nodal:
             marks = np.array([*self._profile.breakpoints, self._profile.edge])
             places = np.union1d(places, marks[marks < places[-1]])

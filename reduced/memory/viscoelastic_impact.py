@@ -13,8 +13,7 @@ import numpy as np
 from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
-from reduced.memory.materials import Prony
-from reduced.memory.row import RelaxingSprings, SpringRow
+from reduced.memory.row import RelaxingSprings
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -98,66 +97,54 @@ def impact(
     while depth > 1.01 * low:
         middle = float(np.sqrt(low * depth))
         low, depth = (middle, depth) if work(middle) < energy else (low, middle)
-    flight = _Flight(springs.lay(depth), law, mass, velocity)
-    duration = 3 * depth / velocity / steps
-    for _ in range(_LONGEST * steps):
-        if flight.step(duration):
-            path = (np.array(column) for column in zip(*flight.path, strict=True))
-            return ViscoelasticImpact(-flight.velocity / velocity, flight.path[-1][0], *path)
-    raise ConvergenceError(f"the body is still in contact after {_LONGEST} elastic durations")
+    row, speed = springs.lay(depth), velocity
+    path = [(0.0, 0.0, velocity, 0.0)]
 
-
-class _Flight:
-    """A mass on a row of springs."""
-
-    def __init__(self, row: SpringRow, law: Prony, mass: float, velocity: float) -> None:
-        self._row, self._law, self._mass = row, law, mass
-        self.velocity = velocity
-        self.path = [(0.0, 0.0, velocity, 0.0)]
-
-    def step(self, duration: float) -> bool:
-        """Advance by one step, or to the loss of contact; return whether contact is lost."""
-        slope = self._slope(duration)
-        lost = self._lost(slope, duration)
-        if lost:  # the longest step that still ends in contact, by bisection
-            low = 0.0
-            for _ in range(_ITERATIONS):
-                middle = (low + duration) / 2
-                if self._lost(self._slope(middle), middle):
-                    duration = middle
-                else:
-                    low = middle
-            slope = self._slope(duration)
-        force, length, _ = self._row.go(self._row.depth + slope * duration, duration)
-        self.velocity = 2 * slope - self.velocity
-        # the row was loaded at the mean velocity of the step; its dashpots now have that at its end
-        force += self._law.viscosity * length * (self.velocity - slope)
-        self.path.append((self._row.time, self._row.depth, self.velocity, 0.0 if lost else force))
-        return lost
-
-    def _lost(self, slope: float, duration: float) -> bool:
-        length = self._row.trial(self._row.depth + slope * duration, duration)[1]
-        return slope < 0 and length == 0
-
-    def _slope(self, duration: float) -> float:
-        """Return the mean velocity of a step, by Newton's method on 2 m (V - v) + dt F(V)."""
-        law, half = self._law, duration / 2
+    def mean_velocity(duration: float) -> float:
+        """Return V of a step, by Newton's method on 2 m (V - v) + dt F(V) in a bracket."""
+        half, slope = duration / 2, speed
         stiffness = law.long_term + float(law.advance(half)[1].sum())
-        slope, history = self.velocity, []
-        low, high = -np.inf, np.inf
+        low, high, history = -np.inf, np.inf, []
         for _ in range(_ITERATIONS):
-            force, length, _ = self._row.trial(self._row.depth + slope * half, half)
-            excess = slope - self.velocity + force * half / self._mass
+            force, length, _ = row.trial(row.depth + slope * half, half)
+            excess = slope - speed + force * half / mass
             low, high = (slope, high) if excess < 0 else (low, slope)
             # d(force)/dV: springs follow the depth V dt/2, dashpots V
-            rise = length * (stiffness * half + law.viscosity) * half / self._mass
+            rise = length * (stiffness * half + law.viscosity) * half / mass
             change = -excess / (1 + rise)
             if not low <= slope + change <= high:
                 change = (low + high) / 2 - slope
             slope += change
             history.append(abs(change))
-            if abs(change) <= _ROUNDING * abs(self.velocity) or high - low <= _ROUNDING * abs(high):
+            if abs(change) <= _ROUNDING * abs(speed) or high - low <= _ROUNDING * abs(high):
                 return slope
-        if history[-1] <= 1e-9 * abs(self.velocity):
+        if history[-1] <= 1e-9 * abs(speed):
             return slope
         raise ConvergenceError("no velocity balances the force of the springs", history)
+
+    def leaves(slope: float, duration: float) -> bool:
+        length = row.trial(row.depth + slope * duration, duration)[1]
+        return slope < 0 and length == 0
+
+    step = 3 * depth / velocity / steps
+    for _ in range(_LONGEST * steps):
+        duration, slope = step, mean_velocity(step)
+        lost = leaves(slope, duration)
+        if lost:  # the longest step that still ends in contact, by bisection
+            low = 0.0
+            for _ in range(_ITERATIONS):
+                middle = (low + duration) / 2
+                if leaves(mean_velocity(middle), middle):
+                    duration = middle
+                else:
+                    low = middle
+            slope = mean_velocity(duration)
+        force, length, _ = row.go(row.depth + slope * duration, duration)
+        speed = 2 * slope - speed
+        # the row was loaded at the mean velocity of the step; its dashpots now have that at its end
+        force += law.viscosity * length * (speed - slope)
+        path.append((row.time, row.depth, speed, 0.0 if lost else force))
+        if lost:
+            columns = (np.array(column) for column in zip(*path, strict=True))
+            return ViscoelasticImpact(-speed / velocity, row.time, *columns)
+    raise ConvergenceError(f"the body is still in contact after {_LONGEST} elastic durations")

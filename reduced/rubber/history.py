@@ -15,6 +15,12 @@ Gaps and errors of the print (`printed` follows it literally), and their correct
 
 The mean over the step equals the prescribed force. For steps of one cell the mean is an integral
 over the cell, so the limiting state is that of `steady.slide` on the same line.
+
+A spring has the length w = z - Z0, at least that of free relaxation: w is the running maximum of
+the line's height above the level, with values decaying as exp(-t/tau). Contacts begin and end at
+exactly computed positions between the points of the line, so a step may have any length. In the
+compiled part times are lengths v t, the relaxation length is l = v tau, and forces are per 4 G dx;
+then a spring in contact carries g + l dg/ds, g = h - Z0.
 """
 
 from __future__ import annotations
@@ -22,6 +28,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
@@ -29,11 +36,15 @@ from reduced.loads import Load
 from reduced.memory.materials import Prony
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reduced.rubber import steps as sliding_steps
 from reduced.rubber.steady import kelvin_voigt_faults
-from reduced.rubber.steps import COUNT, IMPULSE, LENGTH, LOSS, SUMS, WORK
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
+_IMPULSE, _SLOPE, _WORK, _LOSS, _LENGTH, _COUNT, _LEVEL, _STORED = range(8)
+_SUMS = 6
+_NEWTON = 100
+_BALANCE = 1e-12  # relative residual of the force; rounding is about 1e-14
+_FINEST = 2.0**-50  # tolerance of the level over the line's range: rounding of heights
+_ROUNDING = 1e-14  # error of a contact position, relative to the step
 
 
 @dataclass(frozen=True)
@@ -151,25 +162,219 @@ def slide_in_time(
     tops = heights.max(axis=1)
     unit = relaxed * spacing
     memory = speed * (material.viscosity / material.long_term)
-    sums_by_line = np.empty((m, SUMS + 2, steps))
+    sums_by_line = np.empty((m, 8, steps))
     for line, depth, rows in zip(heights - tops[:, None], at_rest, sums_by_line, strict=True):
         twice = np.concatenate([line, line, line[:1]])
         springs = np.maximum(line + depth, 0.0)
-        goal = force * way / unit
-        lengths = (float(spacing), float(way), float(memory))
-        done = sliding_steps.march(twice, lengths, float(goal), -depth, springs, rows)
+        goal = float(force * way / unit)
+        done = _march(twice, float(spacing), float(way), float(memory), goal, -depth, springs, rows)
         if done < steps:
             raise ConvergenceError(f"the force of step {done} could not be met")
     sums = np.moveaxis(sums_by_line, 1, 0)
     return SlidingHistory(
         distance=way * np.arange(1, steps + 1),
-        level=tops[:, None] + sums[SUMS],
-        force=sums[IMPULSE] * (unit / way),
-        tangential_force=sums[WORK] * (unit / way),
-        contact_count=sums[COUNT].astype(np.int64),
-        contact_length=sums[LENGTH] * (spacing / way),
-        dissipation=sums[LOSS] * unit,
-        stored=sums[SUMS + 1] * unit,
+        level=tops[:, None] + sums[_LEVEL],
+        force=sums[_IMPULSE] * (unit / way),
+        tangential_force=sums[_WORK] * (unit / way),
+        contact_count=sums[_COUNT].astype(np.int64),
+        contact_length=sums[_LENGTH] * (spacing / way),
+        dissipation=sums[_LOSS] * unit,
+        stored=sums[_STORED] * unit,
         period=n * spacing,
         spacing=spacing,
     )
+
+
+@njit(cache=True)
+def _march(line, spacing, way, memory, goal, level, springs, rows):
+    """Take all steps of one line; return the number of steps that met the force.
+
+    Parameters
+    ----------
+    line : ndarray, shape (2 n + 1,)
+        Heights of a periodic line, repeated once.
+    spacing, way, memory : float
+        dx, length of a step, and l.
+    goal, level : float
+        Impulse per step, and initial level.
+    springs : ndarray, shape (n,)
+        Initial deflections w, overwritten.
+    rows : ndarray, shape (8, steps)
+        Output: sums of the steps, levels, and finally stored energy.
+    """
+    n = springs.size
+    moved, sums, cells = np.empty(n), np.empty(_SUMS), way / spacing
+    upper = np.maximum(line[:-1], line[1:])
+    finest = _FINEST * (np.max(line) - np.min(line))
+    mask, chosen = np.zeros(n + 8 - n % 8, np.uint8), np.empty(n, np.int64)
+    last, stored, decay = level, _squares(springs) / 2, np.exp(-2 * way / memory)
+    for step in range(rows.shape[1]):
+        # The impulse of a step is convex and decreasing in the level: w is a maximum of functions
+        # linear in it, and the impulse a sum of values of w with positive weights. Newton's method
+        # from above the goal therefore reaches the root; from below, one step leads above. Most
+        # springs remain free: those within reach of the line alone enter the search.
+        begin, guess = step * cells, 2 * level - last
+        end = begin + way / spacing
+        last, level = level, guess
+        floor, count, reach = np.inf, 0, 0.0
+        for _ in range(_NEWTON):
+            if level < floor:
+                floor = level - 2 * reach
+                count = _choose(upper, begin, end, way, memory, floor, springs, moved, mask, chosen)
+            near = chosen[:count]
+            # The level is set at the start of the step: springs in contact follow it (with an
+            # impulse l per shift on their dashpots), free ones move along unless the line reaches
+            # them.
+            sums[:] = 0.0
+            at, now = begin, springs
+            while at < end:
+                cell = np.floor(at)
+                until = min(cell + 1.0, end)
+                part = line[int(cell) % n :]
+                _sweep(
+                    part, at - cell, until - cell, spacing, memory, level, now, moved, near, sums
+                )
+                at, now = until, moved
+            excess = sums[_IMPULSE] - goal
+            if abs(excess) <= _BALANCE * goal:
+                break
+            if sums[_SLOPE] == 0.0:
+                # no contact in the whole step: first place the highest point on the surface
+                highest, free = -np.inf, np.exp(-(way / memory))
+                first, share = int(np.floor(end)) % n, end - np.floor(end)
+                for i in range(n):
+                    height = line[first + i] * (1 - share) + line[first + i + 1] * share
+                    highest = max(highest, height - springs[i] * free)
+                following = highest - goal / memory
+            else:
+                following = level + excess / sums[_SLOPE]
+            reach = abs(following - level)
+            if reach <= finest:
+                break
+            level = following
+        else:
+            return step
+        if count < n:
+            sums[_LOSS] += (1 - decay) * (stored - _squares(springs[chosen[:count]]) / 2)
+        springs, moved = moved, springs
+        stored = _squares(springs) / 2
+        for k in range(_SUMS):
+            rows[k, step] = sums[k]
+        rows[_LEVEL, step], rows[_STORED, step] = level, stored
+    return rows.shape[1]
+
+
+@njit(cache=True, fastmath={"reassoc"})
+def _squares(springs):
+    total = 0.0
+    for w in springs:
+        total += w * w
+    return total
+
+
+@njit(cache=True)
+def _choose(upper, begin, end, way, memory, floor, springs, moved, mask, chosen):
+    """Relax all springs freely; list those within reach of a line above the floor.
+
+    A step longer than a cell may reach any spring.
+    """
+    n, cell = springs.size, int(np.floor(begin))
+    if end > cell + 1:
+        for i in range(n):
+            chosen[i] = i
+        return n
+    _relax(upper[cell % n : cell % n + n], floor, np.exp(-way / memory), springs, moved, mask)
+    count = 0
+    for block, bits in enumerate(mask.view(np.uint64)):
+        if bits:
+            for i in range(8 * block, 8 * block + 8):
+                chosen[count] = i
+                count += mask[i]
+    return count
+
+
+@njit(cache=True)
+def _relax(upper, floor, decay, springs, moved, mask):  # a loop of its own is vectorised
+    for i in range(springs.size):
+        free = springs[i] * decay
+        moved[i] = free
+        mask[i] = upper[i] - floor >= free
+
+
+@njit(cache=True)
+def _sweep(line, start, stop, spacing, memory, level, springs, moved, chosen, sums):
+    """Move the selected springs within a cell of the line, from a position in it to another."""
+    fresh, way = springs is not moved, (stop - start) * spacing
+    decay, inverse = np.exp(-way / memory), 1 / spacing
+    impulse = slope = work = loss = length = 0.0
+    count = 0
+    for i in chosen:
+        w, rate = springs[i], (line[i + 1] - line[i]) * inverse
+        low = line[i] * (1 - start) + line[i + 1] * start - level
+        high = line[i] * (1 - stop) + line[i + 1] * stop - level
+        at = 0.0
+        if w > low:
+            at = _meeting(w, low, high, rate, way, memory, decay)
+            if at >= way:
+                moved[i] = w * decay
+                loss += (w * w - moved[i] * moved[i]) / 2
+                continue
+            low += rate * at
+            loss += (w * w - low * low) / 2
+            slope += memory
+        elif fresh:
+            impulse += memory * (low - w)
+            slope += memory
+        # in contact from `low` until the force g + l dg/ds is zero, and free from there on
+        left = way - at
+        if low + memory * rate <= 0.0:
+            part, after = 0.0, low * np.exp(-left / memory)
+        elif high + memory * rate >= 0.0:
+            part, after = left, high
+        else:
+            release = -memory * rate
+            part = min((release - low) / rate, left)
+            after = release * np.exp(-(left - part) / memory)
+        pull = part * (low + rate * (part / 2 + memory))
+        impulse += pull
+        slope += part
+        work += rate * pull
+        length += part
+        release = low + rate * part
+        loss += memory * rate * rate * part + (release * release - after * after) / 2
+        moved[i] = after
+        count += after == high
+    sums[_IMPULSE] += impulse
+    sums[_SLOPE] += slope
+    sums[_WORK] += work
+    sums[_LOSS] += loss
+    sums[_LENGTH] += length
+    sums[_COUNT] = count
+
+
+@njit(cache=True)
+def _meeting(w, low, high, rate, way, memory, decay):
+    """Return the distance to contact with a free spring, or more than available.
+
+    The clearance w exp(-s/l) - low - rate s is convex: Newton iterates from before its first zero
+    stay before it.
+    """
+    if high <= w * decay:
+        # contact inside the cell only: the maximum of g exp(s/l) is at zero force
+        if low + memory * rate <= 0.0 or high + memory * rate >= 0.0:
+            return 2 * way
+        peak = -memory * rate
+        if not peak * np.exp((peak - low) / (rate * memory)) > w:
+            return 2 * way
+    at = -low / rate if low < 0.0 < rate else 0.0
+    for _ in range(_NEWTON):
+        place = w * np.exp(-at / memory) if at > 0.0 else w
+        fall = place / memory + rate
+        if fall <= 0.0:
+            return at
+        step = (place - low - rate * at) / fall
+        # the step is exact up to the curvature of the exponential, place/l^2
+        if not step > 0.0 or place * step * step <= _ROUNDING * way * memory * memory * fall:
+            return at + step
+        at += step
+    return at
