@@ -29,7 +29,7 @@ from reference.halfspace.solution import Press
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
 from reference.plastic.capped import along
-from reference.plastic.fits import Ball, jackson_green, kogut_etsion
+from reference.plastic.dent_formulas import FlattenedBall, jackson_green, kogut_etsion
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
@@ -58,7 +58,7 @@ def fits(share: float) -> dict[str, Contact]:
     """Return the same of the fits, NaN beyond their range."""
     answers = {}
     for make in (kogut_etsion, jackson_green):
-        fit = make(Ball(1.0, MODULUS, NU, YIELD_STRESS))
+        fit = make(FlattenedBall(1.0, MODULUS, NU, YIELD_STRESS))
         depth = share * DEPTH
         w = np.array(depth / fit.yields_at)
         left = np.nan if fit.residual is None else float(fit.residual(w)) * fit.yields_at / depth

@@ -29,7 +29,7 @@ from reference.loads import LoadPath
 from reference.particles.equilibrium import Floor, Rest
 from reference.particles.far_field import Domain, Search
 from reference.particles.half_space import BALANCE, ParticleContact, ParticleHalfSpace
-from reference.plastic.materials import PlasticMaterial, plastic_step
+from reference.plastic.j2 import PlasticMaterial, plastic_step
 
 Floats = NDArray[np.float64]
 

@@ -1,7 +1,8 @@
 """Elastic-plastic half-spaces: J2 finite elements below round indenters, a cap on grids."""
 
-from reference.plastic.indentation import Indentation, OutgrownError, State
-from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure
+from reference.plastic.first_yield import yield_depth, yield_pressure
+from reference.plastic.indentation import Indentation, OutgrownError, PlasticState
+from reference.plastic.j2 import PlasticMaterial
 from reference.plastic.path import Moment, Walk
 
 __all__ = [
@@ -9,7 +10,7 @@ __all__ = [
     "Moment",
     "OutgrownError",
     "PlasticMaterial",
-    "State",
+    "PlasticState",
     "Walk",
     "yield_depth",
     "yield_pressure",

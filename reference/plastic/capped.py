@@ -72,23 +72,10 @@ class Dent:
 
 
 def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[Dent]:
-    """Yield the contact at each load of a path of penetrations or forces, none of them negative.
+    """Yield the contact at each load of a path of penetrations or forces.
 
-    Parameters
-    ----------
-    press : Press
-        The shape over the half-space, with its hardness.
-    path : LoadPath
-        Penetrations after first touch, or forces, consistent units.
-    tolerance : float
-        As for `fft.solve`.
-
-    Raises
-    ------
-    ValueError
-        If the control is another one, or a force is negative, or more than the hardness carries.
-    ConvergenceError
-        If a step does not reach the tolerance.
+    `press` has the hardness; penetrations count from first touch; forces must not be negative, nor
+    more than the hardness carries. The tolerance is that of `fft.solve`.
 
     Examples
     --------
@@ -106,42 +93,30 @@ def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[
     if control == "force" and (path.values < 0).any():
         raise ValueError("force must not be negative: nothing holds the shape")
     refuse(positive_faults(tolerance=tolerance))
-    last = Dent(_open(press, 0.0), np.zeros(press.gap.shape), press.gap < 0, 0.0, 0.0)
-    for load in path.values:
-        last = _next(press, last, control, float(load), tolerance)
-        yield last
-
-
-def _next(press: Press, last: Dent, control: str, load: float, tolerance: float) -> Dent:
-    dented = Press(press.operator, press.gap + last.sunk, press.hardness)
-    if control == "force" and load == 0:
-        return _moved(press, last, _open(dented, dented.lowest))
-    if control == "penetration" and load <= dented.lowest:
-        return _moved(press, last, _open(dented, load))
-    start = last.contact if last.contact.mask.any() else None
-    return _moved(
-        press, last, fft.solve(dented, Load(control, load), tolerance=tolerance, start=start)
-    )
-
-
-def _open(press: Press, penetration: float) -> Contact:
-    """Return the shape over the half-space without contact."""
+    operator, hardness = press.operator, press.hardness
     nothing = np.zeros(press.gap.shape)
-    return Contact(penetration, 0.0, nothing, 0, 0.0, press.operator, press.gap)
-
-
-def _moved(press: Press, last: Dent, contact: Contact) -> Dent:
-    """Return the next dent: overlaps under the hardness have become plastic."""
-    overlap = np.where(contact.pressure >= press.hardness, np.maximum(-contact.gap, 0.0), 0.0)
-    sunk = last.sunk + overlap
-    whole = replace(contact, initial_gap=contact.initial_gap + overlap)
-    vars(whole)["displacement"] = contact.displacement
-    before = last.contact
-    step = contact.penetration - before.penetration
-    return Dent(
-        whole,
-        sunk,
-        contact.pressure >= (1 - _SAME) * press.hardness,
-        last.work + 0.5 * (contact.force + before.force) * step,
-        float(press.hardness * sunk.sum() * press.operator.cell_area) if sunk.any() else 0.0,
-    )
+    before = Contact(0.0, 0.0, nothing, 0, 0.0, operator, press.gap)
+    sunk, work = nothing, 0.0
+    for load in path.values.tolist():
+        # elastic contact with the surface as it is dented, its pressure capped
+        dented = Press(operator, press.gap + sunk, hardness)
+        if (load == 0) if control == "force" else (load <= dented.lowest):
+            depth = dented.lowest if control == "force" else load
+            contact = Contact(depth, 0.0, nothing, 0, 0.0, operator, dented.gap)
+        else:
+            start = before if before.mask.any() else None
+            contact = fft.solve(dented, Load(control, load), tolerance=tolerance, start=start)
+        # overlaps under the hardness have become plastic
+        overlap = np.where(contact.pressure >= hardness, np.maximum(-contact.gap, 0.0), 0.0)
+        sunk = sunk + overlap
+        whole = replace(contact, initial_gap=contact.initial_gap + overlap)
+        vars(whole)["displacement"] = contact.displacement
+        work += 0.5 * (contact.force + before.force) * (contact.penetration - before.penetration)
+        yield Dent(
+            whole,
+            sunk,
+            contact.pressure >= (1 - _SAME) * hardness,
+            work,
+            float(hardness * sunk.sum() * operator.cell_area) if sunk.any() else 0.0,
+        )
+        before = whole

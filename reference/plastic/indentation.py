@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from reference.arguments import refuse
 from reference.errors import ConvergenceError
 from reference.plastic.elements import Elements
-from reference.plastic.materials import PlasticMaterial, Points, Response, respond
+from reference.plastic.j2 import PlasticMaterial, Points, respond
 
 Array = NDArray[np.float64]
 
@@ -35,22 +35,19 @@ class OutgrownError(ConvergenceError):
 
 
 @dataclass(frozen=True)
-class State:
-    """What an indentation has come to.
+class PlasticState:
+    """An indentation at one load.
 
     Attributes
     ----------
-    penetration, force : float
-    peak : float
-        Largest force so far.
     unknowns : ndarray
         Displacements, and the amplitude of the exterior.
-    points : Points
-        Plastic strains.
-    stress : ndarray, shape (elements, points, 4)
+    stress : ndarray, shape (elements, points, components)
+    peak : float
+        Largest force so far.
     elastic, dissipated, work : float
         Elastic energy with that of the exterior and of the springs, dissipation, and the work of
-        the force; each integrated along the steps.
+        the force; the last two integrated along the steps.
     iterations : int
         Newton steps so far.
     residual : float
@@ -73,46 +70,8 @@ class State:
     rate: Array | None = None
 
 
-@dataclass(frozen=True)
-class _Balance:
-    """Forces at some displacements: what is out of balance, and what it comes from."""
-
-    residual: Array
-    response: Response
-    overlap: Array
-    force: float
-
-
-@dataclass(frozen=True)
-class _Target:
-    """What a step shall reach: a penetration, or a force (0: no contact at all)."""
-
-    depth: float | None = None
-    force: float | None = None
-
-    @property
-    def lifted(self) -> bool:
-        """Whether the indenter is gone."""
-        return self.force == 0.0
-
-
 class Indentation:
-    """A half-space below a shape.
-
-    Parameters
-    ----------
-    material : PlasticMaterial
-        With E = 1.
-    shape : callable
-        f(r), or f(x, y) >= 0, the gap at first touch.
-    mesh : Elements
-        Round or in three dimensions, for that Poisson's ratio.
-
-    Raises
-    ------
-    ValueError
-        If E is another one.
-    """
+    """A half-space of E = 1 below a shape: f(r), or f(x, y) >= 0, the gap at first touch."""
 
     def __init__(
         self, material: PlasticMaterial, shape: Callable[..., Array], mesh: Elements
@@ -121,41 +80,30 @@ class Indentation:
             refuse(["the material must have E = 1"])
         nu = material.elastic.poisson_ratio
         self.material, self.shape, self.mesh = material, shape, mesh
-        self.surface = mesh.surface()
-        self.gap = np.asarray(shape(*self.surface.place), dtype=float)
-        self.springs = _SPRINGS / (1 - nu**2) / self.surface.length[:, None]
+        self.gap = np.asarray(shape(*mesh.surface.place), dtype=float)
+        self.springs = _SPRINGS / (1 - nu**2) / mesh.surface.length[:, None]
 
     @property
-    def virgin(self) -> State:
+    def virgin(self) -> PlasticState:
         """The state before anything."""
         mesh, shape = self.mesh, self.mesh.weight.shape
         points = Points.virgin(shape, mesh.components)
-        return State(0.0, 0.0, np.zeros(mesh.size), points, np.zeros((*shape, mesh.components)))
+        stress = np.zeros((*shape, mesh.components))
+        return PlasticState(0.0, 0.0, np.zeros(mesh.size), points, stress)
 
-    def press(self, state: State, penetration: float) -> State:
-        """Return the state at another penetration.
+    def press(self, state: PlasticState, penetration: float) -> PlasticState:
+        """Return the state at another penetration."""
+        return self._reach(state, penetration, None)
 
-        Raises
-        ------
-        ConvergenceError
-            If Newton's method fails on the smallest of steps.
-        """
-        return self._reach(state, _Target(depth=penetration))
-
-    def push(self, state: State, force: float) -> State:
+    def push(self, state: PlasticState, force: float) -> PlasticState:
         """Return the state under another force; 0 lifts the indenter off, in one step.
 
         That is elastic but for some points: three steps in place of one leave a dent that differs
         by 4e-7 of its depth.
-
-        Raises
-        ------
-        ConvergenceError
-            If Newton's method fails on the smallest of steps.
         """
-        return self._reach(state, _Target(force=force))
+        return self._reach(state, None, force)
 
-    def counted_area(self, state: State) -> float:
+    def counted_area(self, state: PlasticState) -> float:
         """Return the area within which the surface touches; 0 without contact.
 
         Raises
@@ -170,20 +118,15 @@ class Indentation:
             raise OutgrownError("the contact is larger than its mesh was made for")
         return area
 
-    def contact_area(self, state: State) -> float:
+    def contact_area(self, state: PlasticState) -> float:
         """Return the area of contact; of one that is not round as it is counted.
 
         A round one starts to unload with dF/dd = 2 E* a, whatever has yielded (Pharr, Oliver &
         Brotzen 1992). Its edge sticks within elements, which the unloading passes: F^(2/3), linear
         on Hertz's ball, is a parabola of d over it.
-
-        Raises
-        ------
-        ConvergenceError
-            As `push`; `OutgrownError` as `counted_area`.
         """
         area = self.counted_area(state)
-        if area == 0 or len(self.mesh.place) == 3:
+        if area == 0 or not self.mesh.hoop:
             return area
         states = [state]
         for share in _UNLOADED:
@@ -195,205 +138,178 @@ class Indentation:
         stiffness = 1.5 * np.sqrt(start) * slope * state.force / unit
         return float(np.pi * (stiffness * (1 - self.material.elastic.poisson_ratio**2) / 2) ** 2)
 
-    def residual_depth(self, state: State) -> float:
+    def residual_depth(self, unknowns: Array) -> float:
         """Return the penetration at which an indenter would just touch the surface as it is."""
-        return self._touch(state.unknowns)
+        return float((self.gap + self.mesh.surface.sunk(unknowns)).min())
 
-    def surface_shape(self, state: State) -> tuple[Array, Array]:
-        """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
-        place = self.surface.place
-        return place.reshape(len(place), -1), self._sunk(state.unknowns).ravel()
-
-    def _reach(self, state: State, target: _Target, depth: int = 0) -> State:
-        """Take one step, or two halves of it where it fails."""
+    def _reach(
+        self, state: PlasticState, depth: float | None, force: float | None, halvings: int = 0
+    ) -> PlasticState:
+        """Take one step to a depth, or to a force, or two halves of it where it fails."""
         try:
-            return self._step(state, target)
+            return self._newton(state, depth, force)
         except ConvergenceError:
-            if depth == _HALVINGS or (target.lifted and state.force == 0):
+            if halvings == _HALVINGS or (force == 0 and state.force == 0):
                 raise
-        if target.depth is not None:
-            middle = _Target(depth=(state.penetration + target.depth) / 2)
+        if depth is not None:
+            middle = (state.penetration + depth) / 2, None
         else:
-            assert target.force is not None
-            middle = _Target(force=(state.force + target.force) / 2)
-        return self._reach(self._reach(state, middle, depth + 1), target, depth + 1)
+            assert force is not None
+            middle = None, (state.force + force) / 2
+        return self._reach(self._reach(state, *middle, halvings + 1), depth, force, halvings + 1)
 
-    def _step(self, state: State, target: _Target) -> State:
-        """Find the balance at a target by Newton's method."""
-        depth = state.penetration if target.depth is None else target.depth
+    def _newton(
+        self, state: PlasticState, target: float | None, force: float | None
+    ) -> PlasticState:
+        """Find the balance at a depth, or under a force, by Newton's method with a line search.
+
+        Under a force the depth is an unknown, too; without any (0) the indenter is gone.
+        """
+        mesh, surface, lifted = self.mesh, self.mesh.surface, force == 0
+        forced = force is not None and not lifted
+        depth = state.penetration if target is None else target
         unknowns, history = state.unknowns, []
         if state.rate is not None and depth > state.penetration:
             unknowns = unknowns + (depth - state.penetration) * state.rate
-        if target.force and not (depth - self.gap - self._sunk(unknowns) > 0).any():
-            depth = self._touching(unknowns)
-        for round_ in range(_ROUNDS):
-            balance = self._balance(state, unknowns, depth, target.lifted, tangent=True)
-            scale = max(balance.force, target.force or 0.0, 1e-3 * state.peak)
-            lack = 0.0 if target.force is None else target.force - balance.force
-            lack = 0.0 if target.lifted else lack
-            size = float(np.hypot(np.linalg.norm(balance.residual), lack))
+        if forced and not (depth - self.gap - surface.sunk(unknowns) > 0).any():
+            # from where some points touch a force finds its depth
+            height = np.sort((self.gap + surface.sunk(unknowns)).ravel())
+            depth = float(height[min(2 * self.gap.shape[1], height.size - 1)])
+        for rounds in range(_ROUNDS):
+            # what is out of balance: forces on the unknowns, and the prescribed one
+            residual, overlap, carried, (stress, points, tangent) = self._balance(
+                state, unknowns, depth, lifted=lifted, tangent=True
+            )
+            lack = force - carried if forced and force is not None else 0.0
+            scale = max(carried, force or 0.0, 1e-3 * state.peak)
+            size = float(np.hypot(np.linalg.norm(residual), lack))
             history.append(size / scale if scale > 0 else size)
             if history[-1] <= TOLERANCE:
-                if target.lifted:
-                    depth = self._touch(unknowns)
-                reached = self._reached(state, unknowns, depth, balance)
-                rounds = state.iterations + round_
-                return replace(reached, iterations=rounds, residual=history[-1])
-            step = self._direction(balance, lack, target)
-            first = float(balance.residual @ step[0] - lack * step[1])
-            unknowns, depth = self._searched(state, (unknowns, depth), step, target, first)
+                if lifted:
+                    depth = self.residual_depth(unknowns)
+                return replace(
+                    self._balanced(state, unknowns, depth, carried, overlap, stress, points),
+                    iterations=state.iterations + rounds,
+                    residual=history[-1],
+                )
+            # Newton's direction, of the unknowns and of the depth
+            assert tangent is not None
+            held = self.springs * surface.weight * (overlap > 0)
+            solve = mesh.factorised(tangent, held)
+            change, deeper = solve(-residual), 0.0
+            if forced:
+                column = np.zeros(mesh.size)
+                np.add.at(column, surface.unknowns, np.einsum("fpi,fp->fi", surface.shape, held))
+                by_depth = solve(column)
+                stiffness = held.sum() - column @ by_depth
+                if not stiffness > 0:
+                    raise ConvergenceError("a force is prescribed where nothing touches")
+                deeper = float((lack + column @ change) / stiffness)
+                change = change + deeper * by_depth
+            # line search: until the slope of the potential is half of the first at most
+            first = float(residual @ change - lack * deeper)
+            share, low, high = 1.0, (0.0, first), None
+            for _ in range(_SEARCHES):
+                residual, _, carried, _ = self._balance(
+                    state,
+                    unknowns + share * change,
+                    depth + share * deeper,
+                    lifted=lifted,
+                    tangent=False,
+                )
+                lack = 0.0 if force is None else force - carried
+                slope = float(residual @ change - lack * deeper)
+                if abs(slope) <= 0.5 * abs(first):
+                    break
+                if slope < 0:
+                    low = share, slope
+                else:
+                    high = share, slope
+                if high is None:
+                    share *= 2
+                    continue
+                # regula falsi, a tenth of the bracket away from its ends
+                width = high[0] - low[0]
+                share = low[0] - low[1] * width / (high[1] - low[1])
+                share = float(np.clip(share, low[0] + 0.1 * width, high[0] - 0.1 * width))
+            unknowns, depth = unknowns + share * change, depth + share * deeper
         raise ConvergenceError("an elastic-plastic step does not come to balance", history)
 
     def _balance(
-        self, state: State, unknowns: Array, depth: float, lifted: bool, *, tangent: bool
-    ) -> _Balance:
-        mesh, surface = self.mesh, self.surface
+        self, state: PlasticState, unknowns: Array, depth: float, *, lifted: bool, tangent: bool
+    ) -> tuple[Array, Array, float, tuple[Array, Points, Array | None]]:
+        """Return unbalanced forces, overlaps with the indenter, its force, and the response."""
+        mesh, surface = self.mesh, self.mesh.surface
         response = respond(self.material, mesh.strain(unknowns), state.points, tangent=tangent)
-        residual = mesh.forces(response.stress)
+        residual = mesh.forces(response[0])
         residual[-1] += mesh.exterior * unknowns[-1]
         overlap = np.zeros(self.gap.shape)
         if not lifted:
-            overlap = np.maximum(depth - self.gap - self._sunk(unknowns), 0.0)
+            overlap = np.maximum(depth - self.gap - surface.sunk(unknowns), 0.0)
         force = self.springs * overlap * surface.weight
         local = np.einsum("fpk,fp->fk", surface.shape, force)
         residual -= np.bincount(
             surface.unknowns.ravel(), weights=local.ravel(), minlength=residual.size
         )
-        return _Balance(residual, response, overlap, float(force.sum()))
+        return residual, overlap, float(force.sum()), response
 
-    def _sunk(self, unknowns: Array) -> Array:
-        """Return how far the surface points have gone into the body."""
-        return np.asarray((self.surface.shape @ unknowns[self.surface.unknowns][..., None])[..., 0])
-
-    def _touch(self, unknowns: Array) -> float:
-        """Return the penetration at which the indenter just touches the surface as it is."""
-        return float((self.gap + self._sunk(unknowns)).min())
-
-    def _touching(self, unknowns: Array) -> float:
-        """Return a depth at which some points touch, from where a force finds its own."""
-        height = np.sort((self.gap + self._sunk(unknowns)).ravel())
-        return float(height[min(2 * self.gap.shape[1], height.size - 1)])
-
-    def _direction(self, balance: _Balance, lack: float, target: _Target) -> tuple[Array, float]:
-        """Return Newton's step of the unknowns and of the penetration."""
-        mesh, surface = self.mesh, self.surface
-        assert balance.response.tangent is not None
-        local = mesh.stiffness(balance.response.tangent)
-        held = self.springs * surface.weight * (balance.overlap > 0)
-        down = mesh.into_body
-        local[surface.element, down, down] += np.einsum(
-            "fpi,fp,fpj->fij", surface.shape, held, surface.shape
-        )
-        solve = mesh.solver(local)
-        change = solve(-balance.residual)
-        if target.force is None or target.lifted:
-            return change, 0.0
-        column = np.zeros(mesh.size)
-        np.add.at(column, surface.unknowns, np.einsum("fpi,fp->fi", surface.shape, held))
-        by_depth = solve(column)
-        stiffness = held.sum() - column @ by_depth
-        if not stiffness > 0:
-            raise ConvergenceError("a force is prescribed where nothing touches")
-        deeper = float((lack + column @ change) / stiffness)
-        return change + deeper * by_depth, deeper
-
-    def _searched(
+    def _balanced(
         self,
-        state: State,
-        start: tuple[Array, float],
-        step: tuple[Array, float],
-        target: _Target,
-        first: float,
-    ) -> tuple[Array, float]:
-        """Go along a direction until the slope of the potential is half of the first at most."""
-        (unknowns, depth), (change, deeper) = start, step
-
-        def slope(share: float) -> float:
-            there = self._balance(
-                state,
-                unknowns + share * change,
-                depth + share * deeper,
-                target.lifted,
-                tangent=False,
-            )
-            lack = 0.0 if target.force is None else target.force - there.force
-            return float(there.residual @ change - lack * deeper)
-
-        share, low, high = 1.0, (0.0, first), None
-        for _ in range(_SEARCHES):
-            value = slope(share)
-            if abs(value) <= 0.5 * abs(first):
-                break
-            if value < 0:
-                low = share, value
-            else:
-                high = share, value
-            if high is None:
-                share *= 2
-            else:
-                share = low[0] - low[1] * (high[0] - low[0]) / (high[1] - low[1])
-                share = float(
-                    np.clip(
-                        share, low[0] + 0.1 * (high[0] - low[0]), high[0] - 0.1 * (high[0] - low[0])
-                    )
-                )
-        return unknowns + share * change, depth + share * deeper
-
-    def _reached(self, state: State, unknowns: Array, depth: float, balance: _Balance) -> State:
-        """Return the state at a balance, with its energies."""
-        weight, response = self.mesh.weight, balance.response
-        elastic_strain = self.mesh.strain(unknowns) - response.points.strain
-        stored = 0.5 * float((weight * (response.stress * elastic_strain).sum(-1)).sum())
+        state: PlasticState,
+        unknowns: Array,
+        depth: float,
+        force: float,
+        overlap: Array,
+        stress: Array,
+        points: Points,
+    ) -> PlasticState:
+        """Return the next state, with its energies."""
+        weight, surface = self.mesh.weight, self.mesh.surface
+        elastic_strain = self.mesh.strain(unknowns) - points.strain
+        stored = 0.5 * float((weight * (stress * elastic_strain).sum(-1)).sum())
         stored += 0.5 * self.mesh.exterior * unknowns[-1] ** 2
-        pressed = 0.5 * self.springs * balance.overlap**2 * self.surface.weight
-        more = response.points.amount - state.points.amount
-        amounts = state.points.amount, response.points.amount
-        resistance = 0.5 * sum(self.material.flow_stress(amount)[0] for amount in amounts)
+        elastic = stored + float((0.5 * self.springs * overlap**2 * surface.weight).sum())
+        more = points.amount - state.points.amount
         yielding = more > 0  # elsewhere the resistance may be infinite
-        lost = float((weight * resistance * more)[yielding].sum()) if yielding.any() else 0.0
-        way = depth - state.penetration
-        elastic = stored + float(pressed.sum())
+        lost = 0.0
+        if yielding.any():
+            before, after = (self.material.flow_stress(p.amount)[0] for p in (state.points, points))
+            lost = float((weight * (0.5 * (before + after)) * more)[yielding].sum())
         if state.peak == 0 and not yielding.any():
             work = elastic - state.elastic  # of a potential, whatever the path
         else:
-            work = self._work(state, unknowns, depth, balance.force)
+            # without a force no work is done on the way to the touch
+            start, end = state.penetration, depth
+            if state.peak and not state.force > 0:
+                start = max(start, self.residual_depth(state.unknowns))
+            if state.peak and not force > 0:
+                end = max(end, self.residual_depth(unknowns))
+            if 0 < start < end and 0 < state.force < force:
+                # as both rise the force goes with a power of the depth
+                power = np.log(force / state.force) / np.log(end / start)
+                work = float((force * end - state.force * start) / (power + 1))
+            else:
+                work = elastic_work(end - start, (state.force, force))
+        way = depth - state.penetration
         return replace(
             state,
             penetration=depth,
-            force=balance.force,
-            peak=max(state.peak, balance.force),
+            force=force,
+            peak=max(state.peak, force),
             unknowns=unknowns,
-            points=response.points,
-            stress=response.stress,
+            points=points,
+            stress=stress,
             elastic=elastic,
             dissipated=state.dissipated + lost,
             work=state.work + work,
             rate=(unknowns - state.unknowns) / way if way > 0 else None,
         )
 
-    def _work(self, state: State, unknowns: Array, depth: float, force: float) -> float:
-        """Return the work of a step: of a force that goes with a power of the depth as both rise.
-
-        Of a body that nothing has pressed before, with that of a ball on an elastic surface.
-        """
-        # without a force nothing is done on the way to the touch
-        start, end = (
-            at if f > 0 or not state.peak else max(at, self._touch(u))
-            for at, f, u in (
-                (state.penetration, state.force, state.unknowns),
-                (depth, force, unknowns),
-            )
-        )
-        if not (0 < start < end and 0 < state.force < force):
-            return elastic_work(end - start, (state.force, force))
-        power = np.log(force / state.force) / np.log(end / start)
-        return float((force * end - state.force * start) / (power + 1))
-
 
 def elastic_work(way: float, forces: tuple[float, float]) -> float:
     """Return the work of a force whose power 2/3 is linear along a way.
 
-    That is exact for a ball on an elastic surface, which what is dented nearly is.
+    That is exact for a ball on an elastic surface, and nearly so on a dented one.
 
     Examples
     --------

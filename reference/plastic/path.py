@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.loads import LoadPath
-from reference.plastic.block import Block
-from reference.plastic.indentation import Indentation, State, elastic_work
-from reference.plastic.materials import PlasticMaterial
-from reference.plastic.section import Section
+from reference.plastic.elements import Elements
+from reference.plastic.indentation import Indentation, PlasticState, elastic_work
+from reference.plastic.j2 import PlasticMaterial
 
 Array = NDArray[np.float64]
 
 # A rising load goes in steps whose logarithms are so many elements over a radius at its end, and
 # the longer the further from it (by this power: what lies before is soon forgotten) from a share of
 # the load on. Round contacts: as fine as their energies need to balance to 1e-4 on nine elements.
-_STEP = {"round": 0.1, "block": 0.5}
+_STEP, _BLOCK_STEP = 0.1, 0.5
 _POWER, _FIRST = 0.75, 1 / 32
 # Steps of a stretch that falls.
 _FALLING = 3
@@ -30,17 +29,9 @@ _FALLING = 3
 class Moment:
     """A contact at one load of a path.
 
-    Attributes
-    ----------
-    penetration, force : float
-    counted_area : float
-        Of contact, between the points that touch: to a part of an element.
-    work, elastic, dissipated : float
-        Work of the force, elastic energy, plastic dissipation so far.
-    iterations : int
-        Newton steps so far.
-    residual : float
-        Unbalanced forces over the largest force.
+    `counted_area` of contact lies between the points that touch: to a part of an element. `work` of
+    the force and plastic dissipation are those so far, `iterations` Newton's steps so far,
+    `residual` the unbalanced forces over the largest force.
     """
 
     penetration: float
@@ -51,7 +42,7 @@ class Moment:
     dissipated: float
     iterations: int
     residual: float
-    state: State
+    state: PlasticState
 
 
 class Walk:
@@ -59,7 +50,6 @@ class Walk:
 
     Parameters
     ----------
-    material : PlasticMaterial
     shape : callable
         The gap at first touch, f(r) or f(x, y).
     radius : float or (float, float)
@@ -99,11 +89,26 @@ class Walk:
         per_radius: int = 8,
         even: tuple[bool, bool] = (True, True),
     ) -> None:
-        self.indentation, self.length = below(
-            material, shape, radius, smallest=smallest, per_radius=per_radius, even=even
+        faults = count_faults(2, per_radius=per_radius)
+        sides = np.broadcast_to(np.asarray(radius, dtype=float), 2)
+        faults += positive_faults(radius=min(sides))
+        length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
+        least = 1.0 if smallest is None else smallest / length
+        if not 0 < least <= 1 + 1e-12:
+            faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
+        refuse(faults)
+        nu = material.elastic.poisson_ratio
+        if np.ndim(radius) == 0:
+            mesh = Elements.section(least, 1.0, per_radius, nu)
+        else:
+            mesh = Elements.block((sides[0] / length, sides[1] / length), per_radius, nu, even)
+        self.length, self.modulus = length, material.elastic.youngs_modulus
+        self.indentation = Indentation(
+            material.scaled(self.modulus),
+            lambda *at: np.asarray(shape(*(x * length for x in at))) / length,
+            mesh,
         )
-        self.modulus = material.elastic.youngs_modulus
-        self.step = _STEP["round" if np.ndim(radius) == 0 else "block"] / per_radius
+        self.step = (_STEP if mesh.hoop else _BLOCK_STEP) / per_radius
 
     def along(self, path: LoadPath) -> Iterator[Moment]:
         """Yield the contact at each load of a path of penetrations or forces.
@@ -118,20 +123,38 @@ class Walk:
         control = path.one_of("penetration", "force")
         if control == "force" and (path.values < 0).any():
             raise ValueError("force must not be negative: nothing holds the indenter")
-        unit = self.length if control == "penetration" else self.modulus * self.length**2
-        state = self.indentation.virgin
-        for load in path.values / unit:
-            state = self._led(state, control, float(load))
-            yield self._moment(state)
+        state, energy = self.indentation.virgin, self.modulus * self.length**3
+        if control == "penetration":
+            unit, act = self.length, self.indentation.press
+        else:
+            unit, act = self.modulus * self.length**2, self.indentation.push
+        for load in (path.values / unit).tolist():
+            now = state.penetration if control == "penetration" else state.force
+            if load <= max(now, 0.0):
+                count = _FALLING if 0 <= load < now else 1
+                values = np.linspace(now, load, count + 1)[1:]
+            else:
+                shares = [1.0]
+                while shares[-1] > _FIRST:
+                    shares.append(shares[-1] * np.exp(-self.step / shares[-1] ** _POWER))
+                values = load * np.array(shares[::-1])
+                values = values[values > now * (1 + 1e-9)]
+            for value in values:
+                state = act(state, value)
+            yield Moment(
+                penetration=state.penetration * self.length,
+                force=state.force * self.modulus * self.length**2,
+                counted_area=self.indentation.counted_area(state) * self.length**2,
+                work=state.work * energy,
+                elastic=state.elastic * energy,
+                dissipated=state.dissipated * energy,
+                iterations=state.iterations,
+                residual=state.residual,
+                state=state,
+            )
 
     def contact_area(self, moment: Moment) -> float:
-        """Return the area of contact: of round ones from the stiffness at the start of unloading.
-
-        Raises
-        ------
-        ConvergenceError
-            If the unloading does not come to balance.
-        """
+        """Return the area of contact: of round ones from the stiffness of unloading."""
         return self.indentation.contact_area(moment.state) * self.length**2
 
     def residual_depth(self, moment: Moment) -> float:
@@ -140,7 +163,7 @@ class Walk:
             return 0.0
         state = moment.state
         left = self.indentation.push(state, 0.0) if state.force > 0 else state
-        return self.length * self.indentation.residual_depth(left)
+        return self.length * self.indentation.residual_depth(left.unknowns)
 
     def given_back(self, moment: Moment, steps: int = 6) -> float:
         """Return the work that the body gives back if the indenter is lifted off from here."""
@@ -154,73 +177,6 @@ class Walk:
 
     def surface(self, moment: Moment) -> tuple[Array, Array]:
         """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
-        place, sunk = self.indentation.surface_shape(moment.state)
-        return place * self.length, sunk * self.length
-
-    def _led(self, state: State, control: str, load: float) -> State:
-        now = state.penetration if control == "penetration" else state.force
-        act = self.indentation.press if control == "penetration" else self.indentation.push
-        for value in self._steps(now, load):
-            state = act(state, value)
-        return state
-
-    def _steps(self, now: float, load: float) -> Array:
-        """Return the loads between one and the next, with the last of them."""
-        if load <= max(now, 0.0):
-            count = _FALLING if 0 <= load < now else 1
-            return np.linspace(now, load, count + 1)[1:]
-        shares = [1.0]
-        while shares[-1] > _FIRST:
-            shares.append(shares[-1] * np.exp(-self.step / shares[-1] ** _POWER))
-        values = load * np.array(shares[::-1])
-        return values[values > now * (1 + 1e-9)]
-
-    def _moment(self, state: State) -> Moment:
-        energy = self.modulus * self.length**3
-        return Moment(
-            penetration=state.penetration * self.length,
-            force=state.force * self.modulus * self.length**2,
-            counted_area=self.indentation.counted_area(state) * self.length**2,
-            work=state.work * energy,
-            elastic=state.elastic * energy,
-            dissipated=state.dissipated * energy,
-            iterations=state.iterations,
-            residual=state.residual,
-            state=state,
-        )
-
-
-def below(
-    material: PlasticMaterial,
-    shape: Callable[..., Array],
-    radius: float | tuple[float, float],
-    *,
-    smallest: float | None = None,
-    per_radius: int = 8,
-    even: tuple[bool, bool] = (True, True),
-) -> tuple[Indentation, float]:
-    """Return an indentation of E = 1 on a mesh for contacts of a size, and its unit of length.
-
-    Parameters are those of `Walk`.
-    """
-    faults = count_faults(2, per_radius=per_radius)
-    round_ = np.ndim(radius) == 0
-    sides = np.broadcast_to(np.asarray(radius, dtype=float), 2)
-    faults += positive_faults(radius=min(sides))
-    length = float(np.sqrt(sides[0] * sides[1])) if min(sides) > 0 else 1.0
-    least = 1.0 if smallest is None else smallest / length
-    if not 0 < least <= 1 + 1e-12:
-        faults.append(f"smallest must lie in (0, radius], not {smallest!r}")
-    refuse(faults)
-    nu = material.elastic.poisson_ratio
-    if round_:
-        mesh: Section | Block = Section(least, 1.0, per_radius, nu)
-    else:
-        mesh = Block((sides[0] / length, sides[1] / length), per_radius, nu, even)
-    scaled = material.scaled(material.elastic.youngs_modulus)
-    return (
-        Indentation(
-            scaled, lambda *at: np.asarray(shape(*(x * length for x in at))) / length, mesh
-        ),
-        length,
-    )
+        surface = self.indentation.mesh.surface
+        place, sunk = surface.place, surface.sunk(moment.state.unknowns)
+        return place.reshape(len(place), -1) * self.length, sunk.ravel() * self.length

@@ -15,7 +15,7 @@ from reference.particles.equilibrium import Floor, largest_stiffness, relax
 from reference.particles.motion import MASSES, Motion, wave_speeds, wave_stiffness
 from reference.particles.packing import DIRECTIONS, Packing, half_space_packing, periodic_packing
 from reference.particles.plastic import PlasticHalfSpace
-from reference.plastic.materials import PlasticMaterial
+from reference.plastic import PlasticMaterial
 
 RNG = np.random.default_rng(1)
 

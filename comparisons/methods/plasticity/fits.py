@@ -14,7 +14,7 @@ from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reference.plastic import fits
+from reference.plastic.dent_formulas import Fit, FlattenedBall, jackson_green, kogut_etsion
 
 EXACT = (1,)
 
@@ -30,7 +30,7 @@ class FittedBall(Solver[IndenterGeometry]):
         indenter, plasticity = tables_of(scene)
         if plasticity.hardens:
             raise Refused("fitted without hardening")
-        ball = fits.Ball(
+        ball = FlattenedBall(
             radius_of(indenter),
             scene.effective_modulus,
             scene.poisson_ratio,
@@ -48,7 +48,7 @@ class FittedBall(Solver[IndenterGeometry]):
             )
         self.note = self.fit.source
 
-    def fitted(self, ball: fits.Ball) -> fits.Fit:
+    def fitted(self, ball: FlattenedBall) -> Fit:
         """Return the curves of the fit."""
         raise NotImplementedError
 
@@ -93,9 +93,9 @@ class KogutEtsion(FittedBall):
     name = "kogut_etsion"
     title: ClassVar[str] = "Kogut & Etsion"
 
-    def fitted(self, ball: fits.Ball) -> fits.Fit:
+    def fitted(self, ball: FlattenedBall) -> Fit:
         """Return the curves of the fit."""
-        return fits.kogut_etsion(ball)
+        return kogut_etsion(ball)
 
 
 class JacksonGreen(FittedBall):
@@ -104,6 +104,6 @@ class JacksonGreen(FittedBall):
     name = "jackson_green"
     title: ClassVar[str] = "Jackson & Green"
 
-    def fitted(self, ball: fits.Ball) -> fits.Fit:
+    def fitted(self, ball: FlattenedBall) -> Fit:
         """Return the curves of the fit."""
-        return fits.jackson_green(ball)
+        return jackson_green(ball)

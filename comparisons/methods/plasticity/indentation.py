@@ -15,8 +15,8 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.closed_form import ellipsoid
 from reference.elasticity import Material
+from reference.plastic import PlasticMaterial, yield_depth, yield_pressure
 from reference.plastic.first_yield import elliptic_yield_pressure
-from reference.plastic.materials import PlasticMaterial, yield_depth, yield_pressure
 
 PHYSICS = frozenset({"plasticity"})
 ONLY_INDENTERS = "for single indenters on a plane"

@@ -16,7 +16,7 @@ from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
 from reduced.plasticity.caps import Yielded, YieldingSprings, first_yield
 from reduced.plasticity.zunker_kamrin import ZunkerKamrin
-from reference.plastic.materials import yield_pressure
+from reference.plastic import yield_pressure
 
 # How often a line grows by a third until it holds the contact under a force.
 _WIDENINGS = 60

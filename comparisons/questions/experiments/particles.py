@@ -20,7 +20,7 @@ from reference.particles import (
 from reference.particles.bonds import Asperities
 from reference.particles.motion import Motion, wave_speeds
 from reference.particles.plastic import PlasticHalfSpace
-from reference.plastic.materials import PlasticMaterial, yield_pressure
+from reference.plastic import PlasticMaterial, yield_pressure
 
 ROUND_OFF = 1e-12
 DIRECTIONS = 200

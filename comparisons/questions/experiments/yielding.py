@@ -21,7 +21,12 @@ from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.elasticity import Material
 from reference.loads import LoadPath
-from reference.plastic import PlasticMaterial, Walk, theories, yield_depth, yield_pressure
+from reference.plastic import PlasticMaterial, Walk, yield_depth, yield_pressure
+from reference.plastic.dent_formulas import (
+    cavity_pressure,
+    johnson_restitution,
+    thornton_restitution,
+)
 
 NU, YIELD_STRESS = 0.3, 1 / 500
 MODULUS = 1 / (1 - NU**2)
@@ -147,13 +152,13 @@ def _stated(reading: str, quantity: str, depth: float, true: Dented) -> float:
     At equal penetration; of a rebound at equal energy, and of a cavity at equal contact radius.
     """
     if reading == "thornton":
-        return float(theories.thornton_restitution(np.sqrt(true.work / _WORK)))
+        return float(thornton_restitution(np.sqrt(true.work / _WORK)))
     if reading == "johnson":
         energy = true.work / YIELD_STRESS
-        return float(theories.johnson_restitution(energy, YIELD_STRESS / MODULUS))
+        return float(johnson_restitution(energy, YIELD_STRESS / MODULUS))
     if reading == "cavity":
         strain = np.sqrt(true.area / np.pi) / YIELD_STRESS
-        return float(theories.cavity_pressure(strain, NU)) * YIELD_STRESS
+        return float(cavity_pressure(strain, NU)) * YIELD_STRESS
     if quantity == "restitution":
         return spring_restitution(true.work, depth, reading)
     return float(getattr(springs(depth, reading), quantity))
