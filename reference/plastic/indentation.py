@@ -151,12 +151,10 @@ class Indentation:
         except ConvergenceError:
             if halvings == _HALVINGS or (force == 0 and state.force == 0):
                 raise
-        if depth is not None:
-            middle = (state.penetration + depth) / 2, None
-        else:
-            assert force is not None
-            middle = None, (state.force + force) / 2
-        return self._reach(self._reach(state, *middle, halvings + 1), depth, force, halvings + 1)
+        half_depth = None if depth is None else (state.penetration + depth) / 2
+        half_force = None if force is None else (state.force + force) / 2
+        half_way = self._reach(state, half_depth, half_force, halvings + 1)
+        return self._reach(half_way, depth, force, halvings + 1)
 
     def _newton(
         self, state: PlasticState, target: float | None, force: float | None

@@ -124,10 +124,7 @@ class Walk:
         if control == "force" and (path.values < 0).any():
             raise ValueError("force must not be negative: nothing holds the indenter")
         state, energy = self.indentation.virgin, self.modulus * self.length**3
-        if control == "penetration":
-            unit, act = self.length, self.indentation.press
-        else:
-            unit, act = self.modulus * self.length**2, self.indentation.push
+        unit = self.length if control == "penetration" else self.modulus * self.length**2
         for load in (path.values / unit).tolist():
             now = state.penetration if control == "penetration" else state.force
             if load <= max(now, 0.0):
@@ -140,7 +137,10 @@ class Walk:
                 values = load * np.array(shares[::-1])
                 values = values[values > now * (1 + 1e-9)]
             for value in values:
-                state = act(state, value)
+                if control == "penetration":
+                    state = self.indentation.press(state, value)
+                else:
+                    state = self.indentation.push(state, value)
             yield Moment(
                 penetration=state.penetration * self.length,
                 force=state.force * self.modulus * self.length**2,
