@@ -44,12 +44,8 @@ _LEVELS = 36  # halvings towards the ends of a segment, where d^(1/2) or fast ar
 class Curve:
     """Contact along a history; arrays have the shape of the requested times.
 
-    Attributes
-    ----------
-    time, penetration, force, contact_radius : ndarray
-    error : ndarray
-        Estimated error of the force (or of the depth, if the force is given) from quadrature and
-        rounding.
+    `error` estimates that of the force (or of the depth, if the force is given) from quadrature and
+    rounding.
     """
 
     time: Array
@@ -67,10 +63,25 @@ def contact_factor(poisson_ratio: float) -> float:
 
 @dataclass(frozen=True)
 class _Path:
-    """Linear pieces of a history: times, values and slopes."""
+    """A history as few linear pieces."""
 
     time: Array
     value: Array
+
+    @classmethod
+    def of(cls, history: History) -> _Path:
+        time, values = history.time, history.values
+        if time.size < 2:
+            raise ValueError(f"a history of the integrals needs two times, not {time!r}")
+        # changes by rounding count as zero, and consecutive pieces of equal slope are merged
+        still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
+        slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
+        bends = np.abs(np.diff(slopes)) > 1e-9 * np.abs(slopes).max(initial=0.0)
+        corners = np.flatnonzero(np.concatenate([[True], bends, [True]]))
+        flat = np.append(slopes[corners[:-1]] == 0, False)
+        values = values.copy()
+        values[corners[1:][flat[:-1]]] = values[corners[:-1][flat[:-1]]]
+        return cls(time[corners], values[corners])
 
     def at(self, t: ArrayLike) -> Array:
         return np.interp(np.asarray(t, dtype=float), self.time, self.value)
@@ -78,6 +89,16 @@ class _Path:
     @property
     def slopes(self) -> Array:
         return np.diff(self.value) / np.diff(self.time)
+
+    def slope_before(self, t: float) -> float:
+        place = int(np.searchsorted(self.time, t, side="left")) - 1
+        return float(self.slopes[place]) if place >= 0 else 0.0
+
+    def segments(self, end: float, begin: float = -np.inf) -> list[tuple[float, float, float]]:
+        """Return pieces with non-zero slope between two times: (start, end, slope)."""
+        first, last = np.maximum(self.time[:-1], begin), np.minimum(self.time[1:], end)
+        used = (last > first) & (self.slopes != 0)
+        return list(zip(first[used], last[used], self.slopes[used], strict=True))
 
 
 def indentation(
@@ -94,27 +115,15 @@ def indentation(
     Parameters
     ----------
     form : ClosedForm
-        Elastic contact of the body, axisymmetric.
-    effective_modulus : float
-        The E* of `form`.
+        Elastic contact of the body, axisymmetric, with `effective_modulus`.
     material : GeneralisedMaxwell
         In shear.
     history : History
         Of the ``"penetration"``, >= 0, first non-decreasing, then non-increasing. A positive first
-        depth is a jump (not with a dashpot).
+        depth is a jump (not with a dashpot). Refused where the contact grows during the retreat.
     time : array_like
         Times of evaluation within the history. With a dashpot the force at a kink is that for the
         velocity before it.
-    poisson_ratio : float
-
-    Returns
-    -------
-    Curve
-
-    Raises
-    ------
-    ValueError
-        If the history is not of this type, or the contact grows while the body retreats.
 
     Examples
     --------
@@ -126,7 +135,14 @@ def indentation(
     >>> round(float(indentation(paraboloid(1.0, 1.0), 1.0, oil, ramp, 1.0).force[0]), 12)
     0.008
     """
-    path = _indentation(history)
+    history.one_of("penetration")
+    path = _Path.of(history)
+    falling = np.flatnonzero(path.slopes < 0)
+    if path.value[0] < 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
+        raise ValueError(
+            "the integrals of Lee-Radok and Ting need a penetration that starts at 0 or above it, "
+            "rises, rests, and falls once"
+        )
     if material.viscosity > 0 and path.value[0] > 0:
         raise ValueError("penetration must start at 0 against a dashpot")
     times = np.atleast_1d(np.asarray(time, dtype=float))
@@ -137,11 +153,21 @@ def indentation(
     def growth(d: Array) -> Array:
         return np.asarray(form.stiffness(d)) / effective_modulus
 
+    def integrand(s: Array, t: float) -> Array:
+        return material.relaxation(t - s) * growth(path.at(s))
+
     force, depth, error = np.zeros((3, times.size))
     _refuse_growth(material, path, times.max())
     for i, t in enumerate(times):
         touching, depth[i] = _contact(material, path, t)
-        force[i], error[i] = _hereditary_force(material, path, growth, t, touching)
+        # int E(t - s) A'(d(s)) d'(s) ds up to the time whose contact this is
+        for begin, end, slope in path.segments(touching):
+            part, doubt = _quadrature(partial(integrand, t=t), begin, end)
+            force[i] += slope * part
+            error[i] += abs(slope) * doubt
+        # the dashpot's pulse counts fully while the contact grows, and not afterwards
+        if material.viscosity > 0 and touching == t:
+            force[i] += material.viscosity * float(growth(path.at(t))) * path.slope_before(t)
         jump = float(form.force(min(depth[i], path.value[0]))) / effective_modulus
         force[i] += float(material.relaxation(t - path.time[0])) * jump
     radius = np.where(depth > 0, _contact_radius(form, depth), 0.0)
@@ -159,20 +185,8 @@ def creep(
 ) -> Curve:
     """Return the depth under a force for which the contact never shrinks (Lee & Radok).
 
-    Parameters
-    ----------
-    form, effective_modulus, material, poisson_ratio
-        As for `indentation`.
-    history : History
-        History of the ``"force"``, non-decreasing, so that the contact grows for any material. A
-        positive first force is a jump.
-    time : array_like
-        Where to evaluate.
-
-    Raises
-    ------
-    ValueError
-        If the force decreases anywhere.
+    Arguments as for `indentation`, but the history is that of the ``"force"``, non-decreasing, so
+    that the contact grows for any material. A positive first force is a jump.
 
     Examples
     --------
@@ -184,18 +198,22 @@ def creep(
     0.629960524947
     """
     history.one_of("force")
-    path, t, values = _pieces(history), history.time, history.values
+    path, t, values = _Path.of(history), history.time, history.values
     if not (values[0] >= 0 and (path.slopes >= 0).all() and values[-1] > 0):
         raise ValueError(
             "the integral of Lee and Radok needs a force that never falls, so that the contact "
             "never shrinks, and ends above 0"
         )
+
+    def late_creep(s: Array, end: float) -> Array:
+        return material.creep(end - s)
+
     times = np.atleast_1d(np.asarray(time, dtype=float))
     total = values[0] * material.creep(times - t[0])
     error = np.zeros(times.size)
     for i, end in enumerate(times):
-        for begin, stop, slope in _segments(path, end):
-            part, doubt = _quadrature(partial(_creep_before, material, end), begin, stop)
+        for begin, stop, slope in path.segments(end):
+            part, doubt = _quadrature(partial(late_creep, end=end), begin, stop)
             total[i] += slope * part
             error[i] += abs(slope) * doubt
     total, error = total / contact_factor(poisson_ratio), error / contact_factor(poisson_ratio)
@@ -211,11 +229,6 @@ def _contact_radius(form: ClosedForm, depth: Array) -> Array:
     return np.asarray(form.contact_radius(depth))
 
 
-def _creep_before(material: GeneralisedMaxwell, end: float, s: Array) -> Array:
-    """Return the creep compliance at the end for a load applied at s."""
-    return material.creep(end - s)
-
-
 def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float, float]:
     """Return time and depth of the loading with the same contact as at time t."""
     start = float(path.time[0])
@@ -223,8 +236,13 @@ def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float
     top = min(t, float(path.time[rising[-1] + 1])) if rising.size else start
 
     def tension(t1: float) -> float:
-        """Return the force of a spring touched first at t1 > start."""
-        return _tension_free(material, path, t1, t)
+        """Return the stress of a spring that was touched first at t1, in closed form."""
+        total = material.equilibrium_modulus * (path.at(t) - path.at(t1))
+        for first, last, slope in path.segments(t, t1):
+            for modulus, tau in zip(material.arm_moduli, material.arm_times, strict=True):
+                grown = np.exp(-(t - last) / tau) * -np.expm1(-(last - first) / tau)
+                total += slope * modulus * tau * grown
+        return float(total + material.viscosity * path.slope_before(t))
 
     if tension(top) >= 0:
         return top, float(path.at(top))
@@ -253,50 +271,6 @@ def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> N
         )
 
 
-def _tension_free(material: GeneralisedMaxwell, path: _Path, begin: float, t: float) -> float:
-    """Return the stress of a strain that follows the path from a given time, in closed form."""
-    total = material.equilibrium_modulus * (path.at(t) - path.at(begin))
-    for first, last, slope in _segments(path, t, begin):
-        for modulus, tau in zip(material.arm_moduli, material.arm_times, strict=True):
-            grown = np.exp(-(t - last) / tau) * -np.expm1(-(last - first) / tau)
-            total += slope * modulus * tau * grown
-    return float(total + material.viscosity * _velocity(path, t))
-
-
-def _velocity(path: _Path, t: float) -> float:
-    """Return the slope of the path just before t."""
-    place = int(np.searchsorted(path.time, t, side="left")) - 1
-    return float(path.slopes[place]) if place >= 0 else 0.0
-
-
-def _hereditary_force(
-    material: GeneralisedMaxwell,
-    path: _Path,
-    growth: Callable[[Array], Array],
-    t: float,
-    contact_time: float,
-) -> tuple[float, float]:
-    """Return int E(t - s) A'(d(s)) d'(s) ds to the contact time, over E*/G, and its error."""
-    total = error = 0.0
-    for begin, end, slope in _segments(path, contact_time):
-        part, doubt = _quadrature(
-            lambda s: material.relaxation(t - s) * growth(path.at(s)), begin, end
-        )
-        total += slope * part
-        error += abs(slope) * doubt
-    # The dashpot's pulse counts fully while the contact grows, and not afterwards.
-    if material.viscosity > 0 and contact_time == t:
-        total += material.viscosity * float(growth(path.at(t))) * _velocity(path, t)
-    return total, error
-
-
-def _segments(path: _Path, end: float, begin: float = -np.inf) -> list[tuple[float, float, float]]:
-    """Return the pieces of the path with non-zero slope between two times: (start, end, slope)."""
-    first, last = np.maximum(path.time[:-1], begin), np.minimum(path.time[1:], end)
-    used = (last > first) & (path.slopes != 0)
-    return list(zip(first[used], last[used], path.slopes[used], strict=True))
-
-
 def _quadrature(
     function: Callable[[Array], Array], begin: float, end: float
 ) -> tuple[float, float]:
@@ -311,32 +285,3 @@ def _quadrature(
         values.append(float((samples * weights * width / 2).sum()))
     rounding = 16 * np.finfo(float).eps * abs(values[1])
     return values[1], abs(values[1] - values[0]) + rounding
-
-
-def _pieces(history: History) -> _Path:
-    """Return the history as few linear pieces."""
-    time, values = history.time, history.values
-    if time.size < 2:
-        raise ValueError(f"a history of the integrals needs two times, not {time!r}")
-    # Changes by rounding count as zero, and consecutive pieces of equal slope are merged.
-    still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
-    slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
-    bends = np.abs(np.diff(slopes)) > 1e-9 * np.abs(slopes).max(initial=0.0)
-    corners = np.flatnonzero(np.concatenate([[True], bends, [True]]))
-    flat = np.append(slopes[corners[:-1]] == 0, False)
-    values = values.copy()
-    values[corners[1:][flat[:-1]]] = values[corners[:-1][flat[:-1]]]
-    return _Path(time[corners], values[corners])
-
-
-def _indentation(history: History) -> _Path:
-    """Return the history of a depth that increases and then decreases."""
-    history.one_of("penetration")
-    path = _pieces(history)
-    falling = np.flatnonzero(path.slopes < 0)
-    if path.value[0] < 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
-        raise ValueError(
-            "the integrals of Lee-Radok and Ting need a penetration that starts at 0 or above it, "
-            "rises, rests, and falls once"
-        )
-    return path

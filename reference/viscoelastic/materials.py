@@ -39,19 +39,8 @@ class CreepModes(NamedTuple):
 class GeneralisedMaxwell:
     """Spring, dashpot and Maxwell arms in parallel, in shear.
 
-    Parameters
-    ----------
-    equilibrium_modulus : float
-        G_0 >= 0, the long-term modulus.
-    arm_moduli, arm_times : sequence of float
-        G_i >= 0 and tau_i > 0, in any order.
-    viscosity : float
-        eta >= 0 of the dashpot.
-
-    Raises
-    ------
-    ValueError
-        If a number is out of range or all moduli and the viscosity are zero; lists all faults.
+    The long-term modulus is G_0 >= 0; arms have G_i >= 0 and tau_i > 0, in any order; the dashpot
+    eta >= 0. They must not all be zero.
 
     Examples
     --------
@@ -67,7 +56,22 @@ class GeneralisedMaxwell:
         arm_times: Sequence[float] = (),
         viscosity: float = 0.0,
     ) -> None:
-        _check(equilibrium_modulus, arm_moduli, arm_times, viscosity)
+        faults = []
+        for name, value in (
+            ("equilibrium_modulus", equilibrium_modulus),
+            ("viscosity", viscosity),
+        ):
+            if not (math.isfinite(value) and value >= 0):
+                faults.append(f"{name} must be finite and not negative, not {value!r}")
+        if len(arm_moduli) != len(arm_times):
+            faults.append(f"{len(arm_moduli)} arm_moduli for {len(arm_times)} arm_times")
+        if not all(math.isfinite(g) and g >= 0 for g in arm_moduli):
+            faults.append(f"arm_moduli must be finite and not negative, not {arm_moduli!r}")
+        if not all(math.isfinite(tau) and tau > 0 for tau in arm_times):
+            faults.append(f"arm_times must be finite and positive, not {arm_times!r}")
+        if not faults and not any(g > 0 for g in (equilibrium_modulus, viscosity, *arm_moduli)):
+            faults.append("nothing resists: all moduli and the viscosity are zero")
+        refuse(faults)
         times: list[float] = []
         moduli: list[float] = []
         for time, modulus in sorted(zip(arm_times, arm_moduli, strict=True)):
@@ -125,23 +129,11 @@ class GeneralisedMaxwell:
 
     @cached_property
     def creep_modes(self) -> CreepModes:
-        """Return the series of springs and dashpots with the creep of this material."""
-        steady = float(self.arm_moduli @ self.arm_times) + self.viscosity
-        delayed = np.array(self._retardations).reshape(-1, 2)
-        return CreepModes(
-            0.0 if self.viscosity > 0 else 1 / self.instantaneous_modulus,
-            1 / steady if self.equilibrium_modulus == 0 else 0.0,
-            delayed[:, 0],
-            delayed[:, 1],
-        )
+        """The series of springs and dashpots with the creep of this material.
 
-    @property
-    def _retardations(self) -> list[tuple[float, float]]:
-        """Return compliances and times of the delayed creep, by partial fractions.
-
-        As a function of the time l = -1/s, sigma/gamma = G_0 - sum G_i tau_i/(l - tau_i) - eta/l.
-        It has one zero between successive arm times, one more above the longest (solids) and one
-        below the shortest (with a dashpot).
+        By partial fractions. As a function of the time l = -1/s, sigma/gamma = G_0 -
+        sum G_i tau_i/(l - tau_i) - eta/l has one zero between successive arm times, one more above
+        the longest (solids) and one below the shortest (with a dashpot).
         """
         times = [float(tau) for tau in self.arm_times]
         weights = [float(g * tau) for g, tau in zip(self.arm_moduli, times, strict=True)]
@@ -166,7 +158,14 @@ class GeneralisedMaxwell:
             if ell not in times:  # else the compliance vanishes
                 slope = sum(w / (ell - tau) ** 2 for w, tau in zip(weights, times, strict=True))
                 modes.append((1 / (ell * (slope + self.viscosity / ell**2)), ell))
-        return modes
+        compliances, retardations = np.array(modes).reshape(-1, 2).T
+        steady = float(self.arm_moduli @ self.arm_times) + self.viscosity
+        return CreepModes(
+            0.0 if damped else 1 / self.instantaneous_modulus,
+            0.0 if solid else 1 / steady,
+            compliances,
+            retardations,
+        )
 
 
 def _zero(function: Callable[[float], float], low: float, high: float) -> float:
@@ -180,22 +179,3 @@ def _zero(function: Callable[[float], float], low: float, high: float) -> float:
         if function(inner) < 0 < function(outer):
             return brentq(function, inner, outer, xtol=1e-15 * inner, rtol=1e-15, maxiter=300)
         margin /= 10
-
-
-def _check(
-    equilibrium: float, moduli: Sequence[float], times: Sequence[float], viscosity: float
-) -> None:
-    """Raise one ValueError with all invalid arguments."""
-    faults = []
-    for name, value in (("equilibrium_modulus", equilibrium), ("viscosity", viscosity)):
-        if not (math.isfinite(value) and value >= 0):
-            faults.append(f"{name} must be finite and not negative, not {value!r}")
-    if len(moduli) != len(times):
-        faults.append(f"{len(moduli)} arm_moduli for {len(times)} arm_times")
-    if not all(math.isfinite(g) and g >= 0 for g in moduli):
-        faults.append(f"arm_moduli must be finite and not negative, not {moduli!r}")
-    if not all(math.isfinite(tau) and tau > 0 for tau in times):
-        faults.append(f"arm_times must be finite and positive, not {times!r}")
-    if not faults and not (equilibrium > 0 or viscosity > 0 or any(g > 0 for g in moduli)):
-        faults.append("nothing resists: all moduli and the viscosity are zero")
-    refuse(faults)
