@@ -37,7 +37,7 @@ class ClaimVerdict:
 
     @property
     def verdict(self) -> str:
-        """One of "holds", "fails", "holds in a range" and "not resolved"."""
+        """One of `comparisons.questions.claims.verdicts.VERDICTS`."""
         return self.record.verdict
 
     @property

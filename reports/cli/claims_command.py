@@ -25,7 +25,7 @@ def claims(
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
-    """Test claims about the reduced model: holds, fails, holds in a range, or not resolved.
+    """Test claims about the reduced model: hold, fail, or what they hang on.
 
     Parameters
     ----------

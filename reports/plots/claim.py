@@ -34,6 +34,8 @@ LOOKS = {
     OUTSIDE: Look("outside", VERMILION, Marker("x", "X"), size=9),
     NOT_RESOLVED: Look("not resolved", BLUE, CIRCLE, size=9),
 }
+# Points that carry a shaded interval.
+FEWEST = 4
 BOUNDARY = Look("boundary", INK, CIRCLE, size=4)
 
 
@@ -74,7 +76,9 @@ def _errors(
         tuple(_marks(points, word, low) for word, points in groups.items() if points),
         levels=(tolerance_line(tolerance),),
         stretches=tuple(
-            Stretch(interval.low, interval.high, GREEN, "holds") for interval in ranges
+            Stretch(interval.low, interval.high, GREEN, "holds")
+            for interval in ranges
+            if sum(interval.low <= (p.parameter or 0.0) <= interval.high for p in points) >= FEWEST
         ),
     )
 

@@ -13,7 +13,10 @@ TONES = {
     ),
     **dict.fromkeys(("outside", "no", "fails", "lost", "moved"), "outside"),
     **dict.fromkeys(("not resolved", "not known", "degraded", "slower"), "not-resolved"),
-    **dict.fromkeys(("holds in a range", "in part", "refused", "verdict changed"), "partly"),
+    **dict.fromkeys(
+        ("holds in a range", "holds only as stated", "in part", "refused", "verdict changed"),
+        "partly",
+    ),
 }
 NO_TONE = "no-result"
 

@@ -50,9 +50,13 @@ class Draw:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a validity map: the claim along its own parameter, at one number of another."""
+    """A row of a validity map: the claim along its own parameter, at one number of another.
+
+    stated: whether it is the stated one.
+    """
 
     number: float
+    stated: bool
     points: list[Point]
 
 
@@ -69,6 +73,17 @@ class Openness:
         """All points."""
         lines = [line.points for line in self.along] + [row.points for row in self.rows]
         return [p for points in lines for p in points] + [draw.point for draw in self.draws]
+
+    @property
+    def unstated(self) -> list[Point]:
+        """The points along one parameter, and of the map, at another than its stated value."""
+        along = [
+            point
+            for line in self.along
+            for point in line.points
+            if point.parameter != line.nuisance.stated_number
+        ]
+        return along + [point for row in self.rows if not row.stated for point in row.points]
 
 
 def over_all(
@@ -159,4 +174,4 @@ def _row(
     measure = under({**claim.as_stated, nuisance.key: number})
     halvings = claim.vary.halvings(effort)
     points = yield from walk(claim.vary, grid(claim.vary), claim.tolerance, measure, halvings)
-    return Row(number, points)
+    return Row(number, number == nuisance.stated_number, points)

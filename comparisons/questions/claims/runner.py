@@ -35,7 +35,7 @@ from comparisons.questions.claims.record import (
     save_claims,
 )
 from comparisons.questions.claims.scenes import measure_scene
-from comparisons.questions.claims.verdicts import verdict_of
+from comparisons.questions.claims.verdicts import verdict_of, verdict_over_all
 from comparisons.questions.claims.wording import WRONG_SIGN, sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
@@ -139,7 +139,12 @@ def _record(claim: Claim, effort: Effort, points: list[Point], openness: Opennes
         quantity=list(claim.quantity),
         parameter=claim.parameter,
         spacing="linear" if claim.vary is None else claim.vary.spacing,
-        verdict=verdict_of((point.word for point in measured), effort),
+        verdict=verdict_over_all(
+            [point.word for point in points],
+            [point.word for point in openness.unstated],
+            [draw.point.word for draw in openness.draws],
+            effort,
+        ),
         sentence=f"{finding} {conditions(claim, openness)}".rstrip(),
         points=[_point(point) for point in points],
         ranges=_ranges(points),

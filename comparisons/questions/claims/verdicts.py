@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from comparisons.questions.experiments.base import Effort
 
 HOLDS, FAILS, IN_A_RANGE = "holds", "fails", "holds in a range"
-VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
+ONLY_AS_STATED = "holds only as stated"
+VERDICTS = (HOLDS, FAILS, IN_A_RANGE, ONLY_AS_STATED, NOT_RESOLVED)
 
 
 def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
@@ -36,3 +37,29 @@ def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
     if WITHIN in verdicts:
         return IN_A_RANGE
     return FAILS if effort == "full" or verdicts == {OUTSIDE} else NOT_RESOLVED
+
+
+def verdict_over_all(
+    stated: list[str], along: list[str], draws: list[str], effort: Effort = "full"
+) -> str:
+    """Return the verdict on a claim over all that its statement leaves open.
+
+    It "holds only as stated" if it is within at its stated values, but under no draw over what the
+    statement leaves open, or nowhere else at all. The few draws of quick effort do not tell.
+
+    Parameters
+    ----------
+    stated, along, draws : list of str
+        Verdicts on the points at the stated values; away from them along one parameter at a time;
+        and drawn over all parameters.
+
+    >>> verdict_over_all(["within"], ["within", "outside"], ["outside", "within"])
+    'holds in a range'
+    >>> verdict_over_all(["within"], ["within", "outside"], ["outside", "not resolved"])
+    'holds only as stated'
+    """
+    verdict = verdict_of([*stated, *along, *draws], effort)
+    elsewhere = draws or along
+    if verdict == IN_A_RANGE and WITHIN in stated and effort == "full" and elsewhere:
+        return verdict if WITHIN in elsewhere else ONLY_AS_STATED
+    return verdict

@@ -13,7 +13,13 @@ from comparisons.questions.claims.claim import ClaimError, load_claims, make_cla
 from comparisons.questions.claims.nuisances import shares
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import judge_claim
-from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
+from comparisons.questions.claims.verdicts import (
+    FAILS,
+    HOLDS,
+    IN_A_RANGE,
+    ONLY_AS_STATED,
+    verdict_of,
+)
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from reports.plots.claim import along, validity_map
 
@@ -47,7 +53,20 @@ def law(monkeypatch, error, **more):
     return make_claim(DATA | {"nuisance": [OPEN]} | more, "a.toml", Path())
 
 
-def test_a_claim_that_holds_as_stated_only_holds_in_a_range_and_says_where_it_ends(monkeypatch):
+def test_a_claim_that_no_draw_confirms_holds_only_as_stated(monkeypatch):
+    """Of quick effort's two draws none is within, either: too few to tell."""
+    claim = law(monkeypatch, lambda x, y, kind: 0.02 * (y != 1), expected=ONLY_AS_STATED)
+    assert judge_claim(claim, "full").verdict == ONLY_AS_STATED
+    quick = judge_claim(claim, "quick")
+    assert quick.verdict == IN_A_RANGE
+    assert not quick.differs
+    wide = claim.model_copy(update={"draws": 0, "expected": IN_A_RANGE})
+    record = judge_claim(wide, "full")
+    assert record.verdict == ONLY_AS_STATED
+    assert record.differs
+
+
+def test_a_claim_within_up_to_an_edge_holds_in_a_range_and_says_where_it_ends(monkeypatch):
     claim = law(monkeypatch, lambda x, y, kind: 0.02 if y > EDGE else 0.0)
     record = judge_claim(claim, "full")
     assert record.verdict == IN_A_RANGE
