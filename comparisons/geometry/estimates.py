@@ -12,7 +12,7 @@ import numpy as np
 
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
-from reduced.motion.contact import impact_depth
+from reduced.motion.elastic_impact import impact_depth
 from reduced.profiles import equivalents
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs

@@ -17,9 +17,8 @@ from scipy.integrate import solve_ivp
 
 from reduced.motion import friction_law
 from reduced.motion.blocks import Blocks, integrate
-from reduced.motion.contact import impact_depth, spring_contact
 from reduced.motion.course import Mass, Push, move
-from reduced.motion.elastic_impact import strike
+from reduced.motion.elastic_impact import impact_depth, spring_contact, strike
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import (
     cone,

@@ -36,15 +36,7 @@ from reduced.springs.line import Springs
 
 @dataclass(frozen=True)
 class RollingLine:
-    """Steady rolling at k creeps; arrays of shape (k,).
-
-    Attributes
-    ----------
-    penetration, force, contact_radius : float
-    tangential_force, lateral_force : ndarray
-        Of the sign of the creep.
-    stick_length : ndarray
-    """
+    """Steady rolling at k creeps: forces of the sign of the creep, stick length, shape (k,)."""
 
     penetration: float
     force: float
@@ -55,19 +47,10 @@ class RollingLine:
 
 
 def matched_modulus(shear_modulus: float, coefficient: float) -> float:
-    """Return the G* whose line has a creep coefficient of the half-space.
+    """Return the G* whose line has a creep coefficient of the half-space, C11 or C22 of a circle.
 
     F_x = 2 G* a^2 xi = C 2 G a^2 xi: G* = C G, with G of one elastic body on a rigid one.
 
-    Parameters
-    ----------
-    shear_modulus : float
-        G.
-    coefficient : float
-        Kalker's C11 or C22 of a circle.
-
-    Examples
-    --------
     >>> matched_modulus(2.0, 4.12)
     8.24
     """
@@ -84,17 +67,8 @@ def roll(
 ) -> RollingLine:
     """Roll a single contact steadily at several creeps.
 
-    Parameters
-    ----------
-    springs : Springs
-        The profile; the springs that roll are `per_radius` to either side of the middle, the ends
-        of the contact among them.
-    friction : Friction
-        G* and mu.
-    load : Load
-        Penetration or force, one value.
-    creep, lateral_creep : array_like, shape (k,), or a number
-        As a fraction, any sign.
+    Creeps are fractions of any sign, shape (k,) or numbers. `per_radius` springs roll to either
+    side of the middle, the ends of the contact among them. The load is one penetration or force.
 
     Examples
     --------
@@ -132,16 +106,9 @@ def roll(
 
 @dataclass(frozen=True)
 class RollingRough:
-    """A rough line that rolls: mean and scatter over the way.
+    """A rough line that rolls: penetration of the smooth profile, means and scatter over the way.
 
-    Attributes
-    ----------
-    penetration : float
-        Of the smooth profile, to carry the force on average.
-    force, tangential_force : float
-        Means over the way.
-    scatter : float
-        Standard deviation of the tangential force along the way.
+    `scatter` is the standard deviation of the tangential force along the way.
     """
 
     penetration: float
@@ -182,15 +149,8 @@ class RoughRoller:
         refuse(wrong)
 
     def roll(self, friction: Friction, force: float, creep: float) -> RollingRough:
-        """Roll along the whole roughness at one penetration.
+        """Roll along the whole roughness at the one penetration that carries the force on average.
 
-        Parameters
-        ----------
-        force : float
-            Mean normal force.
-
-        Examples
-        --------
         Without roughness it is `roll`:
 
         >>> x = np.arange(-120, 121) / 100

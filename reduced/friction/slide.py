@@ -9,6 +9,15 @@ The model neglects the coupling of normal and tangential displacements, unless t
 bodies are elastically similar (Dundurs' second constant zero; a rigid body on an incompressible
 one), and slip transverse to the load, which occurs on a half-space for nu > 0. Apart from both
 effects it is exact for every body of revolution (Jaeger 1995).
+
+Memory: every spring sticks up to its friction limit and then keeps this force, a stop operator with
+the threshold w(x) = d - g(x). A row of springs is a Prandtl-Ishlinskii model, determined by its
+first loading curve phi: after a reversal every spring needs twice its threshold, so the force
+changes from the turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is
+forgotten, and the interrupted curve continues (Madelung's rules; Visintin, *Differential Models of
+Hysteresis*, 1994, sec. III); force and displacement may be exchanged, because phi increases. With
+w = G* u/(mu E*) and T = F_x/(mu E*), phi(w) = N(d) - N(d - w), N = F/E* the normal law of the same
+springs (Jaeger 1995; Ciavarella 1998; Popov & Hess 2015, sec. 5.3).
 """
 
 from __future__ import annotations
@@ -19,7 +28,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
-from reduced.friction.slip_memory import Branches, accumulate, branches
 from reduced.loads import Load, LoadPath
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
@@ -35,21 +43,10 @@ class TangentialPath:
     """Response along a tangential path at constant normal load.
 
     Arrays have shape (k,) for a single contact and (m, k) for m lines; `penetration` and `force`
-    have one dimension less.
-
-    Attributes
-    ----------
-    penetration, force : float or ndarray
-        The constant normal load.
-    tangential_force, tangential_displacement : ndarray
-        F_x and the displacement u of the rigid indenter against the undeformed half-space.
-    stick_length : ndarray
-        Length of the sticking springs on arrival at the point; half of it is the stick radius of a
-        single contact.
-    stiffness : ndarray
-        dF_x/du on arrival at the point, G* times `stick_length`.
-    dissipation : ndarray
-        Energy lost to friction since the start of the path.
+    have one dimension less. The displacement is that of the rigid indenter against the undeformed
+    half-space. `stick_length` is that of the sticking springs on arrival at the point, half of it
+    the stick radius of a single contact; `stiffness` is dF_x/du there, G* times it; `dissipation`
+    is lost since the start of the path.
     """
 
     penetration: float | np.ndarray
@@ -63,15 +60,7 @@ class TangentialPath:
 
 @dataclass(frozen=True)
 class Friction:
-    """Tangential springs of stiffness G* dx, with Coulomb's law (19.18), (19.19).
-
-    Parameters
-    ----------
-    tangential_modulus : float
-        G*, see `tangential_modulus`.
-    coefficient : float
-        Coulomb's mu.
-    """
+    """Tangential springs of stiffness G* dx, with Coulomb's law (19.18), (19.19)."""
 
     tangential_modulus: float
     coefficient: float
@@ -81,40 +70,11 @@ class Friction:
         refuse(wrong + positive_faults(coefficient=self.coefficient))
 
 
-@dataclass(frozen=True)
-class _Levels:
-    """Normal law N = F/E* of one row of springs, at the constant load and below.
-
-    `at("penetration", levels)` returns penetration, force/E*, contact length and energy/E* at
-    increasing positive levels, of which the last is always the constant load.
-    """
-
-    penetration: float
-    force: float
-    at: Callable[[str, np.ndarray], tuple[np.ndarray, ...]]
-
-    def respond(self, kind: str, levels: np.ndarray) -> np.ndarray:
-        """Return penetration, force/E*, length, energy/E* at levels up to the load, (4, m)."""
-        top = self.penetration if kind == "penetration" else self.force
-        distinct, place = np.unique(np.append(np.clip(levels, 0.0, top), top), return_inverse=True)
-        loaded = distinct > 0
-        responses = np.zeros((4, distinct.size))
-        responses[:, loaded] = self.at(kind, distinct[loaded])
-        return responses[:, place[:-1]]
-
-
 def tangential_modulus(shear_modulus: float, poisson_ratio: float) -> float:
     """Return G* = 4 G/(2 - nu), the stiffness of tangential springs per length (19.18).
 
     Two bodies: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2) (Popov & Hess 2015, eq. (5.2)).
 
-    Parameters
-    ----------
-    shear_modulus, poisson_ratio : float
-        G > 0, -1 < nu <= 1/2.
-
-    Examples
-    --------
     >>> tangential_modulus(3.0, 0.5)
     8.0
     """
@@ -141,25 +101,12 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
 
     Parameters
     ----------
-    springs : Springs
-        The profile, and the springs under it.
-    friction : Friction
-        G* and mu.
     load : Load
         Penetration or force, one value, applied before the path begins, without tangential force.
     path : LoadPath
-        Values of ``"tangential_displacement"`` or ``"tangential_force"`` along the path, in order,
-        any sign, shape (k,); monotone in between.
-
-    Raises
-    ------
-    ConvergenceError
-        If a force could not be inverted.
-
-    Notes
-    -----
-    Under force control the displacement is the difference of two penetrations: for a force of 1e-12
-    mu F four digits remain.
+        ``"tangential_displacement"`` or ``"tangential_force"``, any sign; monotone in between.
+        Under force control the displacement is the difference of two penetrations: for a force of
+        1e-12 mu F four digits remain.
 
     Examples
     --------
@@ -180,10 +127,9 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
         contact = indent(reduced, Load(kind, levels))
         return contact.penetration, contact.force, 2 * contact.contact_radius, contact.energy
 
-    modulus = springs.effective_modulus
-    levels = _Levels(float(normal.penetration[0]), normal.force[0] / modulus, at)
-    answers = _follow(levels, path, modulus, friction)
-    return TangentialPath(levels.penetration, float(normal.force[0]), *answers)
+    modulus, depth, force = springs.effective_modulus, normal.penetration[0], normal.force[0]
+    answers = _follow(float(depth), force / modulus, at, path, modulus, friction)
+    return TangentialPath(float(depth), float(force), *answers)
 
 
 def slide_lines(
@@ -195,17 +141,10 @@ def slide_lines(
     *,
     edges: str = "sub_cell",
 ) -> TangentialPath:
-    """Solve rough lines along any tangential path at constant normal load.
+    """Solve rough lines along any tangential path at constant normal load, that of one line.
 
     The springs are those of `rough.press.press`: with ``"sub_cell"`` the line is straight between
-    its points, and edges of contact and of stick are exact for that line.
-
-    Parameters
-    ----------
-    lines, effective_modulus, edges
-        As for `rough.press.press`.
-    friction, load, path
-        As for `slide`, equal for all lines; the load is that of one line.
+    its points, and edges of contact and of stick are exact for that line. Path as for `slide`.
 
     Examples
     --------
@@ -227,55 +166,154 @@ def slide_lines(
             length, energy = contact.contact_length[0], contact.energy[0]
             return contact.penetration[0], contact.force[0], length, energy
 
-        levels = _Levels(normal.penetration[row, 0], normal.force[row, 0] / effective_modulus, at)
-        return _follow(levels, path, effective_modulus, friction)
+        depth, force = normal.penetration[row, 0], normal.force[row, 0] / effective_modulus
+        return _follow(depth, force, at, path, effective_modulus, friction)
 
     answers = zip(*map(follow, range(len(lines))), strict=True)
     return TangentialPath(normal.penetration[:, 0], normal.force[:, 0], *map(np.array, answers))
 
 
-def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> list[np.ndarray]:
-    """Return F_x, u, stick length, stiffness and dissipation along the path of one row."""
-    mu, G, depth = friction.coefficient, friction.tangential_modulus, levels.penetration
+def _follow(
+    depth: float,
+    pressed: float,
+    at: Callable[[str, np.ndarray], tuple[np.ndarray, ...]],
+    path: LoadPath,
+    E: float,
+    friction: Friction,
+) -> list[np.ndarray]:
+    """Return F_x, u, stick length, stiffness and dissipation along the path of one row.
+
+    Penetration and F/E* of the normal load are `depth` and `pressed`; `at("penetration", levels)`
+    returns penetration, F/E*, contact length and energy/E* at increasing positive levels, of which
+    the last is always that of the load.
+    """
+    mu, G = friction.coefficient, friction.tangential_modulus
+
+    def normal(kind: str, levels: np.ndarray) -> np.ndarray:
+        top = depth if kind == "penetration" else pressed
+        distinct, place = np.unique(np.append(np.clip(levels, 0.0, top), top), return_inverse=True)
+        loaded = distinct > 0
+        responses = np.zeros((4, distinct.size))
+        responses[:, loaded] = at(kind, distinct[loaded])
+        return responses[:, place[:-1]]
+
+    def dissipated(way: np.ndarray) -> np.ndarray:
+        # Loss over (mu E*)^2/G* of loading to w: int over w_i < w of w_i (w - w_i) dx. With U the
+        # energy of the normal law it is w [N(d) + N(d - w)] - 2 [U(d) - U(d - w)], which beyond
+        # w = d (sliding) grows with N(d).
+        within = np.minimum(way, depth)
+        _, force, _, energy = normal("penetration", depth - within)
+        total = normal("penetration", np.array([depth]))[3, 0]
+        return within * (pressed + force) - 2 * (total - energy) + pressed * (way - within)
+
     if path.control == "tangential_displacement":
         # T = phi(w) = N(d) - N(d - w) on the branches of w
         branch = branches(path.values * (G / (mu * E)))
         way = branch.reach
-        stuck_force = levels.respond("penetration", depth - np.abs(way))[1]
-        force = accumulate(branch, np.sign(way) * (levels.force - stuck_force))
+        stuck_force = normal("penetration", depth - np.abs(way))[1]
+        force = accumulate(branch, np.sign(way) * (pressed - stuck_force))
         given_force, given_displacement = mu * E * force[branch.points], path.values
     else:
         # w = d - d(N - T), the inverse of phi, on the branches of T
         values = path.values / (mu * E)
-        if np.any(np.abs(values) > levels.force * (1 + _SPENT)):
-            worst = np.max(np.abs(values)) / levels.force
+        if np.any(np.abs(values) > pressed * (1 + _SPENT)):
             raise ValueError(
                 "tangential_force must not exceed friction times the normal force, got "
-                f"{worst:.6g} times this limit: full sliding"
+                f"{np.max(np.abs(values)) / pressed:.6g} times this limit: full sliding"
             )
         branch = branches(values)
         way = branch.reach
-        stuck_depth = levels.respond("force", levels.force - np.abs(way))[0]
+        stuck_depth = normal("force", pressed - np.abs(way))[0]
         shift = accumulate(branch, np.sign(way) * (depth - stuck_depth))
         branch = Branches(shift, branch.start, branch.points)
         given_force, given_displacement = path.values, mu * E / G * shift[branch.points]
     way, before = np.abs([branch.reach, branch.reach_before])
-    length = levels.respond("penetration", depth - way)[2]
-    lost = branch.factor * (_dissipated(levels, way) - _dissipated(levels, before))
+    stick = normal("penetration", depth - way)[2][branch.points]
+    lost = branch.factor * (dissipated(way) - dissipated(before))
     lost = mu * E / G * mu * E * np.cumsum(np.maximum(lost, 0.0))
-    stick = length[branch.points]
     return [given_force, given_displacement, stick, G * stick, lost[branch.points]]
 
 
-def _dissipated(levels: _Levels, way: np.ndarray) -> np.ndarray:
-    """Return the loss over (mu E*)^2/G* of loading to w: int over w_i < w of w_i (w - w_i) dx.
+@dataclass(frozen=True)
+class Branches:
+    """A path divided into parts that follow one branch; arrays over the m nodes.
 
-    With U the energy of the normal law it is w [N(d) + N(d - w)] - 2 [U(d) - U(d - w)], which
-    beyond w = d (sliding) grows with N(d).
+    Attributes
+    ----------
+    value : ndarray, shape (m,)
+        The path with inserted points at which loops close.
+    start : ndarray of int, shape (m,)
+        First node of the branch that leads to this node; -1 for the first loading.
+    points : ndarray of int, shape (k,)
+        Nodes of the original points of the path.
     """
-    depth = levels.penetration
-    within = np.minimum(way, depth)
-    _, force, _, energy = levels.respond("penetration", depth - within)
-    total = levels.respond("penetration", np.array([depth]))[3, 0]
-    slipped = within * (levels.force + force) - 2 * (total - energy)
-    return slipped + levels.force * (way - within)
+
+    value: np.ndarray
+    start: np.ndarray
+    points: np.ndarray
+
+    @property
+    def factor(self) -> np.ndarray:
+        """1 for the first loading, 2 (Masing) for all other branches."""
+        return np.where(self.start < 0, 1.0, 2.0)
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Signed distance from the start of the branch to the node, over the branch's factor."""
+        return self._way(self.value)
+
+    @property
+    def reach_before(self) -> np.ndarray:
+        """The same for the preceding node, which is on the same branch."""
+        return self._way(np.concatenate([[0.0], self.value[:-1]]))
+
+    def _way(self, value: np.ndarray) -> np.ndarray:
+        origin = np.append(self.value, 0.0)[self.start]
+        return (value - origin) / self.factor
+
+
+def branches(path: np.ndarray) -> Branches:
+    """Return the branches of a path of force or displacement from zero, by its turning points.
+
+    A loop inside the first loading closes at 2 and is forgotten:
+
+    >>> loop = branches(np.array([2.0, 1.0, 3.0]))
+    >>> loop.value, loop.start
+    (array([2., 1., 2., 3.]), array([-1, 0, 1, -1]))
+    """
+    value: list[float] = []
+    start: list[int] = []
+    points: list[int] = []
+    turns: list[int] = []  # first nodes of the open loops, oldest first
+
+    def at(node: int) -> float:
+        return value[node] if node >= 0 else 0.0
+
+    for goal in path:
+        last = at(len(value) - 1)
+        origin = at(turns[-1]) if turns else 0.0
+        if np.sign(goal - last) * np.sign(last - origin) < 0:  # products of values may underflow
+            turns.append(len(value) - 1)
+        while turns:
+            # the first loop closes where the first loading of the other sign continues
+            close = at(turns[-2]) if len(turns) > 1 else -at(turns[0])
+            if abs(goal - at(turns[-1])) <= abs(close - at(turns[-1])):
+                break
+            value.append(close)
+            start.append(turns[-1])
+            del turns[-2:]
+        value.append(float(goal))
+        start.append(turns[-1] if turns else -1)
+        points.append(len(value) - 1)
+    return Branches(np.array(value), np.array(start), np.array(points))
+
+
+def accumulate(branch: Branches, gain: np.ndarray) -> np.ndarray:
+    """Return the response at every node: that at the start of its branch plus factor times gain.
+
+    `gain` (m,) is the signed first-loading response to `branch.reach`.
+    """
+    answer = np.zeros(branch.value.size + 1)
+    for node, (start, step) in enumerate(zip(branch.start, branch.factor * gain, strict=True)):
+        answer[node] = answer[start] + step
+    return answer[:-1]

@@ -31,18 +31,8 @@ from reduced.loads import LoadPath
 class LinePath:
     """Response at the points of a path; all arrays have shape (k,).
 
-    Attributes
-    ----------
-    penetration, tangential_displacement : ndarray
-        d and u, as given.
-    force, tangential_force : ndarray
-        F and F_x.
-    contact_length, stick_length : ndarray
-        Length in contact, and the part of it with springs below their bounds.
-    elastic_energy : ndarray
-        Energy of all springs, normal and tangential.
-    knots : ndarray of int
-        Number of points of the state.
+    `stick_length` is the part of `contact_length` with springs below their bounds, `elastic_energy`
+    is normal and tangential, and `knots` is the number of points of the state.
     """
 
     penetration: np.ndarray
@@ -126,19 +116,13 @@ class _State:
 
 @dataclass(frozen=True)
 class StickingLine:
-    """A gap over springs with stick and slip.
+    """A gap over springs of spacing dx with stick and slip.
 
     Parameters
     ----------
     gap : ndarray, shape (n,)
         Gap over the springs at first touch: a profile's height at the springs, or the depth of a
         rough line below its highest peak; finite, n >= 2.
-    spacing : float
-        dx.
-    effective_modulus : float
-        E*.
-    friction : Friction
-        G* and Coulomb's mu.
     periodic : bool
         Whether the last point is a neighbour of the first; a free line ends half a cell beyond its
         outer points, at constant height.
@@ -158,13 +142,10 @@ class StickingLine:
         refuse(wrong)
 
     def follow(self, penetration: ArrayLike, tangential_displacement: ArrayLike) -> LinePath:
-        """Move the line along a path of penetration and tangential displacement.
+        """Move the line along a path of penetration and tangential displacement, shape (k,).
 
-        Parameters
-        ----------
-        penetration, tangential_displacement : array_like, shape (k,)
-            The points of the path, any sign and order; the path starts at d = 0 (or the negative
-            first penetration), u = 0, and both change in proportion between two points.
+        Any sign and order; the path starts at d = 0 (or the negative first penetration), u = 0, and
+        both change in proportion between two points.
 
         Examples
         --------

@@ -46,18 +46,8 @@ class Blocks:
     """n rigid blocks, given by arrays or by numbers (one block, or equal values for all).
 
     A block on a slope is ``Blocks(m, mu * m * g * cos(a), load=m * g * sin(a))``, an oscillator on
-    a belt ``Blocks(m, limit, stiffness=k, belt=V)``.
-
-    Parameters
-    ----------
-    mass, limit : array_like, shape (n,)
-        m and L = mu F_N, positive.
-    stiffness, damping : array_like
-        K and C: numbers, or symmetric (n, n).
-    load, amplitude, belt : array_like, shape (n,)
-        f, P, V.
-    frequency : float
-        W, of the harmonic load.
+    a belt ``Blocks(m, limit, stiffness=k, belt=V)``. `limit` is L = mu F_N; stiffness and damping
+    are numbers, or symmetric (n, n); `frequency` is that of the harmonic load.
     """
 
     mass: ArrayLike
@@ -105,16 +95,9 @@ class Blocks:
 
 @dataclass(frozen=True)
 class BlockMotion:
-    """Motion at the recorded times.
+    """Motion at the recorded times: time (k,), position and velocity (k, n).
 
-    Attributes
-    ----------
-    time : ndarray, shape (k,)
-        From 0.
-    position, velocity : ndarray, shape (k, n)
-        x and v.
-    evaluations : int
-        Evaluations of the law (19.1) per block, including those of the implicit solver; the cost.
+    `evaluations` of the law (19.1) per block, those of the implicit solver included, are the cost.
     """
 
     time: np.ndarray
@@ -132,7 +115,7 @@ def integrate(
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
 ) -> BlockMotion:
-    """Integrate the motion of blocks under the regularised law.
+    """Integrate the motion of blocks under the regularised law of characteristic speed v0.
 
     - ``"explicit_euler"``, ``"semi_implicit_euler"`` (the new velocity moves the block),
       ``"runge_kutta_4"``: stable below `friction_law.stable_step` only. Beyond it the motion stays
@@ -141,23 +124,8 @@ def integrate(
       step is stable. Each step is a strictly convex problem, solved block by block to round-off;
       for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's law.
 
-    Every operation is homogeneous and every tolerance relative, so units do not matter.
-
-    Parameters
-    ----------
-    characteristic_speed : float
-        v0 of (19.1).
-    stepping : Stepping
-        Length and number of the steps, and the recorded ones.
-    scheme : str
-        See above.
-    position, velocity : array_like, shape (n,)
-        Values at t = 0.
-
-    Raises
-    ------
-    ConvergenceError
-        If the velocities of an implicit step do not converge, or are not finite.
+    Every operation is homogeneous and every tolerance relative, so units do not matter. Position
+    and velocity, shape (n,), are those at t = 0.
 
     Examples
     --------

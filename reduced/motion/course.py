@@ -21,7 +21,7 @@ from reduced.arguments import (
     refuse,
 )
 from reduced.errors import ConvergenceError
-from reduced.motion.contact import SpringContact
+from reduced.motion.elastic_impact import SpringContact
 from reduced.motion.stepping import Stepping
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.springs.cubics import respond
@@ -40,16 +40,8 @@ _NEWTON = 100
 class Motion:
     """Motion at the recorded times; all arrays have shape (k,).
 
-    Attributes
-    ----------
-    time, position, velocity : ndarray
-        t, x, x'.
-    force, energy : ndarray
-        Contact force and elastic energy of the springs at x.
-    evaluations : int
-        Evaluations of the contact law.
-    pull : float
-        f/m, the acceleration in flight.
+    Force and energy are those of the springs at x; `evaluations` counts the contact law; `pull` is
+    f/m, the acceleration in flight.
     """
 
     time: np.ndarray
@@ -80,11 +72,6 @@ class Motion:
 
         They follow from the flight under the constant load, backwards from the first record out of
         contact. Harmonic load and damping are neglected within that interval.
-
-        Raises
-        ------
-        ConvergenceError
-            If the mass is still in contact at the end.
         """
         leaving = np.flatnonzero((self.position[:-1] > 0) & (self.position[1:] <= 0))
         if leaving.size == 0:
@@ -99,15 +86,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Mass:
-    """A rigid mass with its initial state.
-
-    Parameters
-    ----------
-    mass, damping : float
-        m > 0 and c >= 0.
-    position, velocity : float
-        At t = 0.
-    """
+    """A rigid mass m > 0 with damping c >= 0, and its position and velocity at t = 0."""
 
     mass: float
     damping: float = 0.0
@@ -124,15 +103,10 @@ class Mass:
 
 @dataclass(frozen=True)
 class Push:
-    """Force on a mass over time: constant, harmonic and piecewise linear parts.
+    """Force on a mass over time: f + P cos(W t), and a history of increasing times and forces.
 
-    Parameters
-    ----------
-    load, amplitude, frequency : float
-        f, P, W of f + P cos(W t).
-    history : tuple of array_like, shape (j,)
-        Increasing times and forces, added to the load: linear in between, constant outside. Energy
-        is conserved while the force is constant.
+    The history is added: linear in between, constant outside. Energy is conserved while the force
+    is constant.
     """
 
     load: float = 0.0
@@ -167,7 +141,7 @@ def move(
     push: Push = AT_REST,
     scheme: str = "energy",
 ) -> Motion:
-    """Integrate the motion of a mass on a contact.
+    """Integrate the motion of a mass on a contact with sub-cell edges.
 
     - ``"verlet"``: kick, drift, kick; explicit, symplectic, second order; stable for h w < 2, w the
       largest frequency sqrt(F'(x)/m) of the motion.
@@ -180,25 +154,9 @@ def move(
     Damping acts by its exact factor exp(-c h/(2 m)) before and after every step. Every operation is
     homogeneous and every tolerance relative, so units do not matter.
 
-    Parameters
-    ----------
-    contact : SpringContact
-        With ``edges="sub_cell"``.
-    stepping : Stepping
-        Length and number of the steps, and which of them are recorded.
-    push : Push
-        The force on the mass.
-    scheme : str
-        See above.
-
-    Raises
-    ------
-    ConvergenceError
-        If an implicit step has no solution, or a number is not finite.
-
     Examples
     --------
-    >>> from reduced.motion.contact import spring_contact
+    >>> from reduced.motion.elastic_impact import spring_contact
     >>> from reduced.profiles.equivalents import cylinder
     >>> from reduced.springs.line import Springs
     >>> disc = spring_contact(Springs(cylinder(0.5), 1.0), 1.0)  # stiffness 2 E* a = 1: half a sine

@@ -1,4 +1,4 @@
-"""Impact of a rigid mass on a reduced contact (Fig. 19.4) from energy, without time stepping."""
+"""The contact of Fig. 19.4, and impacts of a rigid mass on it from energy, without time steps."""
 
 from __future__ import annotations
 
@@ -10,13 +10,85 @@ from numpy.typing import ArrayLike
 
 from reduced.arguments import increasing_faults, nonnegative_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.motion.contact import impact_depth, spring_contact
 from reduced.profiles.quadrature import gauss_legendre
-from reduced.springs.line import Springs
+from reduced.profiles.section import Profile
+from reduced.springs.line import NodalLine, SmoothLine, Springs
 
 _ITERATIONS = 200
 _NODES = 48
 _NEAR = 0.02  # fraction of the depth in which energy differences lose digits
+
+
+_MARGIN = 1.01
+_LEAST, _MOST = 1e-150, 1e150  # beyond this, energies exceed the range of floating point
+
+
+@dataclass(frozen=True)
+class SpringContact:
+    """A profile on springs of stiffness E* dx (19.14), constructed by `spring_contact`.
+
+    Beyond `deepest`, the penetration for which the springs were laid, the last cell is continued.
+    """
+
+    line: SmoothLine | NodalLine
+    effective_modulus: float
+    deepest: float
+
+    def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return force, energy and stiffness dF/dd = E* times the contact length; 0 for d <= 0."""
+        d = np.asarray(penetration, dtype=float)
+        flat = d.ravel()
+        touching = flat > 0
+        out = np.zeros((3, flat.size))
+        out[:, touching] = self.effective_modulus * np.array(self.line.respond(flat[touching]))
+        stiffness, force, energy = (row.reshape(d.shape) for row in out)
+        return force, energy, stiffness
+
+
+def spring_contact(springs: Springs, deepest: float) -> SpringContact:
+    """Return a profile on springs for penetrations up to `deepest`, to which `per_radius` refers.
+
+    Examples
+    --------
+    >>> from reduced.profiles.equivalents import paraboloid
+    >>> ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.25)
+    >>> force, energy, stiffness = ball.respond(0.25)
+    >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a
+    (0.166666666667, 1.0)
+    """
+    refuse(positive_faults(deepest=deepest))
+    line = springs.lay(float(springs.profile.contact_radius(deepest)))
+    return SpringContact(line, float(springs.effective_modulus), float(deepest))
+
+
+def impact_depth(
+    profile: Profile, effective_modulus: float, kinetic_energy: float, load: float = 0.0
+) -> float:
+    """Return a penetration at most 1 % beyond that at which the springs stop the mass.
+
+    It sizes the springs for the motion, with few springs. `kinetic_energy` is m v^2/2 at first
+    touch, 0 if only the constant load on the mass (its weight) moves it.
+    """
+    wrong = positive_faults(effective_modulus=effective_modulus)
+    if not (min(kinetic_energy, load) >= 0 and 0 < kinetic_energy + load < np.inf):
+        wrong.append(f"expected kinetic energy or load, got {kinetic_energy!r} and {load!r}")
+    refuse(wrong)
+    few = Springs(profile, effective_modulus, per_radius=8)
+
+    def stops(depth: float) -> bool:
+        contact = spring_contact(few, depth)
+        return bool(contact.respond(depth)[1] - load * depth >= kinetic_energy)
+
+    depth, factor = float(profile.length), 4.0
+    while stops(depth) and depth > _LEAST:
+        depth /= factor
+    while factor > _MARGIN:
+        while not stops(depth):
+            depth *= factor
+            if not depth < _MOST:
+                raise ConvergenceError("the contact stops the mass at no depth", [kinetic_energy])
+        depth, factor = depth / factor, np.sqrt(factor)
+    return depth * factor**2
 
 
 class ContactLaw(Protocol):
@@ -28,18 +100,10 @@ class ContactLaw(Protocol):
 
 @dataclass(frozen=True)
 class ElasticImpact:
-    """Impacts of one mass at k velocities; all arrays have shape (k,).
+    """Impacts of one mass at k velocities, shape (k,).
 
-    Attributes
-    ----------
-    velocity : ndarray
-        Velocity before the impact.
-    duration : ndarray
-        Time in contact.
-    penetration, force : ndarray
-        Largest penetration and largest force.
-    restitution : ndarray
-        Ratio of the speeds after and before: 1, because the springs conserve energy.
+    Penetration and force are the largest, the duration is that of contact. The restitution is 1,
+    because the springs conserve energy.
     """
 
     velocity: np.ndarray
@@ -52,21 +116,8 @@ class ElasticImpact:
 def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> ElasticImpact:
     """Solve the impact of a rigid mass with a profile on springs: m x'' = f - F(x).
 
-    Parameters
-    ----------
-    springs : Springs
-        The profile and its springs, sized for the largest velocity.
-    mass : float
-        m.
-    velocity : array_like, shape (k,)
-        At first touch; positive, strictly increasing.
-    load : float
-        Constant force f >= 0 on the mass during the impact (its weight).
-
-    Raises
-    ------
-    ConvergenceError
-        If the contact stops the mass at no depth.
+    Velocities at first touch are positive and strictly increasing, shape (k,); the springs are
+    sized for the largest. The load f >= 0 is constant (the weight).
 
     Examples
     --------
@@ -86,18 +137,9 @@ def rebound(
 ) -> ElasticImpact:
     """Solve the impact of a mass on any conservative contact law.
 
-    The largest penetration d solves U(d) - f d = m v^2/2; the time is 2 int_0^d dx/w with
-    m w^2/2 = U(d) - U(x) - f (d - x), integrated over x = d sin^2(t), without singularities.
-
-    Parameters
-    ----------
-    law : ContactLaw
-        Springs under a profile or a line.
-    velocity : array_like, shape (k,)
-    deepest : float
-        A penetration near the largest one, to start the search.
-    load : float
-        f.
+    The largest penetration d solves U(d) - f d = m v^2/2, from `deepest`, a guess; the time is
+    2 int_0^d dx/w with m w^2/2 = U(d) - U(x) - f (d - x), integrated over x = d sin^2(t), without
+    singularities.
     """
     speeds = _checked(mass, velocity, load)
     energy = 0.5 * mass * speeds**2

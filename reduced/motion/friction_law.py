@@ -23,24 +23,10 @@ STABILITY_LIMITS = {
 def friction(
     velocity: ArrayLike, limit: float | np.ndarray, characteristic_speed: float
 ) -> np.ndarray:
-    """Return the friction force (2/pi) mu F_N arctan(v/v0) against the motion (19.1).
+    """Return the friction force (2/pi) mu F_N arctan(v/v0) (19.1), of the sign of v.
 
-    Parameters
-    ----------
-    velocity : array_like
-        Sliding velocity v, with its sign.
-    limit : float or array
-        mu F_N > 0.
-    characteristic_speed : float
-        v0 > 0.
+    `limit` is mu F_N, below which it stays by (2/pi) v0/v of it where v >> v0.
 
-    Returns
-    -------
-    ndarray
-        Positive for a positive velocity; below the limit by (2/pi) v0/v of it where v >> v0.
-
-    Examples
-    --------
     >>> float(friction(1.0, 2.0, 1.0))
     1.0
     """
@@ -51,11 +37,8 @@ def friction(
 def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed: float):
     """Return the steady speed v0 tan(pi F/(2 mu F_N)) under a load below the limit.
 
-    The inverse of (19.1): under loads at which Coulomb's law predicts rest, the regularised law
-    creeps.
+    The inverse of (19.1): Coulomb's law predicts rest.
 
-    Examples
-    --------
     >>> round(float(creep_speed(0.5, 1.0, 1e-3)), 12)
     0.001
     """
@@ -69,8 +52,6 @@ def missing_friction(speed: ArrayLike, characteristic_speed: float) -> np.ndarra
 
     It decreases only as v0/v: 1 % needs v > 64 v0, 0.1 % needs v > 640 v0.
 
-    Examples
-    --------
     >>> round(float(missing_friction(63.65674, 1.0)), 6)
     0.01
     """
@@ -85,23 +66,12 @@ def stable_step(
     load: float = 0.0,
     scheme: str = "explicit_euler",
 ) -> float:
-    """Return the largest stable explicit step of a single mass creeping under a load.
+    """Return the largest stable step of an explicit scheme of `blocks` for a mass under a load.
 
     Linearised about the creep, m v' = -F_R'(v) v with F_R' = (2/pi) (mu F_N/v0) cos^2(pi F/(2 mu
     F_N)); Euler's step is stable for h F_R'/m < 2, that is h < pi m v0/(mu F_N) at rest. A spring
     shortens the step of the semi-implicit scheme to h F_R'/m + h^2 k/(2 m) < 2.
 
-    Parameters
-    ----------
-    mass, limit, characteristic_speed : float
-        m, mu F_N, v0, positive.
-    load : float
-        F, |F| < mu F_N.
-    scheme : str
-        One of the explicit schemes of `blocks`.
-
-    Examples
-    --------
     >>> round(stable_step(1.0, 2.0, 1e-3) / np.pi, 12)
     0.0005
     """

@@ -11,19 +11,8 @@ from reduced.arguments import count_faults, positive_faults, refuse
 
 @dataclass(frozen=True)
 class Stepping:
-    """Equal time steps, of which some are recorded.
+    """Equal time steps, of which every `stride`-th is recorded; `steps` is a multiple of it.
 
-    Parameters
-    ----------
-    step : float
-        Length h.
-    steps : int
-        Number of steps, a multiple of `stride`.
-    stride : int
-        Number of steps between records.
-
-    Examples
-    --------
     >>> Stepping(0.5, 4, stride=2).times
     array([0., 1., 2.])
     """

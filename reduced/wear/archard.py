@@ -3,40 +3,48 @@
 The depth that a place loses is k times its pressure times the distance that it slips (Archard
 1953, locally). Steps are explicit (Heun's), as long as springs allow: the wear of one step changes
 the pressure of the shortest waves, k E* ds/dx, by a part of itself.
+
+What wears is a round body with its exact pressure, or a line by (19.37): both hold the heights g of
+a line over its springs and say how fast these springs' places wear at a penetration, in units of k.
+
+A body of revolution that loses w(r) changes its line by x int_0^x w'(r)/sqrt(x^2 - r^2) dr (Popov
+& Hess 2015, ch. 3). Here w is straight between the outer rims of rings, one for each spring, flat
+in the first, and a spring feels the mean of the line over its own width. The work of the springs
+against a small wear, done by the pressure, makes the pressure: the exact one of the half-space but
+for the width of the rings, and exactly as much force as the springs'. A ring acts on its own spring
+and those further out, so springs that stick stay unworn.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 import numpy as np
 
-from reduced.arguments import increasing_faults, positive_faults, refuse
+from reduced.arguments import count_faults, increasing_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
+from reduced.profiles.section import Profile
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
-from reduced.wear.bodies import Rate, WearingBody
+from reduced.rough.regions import RULES, line_stress
 
 # k E* ds/dx of a step; twice the one at which steps begin to swing.
 _STEP = 0.5
 MOST_STEPS = 200_000
 CONTROLS = ("penetration", "force")
+LineRule = Literal["own_curvature", "one_radius"]
 
 
 @dataclass(frozen=True)
 class Oscillation:
-    """A small tangential oscillation under constant normal load, with Coulomb's friction.
+    """A small tangential oscillation of amplitude U under constant load, with Coulomb's friction.
 
     Springs slip where g(x) > d - lag, by amplitude (g - d + lag)/lag, four times a cycle: in
-    proportion to the gap that pressing by d - lag would leave (Ciavarella 1998, Jaeger 1998).
-
-    Parameters
-    ----------
-    amplitude : float
-        U, of the displacement.
-    lag : float
-        G* U/(mu E*), what a spring is pressed in where friction just holds it.
+    proportion to the gap that pressing by d - lag would leave (Ciavarella 1998, Jaeger 1998). The
+    lag is G* U/(mu E*), what a spring is pressed in where friction just holds it.
     """
 
     amplitude: float
@@ -55,22 +63,9 @@ class Oscillation:
 class WornLine:
     """A worn body in contact.
 
-    Attributes
-    ----------
-    penetration : float
-        Approach since first touch of the unworn body.
-    contact : LineContact
-        Of the worn line at this penetration, its edges between springs.
-    force : float
-        What the springs carry.
-    worn : ndarray
-        Depths lost at the springs' places.
-    volume : float
-        Volume lost.
-    stick_length : float
-        Of the springs that do not slip; zero in sliding.
-    steps : int
-        From the start on.
+    Penetration is the approach since first touch of the unworn body, `contact` that of the worn
+    line, its edges between springs. `worn` are the depths lost at the springs' places; the stick
+    length is that of the springs that do not slip, zero in sliding; steps count from the start.
     """
 
     penetration: float
@@ -90,29 +85,11 @@ def wear(
     distances: np.ndarray,
     oscillation: Oscillation | None = None,
 ) -> Iterator[WornLine]:
-    """Wear a body under a constant load.
+    """Wear a body under one constant penetration or force; yield a state per distance.
 
-    Parameters
-    ----------
-    effective_modulus : float
-        E*.
-    load : Load
-        Penetration or force, one value.
-    coefficient : float
-        k, volume lost per force and distance.
-    distances : ndarray
-        Sliding distances, strictly increasing; with an oscillation, numbers of cycles.
-    oscillation : Oscillation, optional
-
-    Yields
-    ------
-    WornLine
-        One per distance.
-
-    Raises
-    ------
-    ConvergenceError
-        If the pressure is lost, or the distance takes too many steps.
+    `coefficient` is k, volume lost per force and distance; distances increase strictly, and are
+    numbers of cycles with an oscillation. Raises ConvergenceError if the pressure is lost, or the
+    distance takes too many steps.
     """
     faults = positive_faults(effective_modulus=effective_modulus, coefficient=coefficient)
     refuse(faults + increasing_faults(distances=distances))
@@ -170,3 +147,195 @@ def wear(
             yield WornLine(depth, contact, force, worn, volume, stuck(worn, depth), steps)
 
     return along()
+
+
+@dataclass(frozen=True)
+class Rate:
+    """Wear per unit of k and of the path: depths (m Pa), and the volume (m N)."""
+
+    depth: np.ndarray
+    volume: float
+
+
+class WearingBody(Protocol):
+    """A body above springs, after it has lost the depths `worn`."""
+
+    spacing: float
+
+    @property
+    def places(self) -> int:
+        """Number of depths."""
+
+    def line(self, worn: np.ndarray) -> RoughLines:
+        """Return the line of springs, heights -g positive towards them."""
+
+    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
+        """Return the wear at a penetration; `slip`: the lower one that leaves the stick zone.
+
+        Without it all springs slip by one; with it by what g exceeds it.
+        """
+
+
+class Rings:
+    """Equal rings around an axis, two at least; `spacing` is their width and the springs' distance.
+
+    Attributes
+    ----------
+    radii : ndarray
+        Outer rims of the rings, at which the worn depths are given.
+    middles : ndarray
+        Places of the springs.
+    areas : ndarray
+        What a worn depth is multiplied by for its volume.
+
+    Examples
+    --------
+    A parabola g = x^2 pressed by 1, below which Hertz's pressure is 2 sqrt(1 - r^2)/pi:
+
+    >>> rings = Rings(0.01, 120)
+    >>> pressure = rings.pressures(1 - rings.middles**2)
+    >>> round(float(pressure @ rings.areas), 3), round(float(pressure[50]), 3)
+    (1.333, 0.548)
+    """
+
+    def __init__(self, spacing: float, count: int) -> None:
+        refuse(positive_faults(spacing=spacing) + count_faults(2, count=count))
+        self.spacing, self.count = spacing, count
+        bound = np.arange(count + 1)[:, None] * spacing
+        self.radii, self.middles = bound[1:, 0], bound[1:, 0] - spacing / 2
+        rim = count * spacing
+        starts, ends = self.radii[:-1], self.radii[1:]  # between which w has its slopes
+        turned = np.diff(_turned(bound, ends) - _turned(bound, starts), axis=0) / spacing
+        self._lowering = self._of_slopes(turned)
+        self._lowering[:, 0] += 1.0
+        volumes = np.pi * (rim**2 * (ends - starts) - (ends**3 - starts**3) / 3)
+        self.areas = self._of_slopes(volumes[None, :])[0]
+        self.areas[0] += np.pi * rim**2
+        turn = np.arcsin(np.minimum(bound.T / self.radii[:, None], 1.0))
+        self._raising = 2 / np.pi * np.diff(turn, axis=1)
+
+    def _of_slopes(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows that act on the depths of rings from rows that act on the slopes between."""
+        rows = rows / self.spacing
+        return np.pad(rows, ((0, 0), (1, 0))) - np.pad(rows, ((0, 0), (0, 1)))
+
+    def lowered(self, worn: np.ndarray) -> np.ndarray:
+        """Return the change of the line over the springs when rings have lost so much."""
+        return self._lowering @ worn
+
+    def raised(self, line: np.ndarray) -> np.ndarray:
+        """Return the body of a line, (2/pi) int_0^r g(x)/sqrt(r^2 - x^2) dx, at the rims."""
+        return self._raising @ line
+
+    def pressures(self, deflection: np.ndarray) -> np.ndarray:
+        """Return the pressure over E* at the rims from deflections of the springs.
+
+        2 dx sum_i delta_i dg_i is their work over E* when the line rises by dg. Deflections out of
+        contact are negative, and do none.
+        """
+        forces = 2 * self.spacing * (np.maximum(deflection, 0.0) @ self._lowering)
+        return np.asarray(forces / self.areas)
+
+
+def _turned(x: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Return int_0^x t arcsin(min(radius/t, 1)) dt."""
+    beyond = np.maximum(x, radius)
+    root = np.sqrt((beyond - radius) * (beyond + radius))
+    return 0.5 * np.where(
+        x > radius, beyond**2 * np.arcsin(radius / beyond) + radius * root, np.pi / 2 * x**2
+    )
+
+
+class RoundBody:
+    """A body of revolution on rings: worn by its pressure, its line transformed anew.
+
+    Exact while the contact is a full circle, but for the width of the rings. `springs` stand up to
+    `reach`, the radius that the contact stays below; an edge of the body inside it ends the rings.
+    """
+
+    def __init__(self, profile: Profile, reach: float, springs: int) -> None:
+        edge = min(profile.edge, np.inf if profile.section is None else profile.section.edge)
+        self.ends = reach >= edge * (1 - 1e-9)
+        reach = min(reach, edge)
+        self.spacing = reach / springs
+        self.rings = Rings(self.spacing, springs)
+        self.unworn = np.asarray(profile.height(self.rings.middles), dtype=float)
+
+    @property
+    def places(self) -> int:
+        """Number of rings."""
+        return self.rings.count
+
+    def heights(self, worn: np.ndarray) -> np.ndarray:
+        """Return g over the springs of one half."""
+        return self.unworn + self.rings.lowered(worn)
+
+    def line(self, worn: np.ndarray) -> RoughLines:
+        """Return both halves of the line."""
+        half = self.heights(worn)
+        return RoughLines(-np.concatenate([half[::-1], half]), self.spacing, periodic=False)
+
+    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
+        """Return pressure times slip on every ring.
+
+        Raises ConvergenceError if the pressure is a tension somewhere (the contact has opened
+        inside), or if the contact reaches the last ring of a body that goes on.
+        """
+        heights = self.heights(worn)
+        if depth > heights[-1] and not self.ends:
+            raise ConvergenceError("worn so that the contact is wider than the rings")
+        pressure = self.rings.pressures(depth - heights)
+        if pressure.min() < -1e-9 * pressure.max():
+            raise ConvergenceError("worn so that the contact is no full circle any more")
+        wear = modulus * np.maximum(pressure, 0.0)
+        if slip is not None:
+            wear = wear * np.maximum(self.rings.raised(np.maximum(heights - slip, 0.0)), 0.0)
+        return Rate(wear, float(wear @ self.rings.areas))
+
+
+class WearingLine:
+    """A line whose own heights wear by the stress that the chapter defines on springs, (19.37).
+
+    Its worn volume is that of the round contacts that its regions stand for: a stress at the
+    distance r from the middle of its region acts on half a ring there. The rule for the radius of
+    curvature is that of `rough.regions.line_stress`.
+    """
+
+    def __init__(self, heights: RoughLines, rule: LineRule) -> None:
+        self.unworn, self.rule = heights, rule
+        self.spacing = heights.spacing
+        assert rule in RULES
+
+    @property
+    def places(self) -> int:
+        """Number of springs."""
+        return self.unworn.single().size
+
+    def line(self, worn: np.ndarray) -> RoughLines:
+        """Return the worn line."""
+        return RoughLines(self.unworn.single() - worn, self.spacing, self.unworn.periodic)
+
+    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
+        """Return stress times slip at every spring.
+
+        Raises ConvergenceError where the rule has no real value.
+        """
+        line = self.line(worn)
+        stress = line_stress(line, modulus, depth + float(line.single().max()), rule=self.rule)
+        if not stress.valid.all():
+            raise ConvergenceError(
+                f"the stress (19.37) has no real value at {100 * stress.undefined_share:.0f} % of "
+                "the springs in contact: worn springs lie on a straight or hollow line"
+            )
+        points = stress.regions.points
+        wear = stress.pressure
+        if slip is not None:
+            wear = wear * np.maximum(-line.single()[points] - slip, 0.0)
+        depths = np.zeros(self.places)
+        depths[points] = wear
+        # a spring stands for half a ring around the middle of its region
+        region = stress.regions.region
+        number = np.arange(region.size)
+        middle = np.bincount(region, number) / np.maximum(np.bincount(region), 1)
+        areas = np.asarray(np.pi * self.spacing**2 * np.abs(number - middle[region]))
+        return Rate(depths, float(wear @ areas))

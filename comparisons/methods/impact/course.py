@@ -9,8 +9,8 @@ from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
-from reduced.motion.contact import SpringContact, impact_depth, spring_contact
 from reduced.motion.course import Mass, Motion, Push, move
+from reduced.motion.elastic_impact import SpringContact, impact_depth, spring_contact
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs

@@ -23,7 +23,7 @@ from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene, validated
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reduced.motion.contact import impact_depth
+from reduced.motion.elastic_impact import impact_depth
 from reference.dynamics.collision import collide_curve
 
 # The ladder: from this share of the shallowest impact to this multiple of the deepest estimate.

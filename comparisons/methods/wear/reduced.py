@@ -20,8 +20,15 @@ from comparisons.tasks.task import Task
 from reduced.loads import EDGES, Load
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reduced.wear.archard import Oscillation, WornLine, wear
-from reduced.wear.bodies import LineRule, RoundBody, WearingBody, WearingLine
+from reduced.wear.archard import (
+    LineRule,
+    Oscillation,
+    RoundBody,
+    WearingBody,
+    WearingLine,
+    WornLine,
+    wear,
+)
 
 _RULES: dict[str, LineRule] = {"local": "own_curvature", "one_radius": "one_radius"}
 _WORDS = {

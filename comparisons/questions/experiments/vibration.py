@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
-from reduced.motion.contact import SpringContact, spring_contact
 from reduced.motion.course import Mass, Push, move
+from reduced.motion.elastic_impact import SpringContact, spring_contact
 from reduced.motion.stepping import Stepping
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs

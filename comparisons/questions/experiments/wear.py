@@ -8,8 +8,7 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.loads import Load
 from reduced.profiles import equivalents
-from reduced.wear.archard import Oscillation, wear
-from reduced.wear.bodies import RoundBody
+from reduced.wear.archard import Oscillation, RoundBody, wear
 from reference import closed_form
 from reference.closed_form.worn import FrettingLimit
 from reference.halfspace import FreeOperator

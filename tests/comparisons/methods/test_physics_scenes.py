@@ -292,7 +292,7 @@ def test_the_estimate_of_an_impact_is_hertz(ball):
     )
     geometry, _ = prepare(hit)
     depth = (15 * 0.01 / (16 * hit.effective_modulus * math.sqrt(0.01))) ** 0.4
-    # `reduced.motion.contact.impact_depth` promises to be at most 1 % beyond it.
+    # `reduced.motion.elastic_impact.impact_depth` promises to be at most 1 % beyond it.
     assert depth <= geometry.penetration <= 1.01 * depth
 
 

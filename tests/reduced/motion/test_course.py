@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from scipy.special import beta
 
 from reduced.errors import ConvergenceError
-from reduced.motion.contact import impact_depth, spring_contact
 from reduced.motion.course import SCHEMES, Mass, Push, move
-from reduced.motion.elastic_impact import rebound, strike
+from reduced.motion.elastic_impact import impact_depth, rebound, spring_contact, strike
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import (
     cone,
