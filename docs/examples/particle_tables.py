@@ -22,8 +22,8 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.errors import ConvergenceError
 from reference.loads import Load
-from reference.particles import Domain, Elastic, ParticleHalfSpace, equilibrium
-from reference.particles.motion import wave_speeds
+from reference.particles import Domain, Elastic, ParticleHalfSpace, mprgp
+from reference.particles.automata import wave_speeds
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "particles.md"
@@ -247,11 +247,11 @@ def large() -> list[str]:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     body = ParticleHalfSpace(Domain((1.5 * LARGE,) * 2, 2.5 * LARGE), 0.3)
     gap = (body.points**2).sum(axis=1) / (20 * LARGE)
-    equilibrium.MOST_STEPS = FIRST_STEPS
+    mprgp.MOST_STEPS = FIRST_STEPS
     start = time.process_time()
     with contextlib.suppress(ConvergenceError):
         next(body.press(gap, Load("penetration", 0.1 * LARGE)))
-    step = (time.process_time() - start) / (FIRST_STEPS + equilibrium.POWERS)
+    step = (time.process_time() - start) / (FIRST_STEPS + mprgp.POWERS)
     gigabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
     return [str(body.automata.packing.free), str(LARGE), f"{gigabytes:.2f}GB", f"{step:.2f}s"]
 

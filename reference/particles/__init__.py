@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from reference.particles.far_field import Domain
-from reference.particles.half_space import ParticleContact, ParticleHalfSpace
-from reference.particles.interaction import Automata, Elastic
-from reference.particles.packing import Packing, half_space_packing, periodic_packing
-from reference.particles.two_bodies import ParticlePair
+from reference.particles.automata import Automata, Elastic
+from reference.particles.packing import Domain, Packing, half_space_packing, periodic_packing
+from reference.particles.particle_body import ParticleContact, ParticleHalfSpace, ParticlePair
 
 __all__ = [
     "Automata",

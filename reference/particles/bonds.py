@@ -14,7 +14,8 @@ and the mass of a particle.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -28,6 +29,7 @@ from reference.particles.packing import LAYER, VOLUME
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Pairs = NDArray[np.int64]
 
 # The highest frequency is near sqrt(8): thirty steps to a period.
 _STEP = 0.07
@@ -44,21 +46,10 @@ _CARRIED = 2.0
 class Asperities:
     """Two paraboloidal asperities of bonded particles, one dragged over the other.
 
-    Attributes
-    ----------
-    overlap : float
-        Of their tips, held while the upper one passes.
-    energy : float
-        w of a bond; it breaks at the strain sqrt(2 w).
-    healing : float
-        Compression of a free pair that bonds it.
-    scatter : float
-        Of the bonds' energies, relative.
-    radius, height : float
-    speed : float
-        A wave of compression runs at about 1.4.
-    damping : float
-        Of the relative velocity along a pair.
+    The overlap of their tips is held while the upper one passes. A bond of energy w breaks at the
+    strain sqrt(2 w); energies have a relative scatter. `healing` is the compression that bonds a
+    free pair, `damping` that of the relative velocity along a pair. A wave of compression runs at
+    about 1.4.
     """
 
     overlap: float = 1.5
@@ -84,12 +75,88 @@ class Asperities:
     def drag(self, seed: int) -> Drag:
         """Return the pass of one over the other: bonds and lateral position drawn by a seed."""
         random = np.random.default_rng(seed)
+
+        def energies(count: int) -> Floats:
+            """Draw those of bonds, present ones and others that may form."""
+            drawn: Floats = self.energy * (1 + self.scatter * random.uniform(-1, 1, count))
+            return drawn
+
+        # two bodies, held at the bottom and moved at the top
         lower = self._body()
-        upper = lower * (1.0, 1.0, -1.0)
         reach = 2 * np.sqrt(self.radius * self.overlap) + 1.5
         shift = (-reach, float(random.uniform(-0.5, 0.5)), 2 * self.height - self.overlap)
-        run = _Run(self, lower, upper + shift, random)
-        return run.over(2 * reach)
+        places = np.concatenate([lower, lower * (1.0, 1.0, -1.0) + shift])
+        is_upper = np.arange(len(places)) >= len(lower)
+        ends = places[~is_upper, 2].min(), places[is_upper, 2].max()
+        bottom = ~is_upper & (places[:, 2] < ends[0] + 0.1)
+        top = is_upper & (places[:, 2] > ends[1] - 0.1)
+        moving, began = ~(bottom | top), places.copy()
+        velocities = np.zeros_like(places)
+        velocities[is_upper, 0] = self.speed
+        # bonds inside each of them, then all pairs that may act
+        pairs = cKDTree(places).query_pairs(1.1, output_type="ndarray")
+        inside = is_upper[pairs[:, 0]] == is_upper[pairs[:, 1]]
+        pairs = np.sort(pairs[inside], axis=1)
+        bonded, limits = np.ones(len(pairs), dtype=bool), energies(len(pairs))
+        pairs, bonded, limits = _listed(places, pairs, bonded, limits, energies)
+        listed_at = places.copy()
+        ledger = np.zeros(4)  # damped, spent, broken, healed
+
+        def pull() -> tuple[Floats, float]:
+            """Return forces and elastic energy; bonds break and heal."""
+            forces = np.zeros_like(places)
+            energy = _act(
+                *(places, velocities, pairs, bonded, limits),
+                *(self.healing, self.damping, _STEP, forces, ledger),
+            )
+            return forces, energy
+
+        # march by velocity Verlet until the upper body has moved all the way
+        steps = int(np.ceil(2 * reach / (self.speed * _STEP)))
+        begun = 0.5 * float((velocities[moving] ** 2).sum())
+        forces, energy = pull()
+        history, work, largest = np.empty((steps, 2)), 0.0, 0.0
+        stress, stressed = _stress(places, pairs, bonded), places.copy()
+        for number in range(steps):
+            before = forces[top, 0].sum()
+            velocities[moving] += 0.5 * _STEP * forces[moving]
+            places += _STEP * velocities
+            if np.abs(places - listed_at).max() > (_LISTED - _ALWAYS) / 3.5:
+                pairs, bonded, limits = _listed(places, pairs, bonded, limits, energies)
+                listed_at = places.copy()
+            forces, energy = pull()
+            velocities[moving] += 0.5 * _STEP * forces[moving]
+            force, load = -forces[top, 0].sum(), forces[top, 2].sum()
+            work += 0.5 * (force - before) * self.speed * _STEP
+            history[number] = force, load
+            if force > largest:
+                largest, stress, stressed = force, _stress(places, pairs, bonded), places.copy()
+
+        # what has moved against its body, and what bonds hold to neither of them
+        moved = places - began
+        moved[is_upper, 0] -= steps * self.speed * _STEP
+        i, j = pairs[bonded].T
+        graph = coo_array((np.ones(i.size), (i, j)), shape=(len(places), len(places)))
+        label = connected_components(graph, directed=False)[1]
+        loose = ~np.isin(label, label[~moving])
+        damped, spent, broken, healed = ledger.tolist()
+        return Drag(
+            way=np.arange(1.0, steps + 1) * (self.speed * _STEP),
+            force=history[:, 0],
+            load=history[:, 1],
+            places=places,
+            upper=is_upper,
+            stress=stress,
+            stressed=stressed,
+            broken=int(broken),
+            healed=int(healed),
+            worn=int((np.linalg.norm(moved, axis=1) > _CARRIED).sum()),
+            loose=int(loose.sum()),
+            work=float(work),
+            stored=0.5 * float((velocities[moving] ** 2).sum()) - begun + energy,
+            damped=damped,
+            spent=spent,
+        )
 
     def _body(self) -> Floats:
         """Return the places of the lower body, the tip of its asperity at z = height."""
@@ -107,7 +174,7 @@ class Asperities:
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """What a pass left behind.
+    """The outcome of a pass.
 
     Attributes
     ----------
@@ -126,7 +193,7 @@ class Drag:
     loose : int
         Particles that hold to neither body by bonds.
     work, stored, damped, spent : float
-        Of the drag; what more is elastic or moving in the end; lost in dashpots; lost with bonds.
+        Of the drag; gain of elastic and moving energy; lost in dashpots; lost with bonds.
     """
 
     way: Floats
@@ -156,131 +223,44 @@ class Drag:
         return (self.stored + self.damped + self.spent) / self.work - 1
 
 
-@dataclass(eq=False)
-class _Run:
-    """Particles in motion, and their pairs."""
+def _listed(
+    places: Floats,
+    pairs: Pairs,
+    bonded: Mask,
+    limits: Floats,
+    energies: Callable[[int], Floats],
+) -> tuple[Pairs, Mask, Floats]:
+    """List all pairs that may act until some particle has moved far; bonds stay as they are."""
+    count = np.array([len(places), 1])
+    kept, old_limits = pairs[bonded] @ count, limits[bonded]
+    pairs = np.sort(cKDTree(places).query_pairs(_LISTED, output_type="ndarray"), axis=1)
+    keys = pairs @ count
+    limits = energies(keys.size)
+    _, old, new = np.intersect1d(kept, keys, assume_unique=True, return_indices=True)
+    limits[new] = old_limits[old]
+    return pairs, np.isin(np.arange(keys.size), new), limits
 
-    asperities: Asperities
-    lower: Floats
-    upper: Floats
-    random: np.random.Generator
-    ledger: Floats = field(default_factory=lambda: np.zeros(4))  # damped, spent, broken, healed
 
-    def __post_init__(self) -> None:
-        self.places = np.concatenate([self.lower, self.upper])
-        self.velocities = np.zeros_like(self.places)
-        self.is_upper = np.arange(len(self.places)) >= len(self.lower)
-        ends = self.lower[:, 2].min(), self.upper[:, 2].max()
-        self.bottom = ~self.is_upper & (self.places[:, 2] < ends[0] + 0.1)
-        self.top = self.is_upper & (self.places[:, 2] > ends[1] - 0.1)
-        pairs = cKDTree(self.places).query_pairs(1.1, output_type="ndarray")
-        inside = self.is_upper[pairs[:, 0]] == self.is_upper[pairs[:, 1]]
-        self.pairs = np.sort(pairs[inside], axis=1)
-        self.bonded = np.ones(len(self.pairs), dtype=bool)
-        self.limits = self._energies(len(self.pairs))
-        self._began = self.places.copy()
-        self._list()
-
-    def over(self, way: float) -> Drag:
-        """March until the upper body has moved this way."""
-        given, held = self.asperities, self.bottom | self.top
-        steps = int(np.ceil(way / (given.speed * _STEP)))
-        self.velocities[self.is_upper, 0] = given.speed
-        begun = 0.5 * float((self.velocities[~held] ** 2).sum())
-        pulls, energy = self._pulls()
-        history, work = np.empty((steps, 2)), 0.0
-        largest = 0.0, self._stress(), self.places.copy()
-        for number in range(steps):
-            before = pulls[self.top, 0].sum()
-            self.velocities[~held] += 0.5 * _STEP * pulls[~held]
-            self.places += _STEP * self.velocities
-            if np.abs(self.places - self._listed_at).max() > (_LISTED - _ALWAYS) / 3.5:
-                self._list()
-            pulls, energy = self._pulls()
-            self.velocities[~held] += 0.5 * _STEP * pulls[~held]
-            force, load = -pulls[self.top, 0].sum(), pulls[self.top, 2].sum()
-            work += 0.5 * (force - before) * given.speed * _STEP
-            history[number] = force, load
-            if force > largest[0]:
-                largest = force, self._stress(), self.places.copy()
-        moving = 0.5 * float((self.velocities[~held] ** 2).sum()) - begun
-        worn, loose = self._worn(steps * given.speed * _STEP)
-        damped, spent, broken, healed = self.ledger.tolist()
-        return Drag(
-            way=np.arange(1.0, steps + 1) * (given.speed * _STEP),
-            force=history[:, 0],
-            load=history[:, 1],
-            places=self.places,
-            upper=self.is_upper,
-            stress=largest[1],
-            stressed=largest[2],
-            broken=int(broken),
-            healed=int(healed),
-            worn=worn,
-            loose=loose,
-            work=float(work),
-            stored=moving + energy,
-            damped=damped,
-            spent=spent,
-        )
-
-    def _list(self) -> None:
-        """List all pairs that may act until some particle has moved far."""
-        count = np.array([len(self.places), 1])
-        kept, limits = self.pairs[self.bonded] @ count, self.limits[self.bonded]
-        pairs = cKDTree(self.places).query_pairs(_LISTED, output_type="ndarray")
-        self.pairs = np.sort(pairs, axis=1)
-        keys = self.pairs @ count
-        self.limits = self._energies(keys.size)
-        _, old, new = np.intersect1d(kept, keys, assume_unique=True, return_indices=True)
-        self.bonded = np.isin(np.arange(keys.size), new)
-        self.limits[new] = limits[old]
-        self._listed_at = self.places.copy()
-
-    def _energies(self, count: int) -> Floats:
-        """Draw energies of bonds, present ones and those that may form."""
-        spread = self.asperities.scatter * self.random.uniform(-1, 1, count)
-        energies: Floats = self.asperities.energy * (1 + spread)
-        return energies
-
-    def _pulls(self) -> tuple[Floats, float]:
-        """Return forces and elastic energy; bonds break and heal."""
-        pulls = np.zeros_like(self.places)
-        given = self.asperities
-        energy = _act(
-            *(self.places, self.velocities, self.pairs, (self.bonded, self.limits)),
-            *((given.healing, given.damping, _STEP), (pulls, self.ledger)),
-        )
-        return pulls, energy
-
-    def _stress(self) -> Floats:
-        stress = np.zeros((len(self.places), 6))
-        _moments(self.places, self.pairs, self.bonded, stress)
-        return stress / (2 * VOLUME)
-
-    def _worn(self, way: float) -> tuple[int, int]:
-        """Return how many particles have moved against their body, and how many hold to none."""
-        count = len(self.places)
-        moved = self.places - self._began
-        moved[self.is_upper, 0] -= way
-        i, j = self.pairs[self.bonded].T
-        graph = coo_array((np.ones(i.size), (i, j)), shape=(count, count))
-        label = connected_components(graph, directed=False)[1]
-        held = np.isin(label, label[self.bottom | self.top])
-        return int((np.linalg.norm(moved, axis=1) > _CARRIED).sum()), int((~held).sum())
+def _stress(places: Floats, pairs: Pairs, bonded: Mask) -> Floats:
+    stress = np.zeros((len(places), 6))
+    _moments(places, pairs, bonded, stress)
+    return stress / (2 * VOLUME)
 
 
 @njit(cache=True, error_model="numpy")
 def _act(
     places: Floats,
     velocities: Floats,
-    pairs: NDArray[np.int64],
-    bonds: tuple[Mask, Floats],
-    constants: tuple[float, float, float],
-    out: tuple[Floats, Floats],
+    pairs: Pairs,
+    bonded: Mask,
+    limits: Floats,
+    healing: float,
+    damping: float,
+    step: float,
+    pulls: Floats,
+    ledger: Floats,
 ) -> float:
-    """Add the pulls of all pairs; return their elastic energy, and book what is lost."""
-    (bonded, limits), (healing, damping, step), (pulls, ledger) = bonds, constants, out
+    """Add the pulls of all pairs; return their elastic energy, and book the losses."""
     energy = 0.0
     for p in range(len(pairs)):
         i, j = pairs[p, 0], pairs[p, 1]
@@ -319,7 +299,7 @@ def _act(
 
 
 @njit(cache=True, error_model="numpy")
-def _moments(places: Floats, pairs: NDArray[np.int64], bonded: Mask, out: Floats) -> None:
+def _moments(places: Floats, pairs: Pairs, bonded: Mask, out: Floats) -> None:
     for p in range(len(pairs)):
         i, j = pairs[p, 0], pairs[p, 1]
         way = places[j] - places[i]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.arguments import refuse
+from reference.arguments import positive_faults, refuse
 
 # Volume of an automaton and area of the face between two, in units of r0.
 VOLUME, FACE = 1 / np.sqrt(2), 1 / (2 * np.sqrt(2))
@@ -57,28 +57,64 @@ class Packing:
     surface: int = 0
 
 
+@dataclass(frozen=True)
+class Domain:
+    """Sizes of a body of automata in units of their spacing.
+
+    Half-widths of the region that may be loaded, and the automata around and below it.
+    """
+
+    loaded: tuple[float, float]
+    margin: float
+
+    def __post_init__(self) -> None:
+        half_x, half_y = self.loaded
+        refuse(positive_faults(loaded_x=half_x, loaded_y=half_y, margin=self.margin))
+
+    @property
+    def half_widths(self) -> tuple[float, float, float]:
+        """Semi-axes of the half ellipsoid."""
+        half_x, half_y = self.loaded
+        return half_x + self.margin, half_y + self.margin, np.sqrt(half_x * half_y) + self.margin
+
+    @property
+    def count(self) -> float:
+        """Number of automata, about.
+
+        >>> round(Domain((4.5, 4.5), 10.5).count / 1000)
+        12
+        """
+        x, y, z = (half + 1.0 for half in self.half_widths)
+        return float(np.sqrt(2) * 2 / 3 * np.pi * x * y * z)
+
+
 def half_space_packing(half_widths: tuple[float, float, float]) -> Packing:
     """Return half an ellipsoid below the surface, in a shell of automata that are held.
 
-    The shell consists of all automata outside that have a neighbour inside.
-
-    Parameters
-    ----------
-    half_widths : (float, float, float)
-        Semi-axes of the half ellipsoid in units of r0; an automaton lies at the centre of the
-        surface, and what has its first touch there touches it exactly.
-
-    Raises
-    ------
-    ValueError
-        If an axis is shorter than two spacings.
+    Semi-axes in units of r0, at least two. The shell consists of all automata outside that have a
+    neighbour inside. An automaton lies at the centre of the surface, so that a shape which has its
+    first touch there touches it exactly.
     """
     axes = np.asarray(half_widths, dtype=float)
     if axes.shape != (3,) or not (np.isfinite(axes).all() and (axes >= 2).all()):
         refuse([f"half_widths must be three numbers of at least 2 spacings, not {half_widths!r}"])
-    nodes = _sites(axes + 1.5)
+    # the sites within a box below the surface: even numbers along x and y in even layers, else odd
+    half_x, half_y, depth = np.ceil((axes + 1.5) / UNITS).astype(int)
+    layers = []
+    for layer in range(depth + 1):
+        x, y = (np.arange(-n - (n + layer) % 2, n + 2, 2) for n in (half_x, half_y))
+        net = np.stack(np.meshgrid(x, y, [layer], indexing="ij"), axis=-1)
+        layers.append(net.reshape(-1, 3).astype(np.int32))
+    nodes = np.concatenate(layers)
+    # their neighbours
+    corner = nodes.min(axis=0) - 2
+    number = np.full(nodes.max(axis=0) - corner + 3, NONE, dtype=np.int32)
+    number[tuple((nodes - corner).T)] = np.arange(len(nodes))
+    near = np.empty((len(nodes), len(STEPS)), dtype=np.int32)
+    for k, step in enumerate(STEPS - corner):
+        near[:, k] = number[tuple((nodes + step).T)]
+    # those inside, then the shell
     inside = ((nodes * UNITS / axes) ** 2).sum(axis=1) <= 1
-    near = _neighbours(nodes)
     touched = np.zeros(len(nodes) + 1, dtype=bool)  # the last one stands for "none"
     touched[near[inside]] = True
     keep = np.concatenate([np.flatnonzero(inside), np.flatnonzero(touched[:-1] & ~inside)])
@@ -91,12 +127,8 @@ def half_space_packing(half_widths: tuple[float, float, float]) -> Packing:
 def periodic_packing(counts: tuple[int, int, int]) -> Packing:
     """Return a block of `counts` spacings along x and y, and pairs of layers, without a surface.
 
-    It repeats itself in all directions: every automaton has twelve neighbours and may move.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two along a direction.
+    It repeats itself in all directions: every automaton has twelve neighbours and may move. At
+    least two along each.
     """
     if min(counts) < 2:
         refuse([f"counts must be at least 2, not {counts!r}"])
@@ -107,28 +139,3 @@ def periodic_packing(counts: tuple[int, int, int]) -> Packing:
     number[tuple(nodes.T)] = np.arange(len(nodes))
     neighbours = [number[tuple(((nodes + step) % period).T)] for step in STEPS]
     return Packing(nodes * UNITS, np.stack(neighbours, axis=1), len(nodes))
-
-
-def _sites(reach: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return the sites of the order within a box below the surface, in `UNITS`.
-
-    In even layers both horizontal numbers are even, in odd layers odd.
-    """
-    half_x, half_y, depth = np.ceil(reach / UNITS).astype(int)
-    layers = []
-    for layer in range(depth + 1):
-        x, y = (np.arange(-n - (n + layer) % 2, n + 2, 2) for n in (half_x, half_y))
-        net = np.stack(np.meshgrid(x, y, [layer], indexing="ij"), axis=-1)
-        layers.append(net.reshape(-1, 3).astype(np.int32))
-    return np.concatenate(layers)
-
-
-def _neighbours(nodes: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the neighbours of all sites, `NONE` where there is none."""
-    corner = nodes.min(axis=0) - 2
-    number = np.full(nodes.max(axis=0) - corner + 3, NONE, dtype=np.int32)
-    number[tuple((nodes - corner).T)] = np.arange(len(nodes))
-    near = np.empty((len(nodes), len(STEPS)), dtype=np.int32)
-    for k, step in enumerate(STEPS - corner):
-        near[:, k] = number[tuple((nodes + step).T)]
-    return near

@@ -11,10 +11,10 @@ from reference.errors import ConvergenceError
 from reference.halfspace import pieces
 from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace
-from reference.particles.equilibrium import Floor, largest_stiffness, relax
-from reference.particles.motion import MASSES, Motion, wave_speeds, wave_stiffness
+from reference.particles.automata import MASSES, Leapfrog, wave_speeds, wave_stiffness
+from reference.particles.mprgp import Floor, largest_stiffness, relax
 from reference.particles.packing import DIRECTIONS, Packing, half_space_packing, periodic_packing
-from reference.particles.plastic import PlasticHalfSpace
+from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial
 
 RNG = np.random.default_rng(1)
@@ -120,7 +120,7 @@ def ringing(step_share=0.35):
     material = Elastic(0.3)
     fastest = np.sqrt(material.lame + 2 * material.shear)
     velocities = RNG.normal(size=(packing.free, 6))
-    return Motion(
+    return Leapfrog(
         Automata(packing, material), np.zeros_like(velocities), velocities, step_share / fastest
     )
 
@@ -147,7 +147,7 @@ def test_shells_do_not_move():
     packing = half_space_packing((3.0, 3.0, 3.0))
     moved = np.zeros((len(packing.places), 6))
     with pytest.raises(ValueError, match=r"step must be positive.*; automata must all be free"):
-        Motion(Automata(packing, Elastic(0.3)), moved, moved.copy(), -1.0)
+        Leapfrog(Automata(packing, Elastic(0.3)), moved, moved.copy(), -1.0)
 
 
 def pressed(per_radius, nu=0.3, load=None):
@@ -227,7 +227,7 @@ def test_the_largest_stress_below_a_ball_is_that_of_hertz():
 
 
 def test_relaxation_that_does_not_end_says_so(monkeypatch):
-    monkeypatch.setattr("reference.particles.equilibrium.MOST_STEPS", 3)
+    monkeypatch.setattr("reference.particles.mprgp.MOST_STEPS", 3)
     with pytest.raises(ConvergenceError, match=r"no equilibrium of the automata after") as raised:
         pressed(2)
     assert len(raised.value.history) > 2
@@ -368,7 +368,7 @@ def test_forces_are_inverted_along_a_path_until_contact_is_lost():
 @pytest.mark.slow
 def test_threads_change_no_digit(monkeypatch):
     """Each automaton is computed by one thread, from what none of them writes."""
-    monkeypatch.setattr("reference.particles.interaction.PIECE", 100)
+    monkeypatch.setattr("reference.particles.automata.PIECE", 100)
     answers = []
     for number in (1, 3):
         with pieces.threads(number):

@@ -25,7 +25,7 @@ from comparisons.tasks.task import Task
 from reference.errors import ConvergenceError
 from reference.loads import Load, LoadPath
 from reference.particles import Domain, ParticleHalfSpace
-from reference.particles.plastic import PlasticHalfSpace
+from reference.particles.yielding import PlasticHalfSpace
 
 # Of the stages in which a load is reached: measured at sixty times the depth of first yield.
 TRUNCATION = 0.015

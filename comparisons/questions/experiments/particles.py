@@ -17,9 +17,9 @@ from reference.particles import (
     ParticleHalfSpace,
     periodic_packing,
 )
+from reference.particles.automata import Leapfrog, wave_speeds
 from reference.particles.bonds import Asperities
-from reference.particles.motion import Motion, wave_speeds
-from reference.particles.plastic import PlasticHalfSpace
+from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial, yield_pressure
 
 ROUND_OFF = 1e-12
@@ -59,7 +59,7 @@ def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, flo
     mode = np.zeros((packing.free, 6))
     mode[:, 0] = np.cos(wave * packing.places[:, 0])
     step = spacings / STEPS / float(wave_speeds(material, [wave, 0.0, 0.0])[2])
-    motion = Motion(Automata(packing, material), mode.copy(), np.zeros_like(mode), step)
+    motion = Leapfrog(Automata(packing, material), mode.copy(), np.zeros_like(mode), step)
     energies = motion.run(periods * STEPS - 1)
     amplitudes = []
     for _ in range(3):

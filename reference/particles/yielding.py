@@ -4,7 +4,7 @@ The stress s of an automaton, the mean of what pulls at its faces less what its 
 relieves, is the force that works on this strain, dW/de = -V s: what the rule of flow has to limit.
 The increment of a load minimises elastic energy, dissipation and what hardening stores together, a
 convex problem. It is solved in turn for displacements and for plastic strains, those by the radial
-return of `reference.plastic.materials` from the trial stress
+return of `reference.plastic.j2` from the trial stress
 
     s' = s + 2 G (e - e_0),
 
@@ -26,9 +26,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
 from reference.loads import LoadPath
-from reference.particles.equilibrium import Floor, Rest
-from reference.particles.far_field import Domain, Search
-from reference.particles.half_space import BALANCE, ParticleContact, ParticleHalfSpace
+from reference.particles.mprgp import Floor, Rest
+from reference.particles.packing import Domain
+from reference.particles.particle_body import BALANCE, ParticleContact, ParticleHalfSpace
 from reference.plastic.j2 import PlasticMaterial, plastic_step
 
 Floats = NDArray[np.float64]
@@ -45,19 +45,8 @@ STAGE, FIRST_STAGE = 2**0.25, 1 / 8
 class PlasticHalfSpace(ParticleHalfSpace):
     """A half-space of automata that yield; loads follow each other on the same body.
 
-    Parameters
-    ----------
-    domain : Domain
-    material : PlasticMaterial
-    spacing : float
-        Unit of length.
-
-    Attributes
-    ----------
-    flowed : (n, 3, 3) ndarray
-        Plastic strains of all automata, after the last load.
-    amount : (n,) ndarray
-        Accumulated equivalent plastic strains.
+    `flowed` (n, 3, 3) and `amount` (n,) are plastic strains and accumulated equivalent plastic
+    strains of all automata, after the last load.
     """
 
     def __init__(self, domain: Domain, material: PlasticMaterial, *, spacing: float = 1.0) -> None:
@@ -74,24 +63,12 @@ class PlasticHalfSpace(ParticleHalfSpace):
     ) -> Iterator[ParticleContact]:
         """Yield the contact at each load of a path, up and down; without force where it is lost.
 
-        Parameters
-        ----------
-        gap, balance
-            As for `press`.
-        path : LoadPath
-            Penetrations, or forces of at least zero.
-
-        Raises
-        ------
-        ValueError
-            If the gap does not fit, or the loads.
-        ConvergenceError
-            If automata, plastic strains, far field and force do not come to agree.
+        Penetrations, or forces of at least zero; `gap` and `balance` as for `press`.
         """
         forced = path.one_of("penetration", "force") == "force"
         scale = self._unit_of(path.control)
         gap = self._scaled_gap(gap)
-        search, largest = None, 0.0
+        last, largest = None, 0.0
         for value in (path.values / scale).tolist():
             origin = 0.0
             if value < largest:  # down, or up from there: the dent has a depth
@@ -99,11 +76,12 @@ class PlasticHalfSpace(ParticleHalfSpace):
             earlier, largest = largest, max(largest, value)
             if value <= (0.0 if forced else origin):
                 yield self._lift_off(gap, balance, depth=None if forced else value, keep=True)
-                search = None
+                last = None
                 continue
             for stage in _stages(earlier, value):
-                search = self._begun(search, gap, stage, origin, forced=forced)
-                contact = self._rounds(gap, search, balance)
+                contact, last = self._agreed(
+                    gap, stage, origin, last, forced=forced, balance=balance
+                )
             yield contact
 
     def residual_depth(self, gap: ArrayLike, *, balance: float = BALANCE) -> float:
@@ -115,68 +93,67 @@ class PlasticHalfSpace(ParticleHalfSpace):
     ) -> ParticleContact:
         """Return the body without load, at a given penetration or where contact is lost."""
         state = self.flowed, self.amount, self._before
-        none = np.zeros(0, dtype=np.int64)
-        search = Search(np.zeros(self._size), np.zeros(self.far.shares.shape[1]), 0.0)
+        none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
+        moved, sources = np.zeros(self._size), np.zeros(self.far.shares.shape[1])
+        rest = Rest(moved, nothing, np.zeros(0, dtype=bool), 0, [0.0])
         if self.amount.any():
-            rest = self._relaxed(Floor(none, np.zeros(0)), search, balance)
-        else:
-            rest = Rest(search.moved, np.zeros(0), np.zeros(0, dtype=bool), 0, [0.0])
-        left = self._contact((0.0, search.sources), rest, none, rest.steps)
+            rest = self._relaxed(Floor(none, nothing), moved, sources, balance)
+        left = self._contact(0.0, sources, rest, nothing, none, rest.steps)
         if not keep:
             self.flowed, self.amount, self._before = state
         if depth is None:
             depth = float(np.min(gap + left.displacement / self.spacing))
         return replace(left, penetration=depth * self.spacing)
 
-    def _relaxed(self, floor: Floor, search: Search, balance: float) -> Rest:
+    def _relaxed(self, floor: Floor, moved: Floats, sources: Floats, balance: float) -> Rest:
         """Solve for displacements and plastic strains in turn until no automaton yields further."""
+        free, double = self.automata.packing.free, 2 * self.automata.material.shear
+        begun, amount = self._before
         history: list[float] = []
         steps, pace, last = 0, 1.0, self.flowed
         for _ in range(MOST_TURNS):
-            rest = super()._relaxed(floor, search, balance)
-            search.moved, steps = rest.moved, steps + rest.steps
-            strain, amount, off = self._returned(search)
-            history.append(off)
-            if off <= EXCESS:
+            rest = super()._relaxed(floor, moved, sources, balance)
+            moved, steps = rest.moved, steps + rest.steps
+            # radial return from the trial stress of each automaton
+            self._hold(sources)
+            self._move(moved)
+            stress = deviator(self.automata.stresses(self._moved, self._traces, self.flowed))
+            self._hold(None)
+            tried = stress + double * (self.flowed[:free] - begun[:free])
+            size = np.sqrt(1.5) * np.linalg.norm(tried, axis=(1, 2))
+            more = plastic_step(self.material, size, amount[:free])
+            share = 1.5 * more / np.where(size > 0, size, 1.0)
+            strain, total = begun.copy(), amount.copy()
+            strain[:free] += share[:, None, None] * tried
+            total[:free] += more
+            # the largest change of a stress is no less than the excess of any
+            change = double * np.linalg.norm(strain - self.flowed, axis=(1, 2)).max()
+            history.append(float(np.sqrt(1.5) * change / self.material.yield_stress))
+            if history[-1] <= EXCESS:
                 return replace(rest, steps=steps)
-            too_far = len(history) > 1 and off > history[-2]
+            # Nesterov's momentum, none after a turn that has gone too far
+            too_far = len(history) > 1 and history[-1] > history[-2]
             before, pace = pace, 0.5 * (1 + np.sqrt(1 + 4 * pace**2))
             ahead = 0.0 if too_far else (before - 1) / pace
             self.flowed, last = strain + ahead * (strain - last), strain
-            self.amount = amount
+            self.amount = total
         raise ConvergenceError(
             f"stresses are {history[-1]:.1%} of the yield stress off after {MOST_TURNS} turns",
             history,
         )
 
-    def _returned(self, search: Search) -> tuple[Floats, Floats, float]:
-        """Return plastic strains and amounts by radial return, and how far stresses were off.
-
-        That is the largest change of a stress over the yield stress; it is no less than what any
-        stress has in excess.
-        """
-        free, double = self.automata.packing.free, 2 * self.automata.material.shear
-        self._hold(search.sources)
-        self._moved[:free] = search.moved.reshape(-1, 6)
-        self.automata.strains(self._moved, self._traces)
-        stress = deviator(self.automata.stresses(self._moved, self._traces, self.flowed))
-        self._hold(None)
-        begun, amount = self._before
-        tried = stress + double * (self.flowed[:free] - begun[:free])
-        size = np.sqrt(1.5) * np.linalg.norm(tried, axis=(1, 2))
-        more = plastic_step(self.material, size, amount[:free])
-        share = 1.5 * more / np.where(size > 0, size, 1.0)
-        strain, total = begun.copy(), amount.copy()
-        strain[:free] += share[:, None, None] * tried
-        total[:free] += more
-        change = double * np.linalg.norm(strain - self.flowed, axis=(1, 2)).max()
-        return strain, total, float(np.sqrt(1.5) * change / self.material.yield_stress)
-
     def _contact(
-        self, held: tuple[float, Floats], rest: Rest, near: NDArray[np.int64], steps: int
+        self,
+        depth: float,
+        sources: Floats,
+        rest: Rest,
+        reactions: Floats,
+        near: NDArray[np.int64],
+        steps: int,
     ) -> ParticleContact:
+        """Return the contact, from whose plastic strains the next load begins."""
         self._before = self.flowed, self.amount
-        return super()._contact(held, rest, near, steps)
+        return super()._contact(depth, sources, rest, reactions, near, steps)
 
 
 def _stages(earlier: float, load: float) -> list[float]:

@@ -23,6 +23,10 @@ eps)/4: that of the strain again.
 
 Automata that have flowed have a plastic strain e each, without change of volume; a bond has the
 mean of both ends, so that eps n + gamma becomes eps n + gamma - (e_i + e_j)/2 n.
+
+Automata that move freely are marched by leapfrog steps. Units: the spacing, Young's modulus and the
+density; times are in r0 sqrt(rho/E). An automaton has the mass V and, as a ball of diameter r0, the
+moment of inertia V/10.
 """
 
 from __future__ import annotations
@@ -32,9 +36,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from reference.arguments import poisson_faults, refuse
+from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.halfspace import pieces
 from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME, Packing
 
@@ -45,6 +49,8 @@ Integers = NDArray[np.int32]
 UNFLOWED = np.empty((0, 3, 3))
 # Automata in a piece that threads share (`reference.halfspace.pieces`).
 PIECE = 2**13
+# Of an automaton: mass, and moment of inertia.
+MASSES = VOLUME * np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
 # The order of `fem.recovery`.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
@@ -53,11 +59,7 @@ ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 class Elastic:
     """Moduli of an isotropic elastic material in units of Young's modulus.
 
-    Raises
-    ------
-    ValueError
-        If nu is not in (-1, 0.5): the mean stress follows the strain, which incompressible
-        automata would not have.
+    -1 < nu < 0.5: the mean stress follows the strain, which incompressible automata would not have.
     """
 
     poisson_ratio: float
@@ -92,36 +94,28 @@ class Automata:
     material: Elastic
 
     def strains(self, moved: Floats, traces: Floats) -> None:
-        """Write the relative changes of volume of the automata that may move.
+        """Write the relative changes of volume (n,) of the automata that may move.
 
-        Parameters
-        ----------
-        moved : (n, 6) ndarray
-            Displacements and rotations of all automata.
-        traces : (n,) ndarray
-            Of those that are held they are given, because their neighbours outside are not there.
+        From displacements and rotations (n, 6) of all. The changes of volume of those that are held
+        are given, because their neighbours outside are not there.
         """
-        near, surface, _ = self._bonds
-        free = self.packing.free
-        _shared(free, lambda *part: _strains(part, moved, near, surface, traces))
+        near, surface = self.packing.neighbours, self.packing.surface
+        pieces.over(
+            self.packing.free,
+            PIECE,
+            lambda part: _strains(part.start, part.stop, moved, near, surface, traces),
+        )
 
     def forces(
         self, moved: Floats, traces: Floats, out: Floats, flowed: Floats = UNFLOWED
     ) -> Floats:
         """Write and return forces and torques (free, 6) on the automata that may move.
 
-        Parameters
-        ----------
-        moved, traces : ndarray
-            As for `strains`, which is called first.
-        out : (free, 6) ndarray
-        flowed : (n, 3, 3) ndarray
-            Plastic strains.
+        Changes of volume as for `strains`, which is called first; `flowed` (n, 3, 3) are plastic
+        strains.
         """
         self.strains(moved, traces)
-        state, bonds = (moved, traces, flowed), self._bonds
-        _shared(len(out), lambda *part: _forces(part, state, bonds, out))
-        return out
+        return self._shared(_forces, moved, traces, flowed, out)
 
     def stresses(self, moved: Floats, traces: Floats, flowed: Floats = UNFLOWED) -> Floats:
         """Return the stress tensors (free, 3, 3) in units of E.
@@ -129,15 +123,25 @@ class Automata:
         The mean of what pulls at the faces, sum n (force) r0/(2 V): of a homogeneous strain it is
         Hooke's stress.
         """
-        out = np.empty((self.packing.free, 3, 3))
-        state, bonds = (moved, traces, flowed), self._bonds
-        _shared(len(out), lambda *part: _stresses(part, state, bonds, out))
-        return out
+        return self._shared(_stresses, moved, traces, flowed, np.empty((self.packing.free, 3, 3)))
 
-    @property
-    def _bonds(self) -> tuple[Integers, int, tuple[float, float]]:
+    def _shared(
+        self,
+        compiled: Callable[..., None],
+        moved: Floats,
+        traces: Floats,
+        flowed: Floats,
+        out: Floats,
+    ) -> Floats:
+        """Let threads share automata: each is written by one, from what none of them writes."""
+        near, surface = self.packing.neighbours, self.packing.surface
         moduli = self.material.shear, self.material.lame
-        return self.packing.neighbours, self.packing.surface, moduli
+
+        def work(part: slice) -> None:
+            compiled(part.start, part.stop, moved, traces, flowed, near, surface, *moduli, out)
+
+        pieces.over(len(out), PIECE, work)
+        return out
 
 
 def components(stresses: Floats) -> Floats:
@@ -150,16 +154,93 @@ def components(stresses: Floats) -> Floats:
     return np.stack([symmetric[:, a, b] for a, b in ENTRIES], axis=1)
 
 
-def _shared(count: int, work: Callable[[int, int], None]) -> None:
-    """Let threads share automata: each is written by one of them, from what none of them writes."""
-    pieces.over(count, PIECE, lambda part: work(part.start, part.stop))
+@dataclass(eq=False)
+class Leapfrog:
+    """Automata in motion, none of them held.
+
+    Displacements and rotations (n, 6), and their rates half a step before; the time step is stable
+    below 2 over the highest frequency. Leapfrog steps of a linear system conserve 1/2 v+ M v- +
+    1/2 x K x with the velocities half a step before and after, up to round-off and at any stable
+    step (E. Hairer et al., Acta Numerica 12 (2003) 399): a change in it is an error of the forces.
+    """
+
+    automata: Automata
+    moved: Floats
+    velocities: Floats
+    step: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(step=self.step)
+        packing = self.automata.packing
+        if packing.free < len(packing.places):
+            faults.append("automata must all be free: those of a half-space's shell are held")
+        refuse(faults)
+        self._traces = np.zeros(len(self.moved))
+        self._pulls = np.empty_like(self.moved)
+
+    def run(self, steps: int) -> Floats:
+        """Make steps; return the conserved energy of each."""
+        energies = np.empty(steps)
+        for number in range(steps):
+            pull = self.automata.forces(self.moved, self._traces, self._pulls)
+            stored = -0.5 * np.vdot(self.moved, pull)
+            after = self.velocities + self.step * pull / MASSES
+            energies[number] = 0.5 * np.vdot(self.velocities, MASSES * after) + stored
+            self.velocities = after
+            self.moved += self.step * after
+        return energies
+
+
+def wave_speeds(material: Elastic, wave: ArrayLike) -> Floats:
+    """Return the speeds of the plane waves of a wave vector (in 1/r0), ascending.
+
+    Three of displacement; those of rotation are cut off at high frequencies and left out. From the
+    stiffness of the packing under u exp(i q x), theta exp(i q x).
+
+    Examples
+    --------
+    Long waves have the speeds of the continuum, sqrt(G/rho) twice and sqrt((lambda + 2 G)/rho):
+
+    >>> speeds = wave_speeds(Elastic(0.25), [1e-3, 0.0, 0.0])
+    >>> (speeds**2).round(5).tolist()
+    [0.4, 0.4, 1.2]
+    """
+    wave = np.asarray(wave, dtype=float)
+    stiffness = wave_stiffness(material, wave) / np.sqrt(np.outer(MASSES, MASSES))
+    frequencies = np.sqrt(np.maximum(np.linalg.eigvalsh(stiffness)[:3], 0.0))
+    return frequencies / np.linalg.norm(wave)
+
+
+def wave_stiffness(material: Elastic, wave: Floats) -> NDArray[np.complex128]:
+    """Return the (6, 6) Hermitian stiffness of an automaton in a plane wave of the packing.
+
+    From the energy, bond by bond.
+    """
+    total = np.zeros((6, 6), dtype=complex)
+    volume = np.zeros(3, dtype=complex)
+    for normal in DIRECTIONS:
+        there = np.exp(1j * wave @ normal)
+        volume += 0.25 * (there - 1) * normal
+        # relative displacement less the common rotation: eps n + gamma
+        cross = np.array(
+            [
+                [0.0, -normal[2], normal[1]],
+                [normal[2], 0.0, -normal[0]],
+                [-normal[1], normal[0], 0.0],
+            ]
+        )
+        strain = np.hstack([(there - 1) * np.eye(3), 0.5 * (there + 1) * cross])
+        # each bond belongs to two automata, and has 2 G of V/4 in its face
+        total += material.shear * FACE * strain.conj().T @ strain
+    total[:3, :3] += VOLUME * material.lame * np.outer(volume.conj(), volume)
+    return total
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _strains(
-    part: tuple[int, int], moved: Floats, neighbours: Integers, surface: int, out: Floats
+    first: int, end: int, moved: Floats, neighbours: Integers, surface: int, out: Floats
 ) -> None:
-    for i in range(*part):
+    for i in range(first, end):
         total = 0.0
         for k in range(12):
             j = neighbours[i, k]
@@ -194,14 +275,19 @@ def _pull(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _forces(
-    part: tuple[int, int],
-    state: tuple[Floats, Floats, Floats],
-    bonds: tuple[Integers, int, tuple[float, float]],
+    first: int,
+    end: int,
+    moved: Floats,
+    traces: Floats,
+    flowed: Floats,
+    neighbours: Integers,
+    surface: int,
+    shear_modulus: float,
+    lame_modulus: float,
     out: Floats,
 ) -> None:
-    (moved, traces, flowed), (neighbours, surface, moduli) = state, bonds
-    shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
-    for i in range(*part):
+    shear, lame = 2.0 * shear_modulus * FACE, 0.5 * lame_modulus * FACE
+    for i in range(first, end):
         fx = fy = fz = mx = my = mz = 0.0
         for k in range(12):
             j = neighbours[i, k]
@@ -224,14 +310,19 @@ def _forces(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _stresses(
-    part: tuple[int, int],
-    state: tuple[Floats, Floats, Floats],
-    bonds: tuple[Integers, int, tuple[float, float]],
+    first: int,
+    end: int,
+    moved: Floats,
+    traces: Floats,
+    flowed: Floats,
+    neighbours: Integers,
+    surface: int,
+    shear_modulus: float,
+    lame_modulus: float,
     out: Floats,
 ) -> None:
-    (moved, traces, flowed), (neighbours, surface, moduli) = state, bonds
-    shear, lame = 2.0 * moduli[0] * FACE, 0.5 * moduli[1] * FACE
-    for i in range(*part):
+    shear, lame = 2.0 * shear_modulus * FACE, 0.5 * lame_modulus * FACE
+    for i in range(first, end):
         volume = 0.5 * VOLUME if i < surface else VOLUME
         out[i] = 0.0
         for k in range(12):

@@ -1,0 +1,505 @@
+r"""Half-spaces of automata, below a rigid shape or pressed together in pairs.
+
+Automata fill half an ellipsoid around the contact, in a shell of automata that are held in the
+field of Boussinesq which the forces of the contact have far away. Both are solved in turn, with the
+field extrapolated (the answer is linear in it while the contact set stays), until they agree.
+
+Two half-spaces meet without friction. Their nets lie upon each other, and an automaton of one may
+not enter the one below it: with the displacements u_1 and u_2 of both into their own bodies
+u_1 + u_2 >= d - f. The unknowns of a pair of surface automata are w = (u_1 + u_2)/sqrt(2), which
+the floor is under, and (u_1 - u_2)/sqrt(2): a rotation, which leaves the stiffness as well
+conditioned as that of either body. Nothing is said of an effective modulus.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.arguments import positive_faults, refuse
+from reference.elasticity import von_mises
+from reference.errors import ConvergenceError
+from reference.fem.far_field import boussinesq
+from reference.loads import Load
+from reference.particles.automata import UNFLOWED, Automata, Elastic, components
+from reference.particles.mprgp import Floor, Rest, largest_stiffness, relax
+from reference.particles.packing import Domain, Packing, half_space_packing
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+# Largest imbalance of the automata, over the reactions.
+BALANCE = 1e-6
+MOST_ROUNDS = 40
+# Force of springs of stiffness E*/a under the overlap: Hertz has 0.60 of it, a flat punch 0.64.
+WINKLER = 0.6
+# Relative difference of far field and contact, and of the force and the prescribed one.
+AGREEMENT = 1e-5
+# Distances between the forces that make the far field, over the width of the margin: their field in
+# the shell differs from that of the pressure by less than a per cent.
+SOURCE_STEP = 0.175
+# The far field acts back on the force by this factor before any is known: a/R = 1/5 of Hertz.
+USUAL_FEEDBACK = -0.2
+# Share of the far field that is tried where it leaves no contact.
+RETREAT = 0.5
+# Of the depth, what a contact has at least been pressed in beyond where it began.
+LEAST_WAY = 1e-3
+# Exponents n of F ~ d^n, the first to be tried and the range of those that are believed.
+USUAL_EXPONENT, EXPONENTS = 1.5, (0.8, 5.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleContact:
+    """A solved contact, in the units of its loads.
+
+    Attributes
+    ----------
+    reactions, displacement : (m,) ndarray
+        Forces on the automata of the surface, and how far they are pressed in.
+    active : (m,) ndarray of bool
+        Which of them touch.
+    steps : int
+        How often the forces between all automata were computed.
+    history : list of float
+        What is not balanced, over the reactions, by step of the last round.
+    moved : (n, 6) ndarray
+        Displacements in units of the spacing, and rotations, of all automata.
+    traces : (n,) ndarray
+        Their relative changes of volume.
+    flowed : (n, 3, 3) ndarray
+        Their plastic strains; none at all where none can flow.
+    """
+
+    penetration: float
+    force: float
+    reactions: Floats
+    displacement: Floats
+    active: NDArray[np.bool_]
+    steps: int
+    history: list[float]
+    moved: Floats
+    traces: Floats
+    flowed: Floats
+
+    @property
+    def imbalance(self) -> float:
+        """What is not balanced at the end, over the reactions."""
+        return self.history[-1]
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy of the whole half-space: half of force times displacement."""
+        return float(0.5 * self.reactions @ self.displacement)
+
+
+class FarField:
+    """Fields in the shell of point forces on a net over the loaded region.
+
+    `shares` (m, k) is how much of a force on each automaton of the surface goes to each point
+    force: bilinear, so that sum and first moments stay.
+    """
+
+    def __init__(self, domain: Domain, packing: Packing, poisson_ratio: float) -> None:
+        axes, hats = [], []
+        for k, half in enumerate(domain.loaded):
+            count = max(2, int(np.ceil(2 * half / (SOURCE_STEP * domain.margin))))
+            axis = np.linspace(-half, half, count + 1)
+            places = packing.places[: packing.surface, k].clip(axis[0], axis[-1])
+            axes.append(axis)
+            hats.append(np.maximum(1 - np.abs(places[:, None] - axis) / (axis[1] - axis[0]), 0.0))
+        self.shares = (hats[0][:, :, None] * hats[1][:, None, :]).reshape(packing.surface, -1)
+        fields = []
+        for x in axes[0]:
+            for y in axes[1]:
+                points = packing.places[packing.free :] - (x, y, 0.0)
+                displacement, slope = boussinesq(points, poisson_ratio)
+                curl = [slope[:, k - 1, k - 2] - slope[:, k - 2, k - 1] for k in range(3)]
+                volume = np.trace(slope, axis1=1, axis2=2)
+                fields.append(np.column_stack([displacement, 0.5 * np.stack(curl, -1), volume]))
+        self._fields = np.stack(fields)
+
+    def at_shell(self, sources: Floats) -> Floats:
+        """Return displacement, rotation and change of volume (n, 7) in the shell."""
+        return np.tensordot(sources, self._fields, axes=1)
+
+
+class Held(NamedTuple):
+    """Where automata and far field agree: displacements, far forces, depth and force."""
+
+    moved: Floats
+    sources: Floats
+    depth: float
+    force: float
+
+
+class ParticleHalfSpace:
+    """A half-space of automata.
+
+    `spacing` and `youngs_modulus` are the units of length and of pressure.
+
+    Examples
+    --------
+    Hertz with two automata per contact radius, within a per cent:
+
+    >>> body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), 0.3)
+    >>> x, y = body.points.T
+    >>> (contact,) = body.press((x**2 + y**2) / 40, Load("penetration", 0.2))
+    >>> exact = 4 / 3 / (1 - 0.3**2) * 20**0.5 * 0.2**1.5
+    >>> bool(abs(contact.force / exact - 1) < 0.01)
+    True
+    """
+
+    # The floor lies under the sum of the displacements of so many bodies, as a unit vector.
+    bodies = 1
+
+    def __init__(
+        self,
+        domain: Domain,
+        poisson_ratio: float,
+        *,
+        spacing: float = 1.0,
+        youngs_modulus: float = 1.0,
+    ) -> None:
+        refuse(positive_faults(spacing=spacing, youngs_modulus=youngs_modulus))
+        self.domain, self.spacing, self.youngs_modulus = domain, spacing, youngs_modulus
+        packing = half_space_packing(domain.half_widths)
+        self.automata = Automata(packing, Elastic(poisson_ratio))
+        self.far = FarField(domain, packing, poisson_ratio)
+        self._moved = np.zeros((len(packing.places), 6))
+        self._traces = np.zeros(len(packing.places))
+        self._forces = np.empty((packing.free, 6))
+        self.flowed = UNFLOWED
+        self._size = self.bodies * self._forces.size
+
+    @property
+    def points(self) -> Floats:
+        """Places (m, 2) of the automata on the surface."""
+        packing = self.automata.packing
+        return packing.places[: packing.surface, :2] * self.spacing
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = E/(1 - nu^2)."""
+        return self.youngs_modulus / (1 - self.automata.material.poisson_ratio**2)
+
+    def equivalent_stresses(self, contact: ParticleContact) -> Floats:
+        """Return the von Mises stress (free,) of each automaton in a contact."""
+        tensors = self.automata.stresses(contact.moved, contact.traces, contact.flowed)
+        return self.youngs_modulus * von_mises(components(tensors))
+
+    def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
+        """Return places, displacements and von Mises stresses of the automata that move."""
+        packing = self.automata.packing
+        moved = contact.moved[: packing.free, :3] * self.spacing
+        places = packing.places[: packing.free] * self.spacing
+        return places, moved, self.equivalent_stresses(contact)
+
+    def largest_stress(self, contact: ParticleContact) -> float:
+        """Return the largest von Mises stress, of the automata or between layers below the centre.
+
+        There it is the top of a parabola through the means of three layers: every second one has an
+        automaton on the axis, the others have four around it.
+        """
+        stresses = self.equivalent_stresses(contact)
+        places = self.automata.packing.places[: stresses.size]
+        axis = np.hypot(places[:, 0], places[:, 1]) < 0.75
+        depths, layer = np.unique(places[axis, 2].round(6), return_inverse=True)
+        means = np.bincount(layer, stresses[axis]) / np.bincount(layer)
+        k = int(np.clip(np.argmax(means), 1, len(depths) - 2))
+        before, middle, after = means[k - 1 : k + 2]
+        bend = before + after - 2 * middle
+        top = middle - (after - before) ** 2 / (8 * bend) if bend < 0 else middle
+        return float(max(top, stresses.max()))
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Largest eigenvalue of the stiffness, in scaled units."""
+        self._hold(None)
+        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._size)
+
+    def press(
+        self, gap: ArrayLike, load: Load, *, balance: float = BALANCE
+    ) -> Iterator[ParticleContact]:
+        """Yield the contact with a rigid shape at each penetration or force.
+
+        Parameters
+        ----------
+        gap : (m,) array_like
+            Distance of the shape from each of `points` at first touch; inf where it ends.
+        balance : float
+            Largest imbalance of the automata, relative to the reactions.
+        """
+        forced = load.one_of("penetration", "force") == "force"
+        gap, last = self._scaled_gap(gap), None
+        for value in (load.values / self._unit_of(load.control)).tolist():
+            contact, last = self._agreed(gap, value, 0.0, last, forced=forced, balance=balance)
+            yield contact
+
+    def _unit_of(self, control: str) -> float:
+        """Return the unit of penetrations or forces."""
+        return self.spacing * (self.youngs_modulus * self.spacing if control == "force" else 1.0)
+
+    def _scaled_gap(self, gap: ArrayLike) -> Floats:
+        """Return the gap in spacings, after a check."""
+        scaled = np.asarray(gap, dtype=float) / self.spacing
+        count = self.automata.packing.surface
+        if scaled.shape != (count,) or np.isnan(scaled).any():
+            refuse([f"gap must have one number for each of {count} points"])
+        return scaled
+
+    def _agreed(
+        self,
+        gap: Floats,
+        value: float,
+        origin: float,
+        last: Held | None,
+        *,
+        forced: bool,
+        balance: float,
+    ) -> tuple[ParticleContact, Held]:
+        """Solve contact and far field in turn until they agree, and the force is the prescribed.
+
+        Without a force contact begins at the depth `origin`; `last` is the contact of the load
+        before.
+        """
+        # start: springs under the overlap, or the last contact, along F ~ (d - d0)^n
+        depth = value
+        springs = WINKLER * self.effective_modulus / self.youngs_modulus
+        if last is None:
+            if forced:
+                # springs of a disc as large as the lowest automata, so many that the next one is
+                # not reached
+                order = np.sort(gap[np.isfinite(gap)])
+                counts = np.arange(1, len(order) + 1)
+                disc = springs * np.sqrt(np.pi / counts)
+                depths = (value / disc + np.cumsum(order)) / counts
+                lowest = np.argmax(depths <= np.append(order[1:], np.inf))
+                depth = origin + float(depths[lowest])
+            overlap = np.maximum(depth - gap, 0.0)
+            area = max(int(np.count_nonzero(overlap)), 1)
+            sources = springs * np.sqrt(np.pi / area) * (self.far.shares.T @ overlap)
+            last = Held(np.zeros(self._size), sources, depth, float(sources.sum()))
+        elif forced:
+            way = max(last.depth - origin, LEAST_WAY * last.depth)
+            depth = float(origin + way * (value / last.force) ** (1 / USUAL_EXPONENT))
+        if forced:
+            growth = value / last.force
+        else:
+            way = max(last.depth - origin, LEAST_WAY * last.depth)
+            growth = ((depth - origin) / way) ** USUAL_EXPONENT
+        moved, sources = last.moved, growth * last.sources
+
+        steps, history, before = 0, list[float](), None
+        for _ in range(MOST_ROUNDS):
+            # the contact in a given far field
+            near = np.flatnonzero(gap < depth)
+            if not near.size:
+                raise ConvergenceError(
+                    "the shape passes between the automata: their net is too coarse"
+                )
+            share = self.bodies**-0.5
+            floor = Floor(6 * near + 2, share * (depth - gap[near]))
+            rest = self._relaxed(floor, moved, sources, balance)
+            moved, reactions = rest.moved, share * rest.reactions
+            steps += rest.steps
+            # the far field of its forces
+            answer = self.far.shares[near].T @ reactions
+            force = float(answer.sum())
+            if not force > 0.0:  # the far field alone has pushed the surface out of reach
+                history.append(np.inf)
+                sources = RETREAT * sources
+                continue
+            wrong = float(np.linalg.norm(answer - sources) / np.linalg.norm(answer))
+            if forced:
+                wrong = max(wrong, abs(force / value - 1))
+            history.append(wrong)
+            if wrong <= AGREEMENT:
+                contact = self._contact(depth, sources, rest, reactions, near, steps)
+                return contact, Held(moved, sources, depth, force)
+            if forced:
+                # F ~ (d - d0)^n, d0 where contact begins
+                exponent, way = USUAL_EXPONENT, depth - origin
+                if before is not None and way != before[0]:
+                    slope = np.log(force / before[1]) / np.log(way / before[0])
+                    exponent = float(np.clip(slope, *EXPONENTS))
+                before = way, force
+                depth = origin + way * (value / force) ** (1 / exponent)
+                sources = answer * (value / force)
+            else:
+                # q = T(q) for a T that is linear along the last step (Aitken)
+                total, feedback = float(sources.sum()), USUAL_FEEDBACK
+                if before is not None and total != before[0]:
+                    slope = (force - before[1]) / (total - before[0])
+                    feedback = slope if abs(slope) < 0.9 else feedback
+                before = total, force
+                sources = (answer - feedback * sources) / (1 - feedback)
+        raise ConvergenceError(
+            f"far field and contact of the automata do not agree after {MOST_ROUNDS} rounds: "
+            f"they differ by {history[-1]:.1e}",
+            history,
+        )
+
+    def _relaxed(self, floor: Floor, moved: Floats, sources: Floats, balance: float) -> Rest:
+        """Return the equilibrium above a floor, in a given far field."""
+        self._hold(sources)
+        load = self._pulls(np.zeros(self._size), self.flowed).copy()
+        self._hold(None)
+        return relax(
+            lambda way: -self._pulls(way, UNFLOWED),
+            *(load, floor, moved),
+            tolerance=balance,
+            stiffest=self.stiffest,
+        )
+
+    def _hold(self, sources: Floats | None) -> None:
+        """Put the shell into the far field of some forces, or to rest."""
+        free = self.automata.packing.free
+        held = np.zeros((1, 7)) if sources is None else self.far.at_shell(sources)
+        self._moved[free:], self._traces[free:] = held[:, :6], held[:, 6]
+
+    def _pulls(self, way: Floats, flowed: Floats) -> Floats:
+        """Return the forces of the automata on each other, those in the shell as they are held."""
+        self._moved[: self.automata.packing.free] = way.reshape(-1, 6)
+        return self.automata.forces(self._moved, self._traces, self._forces, flowed).ravel()
+
+    def _move(self, moved: Floats) -> Floats:
+        """Take displacements, with their changes of volume; return those of the surface."""
+        packing = self.automata.packing
+        self._moved[: packing.free] = moved.reshape(-1, 6)
+        self.automata.strains(self._moved, self._traces)
+        return self._moved[: packing.surface, 2]
+
+    def _contact(
+        self,
+        depth: float,
+        sources: Floats,
+        rest: Rest,
+        reactions: Floats,
+        near: Numbers,
+        steps: int,
+    ) -> ParticleContact:
+        """Return an equilibrium in the units of the loads."""
+        self._hold(sources)
+        displacement = self._move(rest.moved)
+        surface = self.automata.packing.surface
+        forces, active = np.zeros(surface), np.zeros(surface, dtype=bool)
+        forces[near] = self.youngs_modulus * self.spacing**2 * reactions
+        active[near] = reactions > 0
+        return ParticleContact(
+            penetration=depth * self.spacing,
+            force=float(forces.sum()),
+            reactions=forces,
+            displacement=displacement * self.spacing,
+            active=active,
+            steps=steps,
+            history=rest.history,
+            moved=self._moved.copy(),
+            traces=self._traces.copy(),
+            flowed=self.flowed.copy(),
+        )
+
+
+class ParticlePair(ParticleHalfSpace):
+    """Two half-spaces of automata of the same spacing and domain; a gap belongs to both.
+
+    Examples
+    --------
+    Two equal bodies are half as stiff as one below a rigid shape:
+
+    >>> from reference.loads import Load
+    >>> domain = Domain((3.0, 3.0), 4.0)
+    >>> pair, single = ParticlePair(domain, (1.0, 1.0), (0.3, 0.3)), ParticleHalfSpace(domain, 0.3)
+    >>> gap = (pair.points**2).sum(axis=1) / 40
+    >>> forces = [next(b.press(gap, Load("penetration", 0.2))).force for b in (pair, single)]
+    >>> round(forces[0] / forces[1], 4)
+    0.5
+    """
+
+    bodies = 2
+
+    def __init__(
+        self,
+        domain: Domain,
+        youngs_moduli: tuple[float, float],
+        poisson_ratios: tuple[float, float],
+        *,
+        spacing: float = 1.0,
+    ) -> None:
+        first, second = youngs_moduli
+        refuse(positive_faults(youngs_modulus=first, second_youngs_modulus=second))
+        super().__init__(domain, poisson_ratios[0], spacing=spacing, youngs_modulus=first)
+        packing = self.automata.packing
+        self.ratio = second / first
+        self.second = Automata(packing, Elastic(poisson_ratios[1]))
+        self._second_far = FarField(domain, packing, poisson_ratios[1])
+        self._moved = np.zeros((2, len(packing.places), 6))
+        self._traces = np.zeros((2, len(packing.places)))
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* of both, by which the search begins; what comes out does not depend on it."""
+        ratios = [a.material.poisson_ratio for a in (self.automata, self.second)]
+        compliance = (1 - ratios[0] ** 2) + (1 - ratios[1] ** 2) / self.ratio
+        return self.youngs_modulus / compliance
+
+    def equivalent_stresses(self, contact: ParticleContact) -> Floats:
+        """Return the von Mises stresses of all that move, the first body's before the second's."""
+        tensors = [
+            modulus * automata.stresses(moved, traces)
+            for automata, modulus, moved, traces in zip(
+                *((self.automata, self.second), (1.0, self.ratio), contact.moved, contact.traces),
+                strict=True,
+            )
+        ]
+        return self.youngs_modulus * von_mises(components(np.concatenate(tensors)))
+
+    def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
+        """Return places, displacements and stresses, the second body above the first."""
+        packing, mirror = self.automata.packing, np.array([1.0, 1.0, -1.0])
+        places = packing.places[: packing.free] * self.spacing
+        moved = contact.moved[:, : packing.free, :3] * self.spacing
+        return (
+            np.concatenate([places, places * mirror]),
+            np.concatenate([moved[0], moved[1] * mirror]),
+            self.equivalent_stresses(contact),
+        )
+
+    def _hold(self, sources: Floats | None) -> None:
+        free = self.automata.packing.free
+        for body, far in enumerate((self.far, self._second_far)):
+            held = np.zeros((1, 7))
+            if sources is not None:
+                held = far.at_shell(sources) / self.ratio**body
+            self._moved[body, free:], self._traces[body, free:] = held[:, :6], held[:, 6]
+
+    def _pulls(self, way: Floats, flowed: Floats) -> Floats:
+        free = self.automata.packing.free
+        self._moved[:, :free] = self._turned(way.reshape(2, free, 6))
+        pulls = np.empty((2, free, 6))
+        self.automata.forces(self._moved[0], self._traces[0], pulls[0])
+        self.second.forces(self._moved[1], self._traces[1], pulls[1])
+        pulls[1] *= self.ratio
+        return self._turned(pulls).ravel()
+
+    def _turned(self, both: Floats) -> Floats:
+        """Return normal parts of surface automata as sum and difference over sqrt(2), or back."""
+        surface = self.automata.packing.surface
+        first, second = both[:, :surface, 2]
+        turned = both.copy()
+        turned[0, :surface, 2] = np.sqrt(0.5) * (first + second)
+        turned[1, :surface, 2] = np.sqrt(0.5) * (first - second)
+        return turned
+
+    def _move(self, moved: Floats) -> Floats:
+        """Take displacements; return those of both surfaces together."""
+        packing = self.automata.packing
+        self._moved[:, : packing.free] = self._turned(moved.reshape(2, packing.free, 6))
+        for body, automata in enumerate((self.automata, self.second)):
+            automata.strains(self._moved[body], self._traces[body])
+        shift: Floats = self._moved[:, : packing.surface, 2].sum(axis=0)
+        return shift
