@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from comparisons.facts.quantities import quantity
-from comparisons.facts.quantities.proved import ENCLOSED
+from comparisons.facts.quantities.table import ENCLOSED
 from comparisons.formatting import duration, relative
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
-"""One row per quantity, in one file per family; all other code reads its facts from here.
+"""One row per quantity, in one table; all other code reads its facts from here.
 
-A new file with `ROWS` adds its quantities: scenes can request them, and they are derived, compared
-and reported. Quantities common to all scenes come first.
+A new row, or file with `ROWS`, adds quantities: scenes can request them, and they are derived,
+compared and reported. Quantities common to all scenes come first.
 """
 
 from __future__ import annotations

@@ -1,0 +1,257 @@
+"""The quantities of every physics, in the order in which tables show them."""
+
+import numpy as np
+
+from comparisons.facts.quantities.row import Bins, Derived, Quantity
+
+_ADHERES, _HITS, _LUBRICATED = ("adhesion",), ("dynamics",), ("lubrication",)
+_ROLLS, _WEARS, _YIELDS = ("rolling",), ("wear",), ("plasticity",)
+_STICKS, _DRAGS = ("friction",), ("friction", "sliding")
+
+COMPUTED = (
+    # Adhesion
+    Quantity(
+        "pull_off_force",
+        "pull-off force",
+        "F_off",
+        "N",
+        comparable=True,
+        physics=_ADHERES,
+        single=True,
+    ),
+    # Normal contact
+    Quantity(
+        "force",
+        "force",
+        "F",
+        "N",
+        comparable=True,
+        default=True,
+        load="normal",
+        counterpart="penetration",
+    ),
+    Quantity(
+        "penetration",
+        "penetration depth",
+        "d",
+        "m",
+        comparable=True,
+        default=True,
+        load="normal",
+        counterpart="force",
+    ),
+    Quantity(
+        "penetration_mean_plane",
+        "penetration from the mean plane",
+        "d_mean",
+        "m",
+        comparable=True,
+        signed=True,
+    ),
+    Quantity(
+        "contact_area",
+        "contact area",
+        "A",
+        "m2",
+        comparable=True,
+        default=True,
+        derived=Derived("equivalent_radius", lambda k, _: np.pi * k["equivalent_radius"] ** 2),
+    ),
+    Quantity(
+        "contact_area_raw",
+        "contact area, cells counted",
+        "A_raw",
+        "m2",
+        comparable=True,
+        derived=Derived("contact_area", lambda k, _: k["contact_area"]),
+    ),
+    Quantity(
+        "contact_radius",
+        "contact radius",
+        "a",
+        "m",
+        comparable=True,
+        derived=Derived("equivalent_radius", lambda k, _: k["equivalent_radius"], round_only=True),
+    ),
+    Quantity(
+        "equivalent_radius",
+        "equivalent radius",
+        "√(A/π)",
+        "m",
+        comparable=True,
+        derived=Derived("contact_area", lambda k, _: np.sqrt(k["contact_area"] / np.pi)),
+    ),
+    Quantity("stiffness", "contact stiffness", "k", "N/m", comparable=True),
+    Quantity("mean_gap", "mean gap", "ū", "m", comparable=True, load="normal", counterpart="force"),
+    Quantity("contact_length", "contact length", "l", "m", comparable=True),
+    Quantity(
+        "contact_length_stiffness",
+        "contact length from stiffness",
+        "k/E*",
+        "m",
+        comparable=True,
+        derived=Derived("stiffness", lambda k, scene: k["stiffness"] / scene.effective_modulus),
+    ),
+    Quantity("contact_count", "number of contacts", "n", comparable=True),
+    Quantity("energy", "elastic energy", "U", "J", comparable=True),
+    # Number of contacts of a size
+    Quantity(
+        "contact_sizes",
+        "areas of single contacts, distribution",
+        "n(A)",
+        "m2",
+        comparable=True,
+        field=True,
+        norm=True,
+        bins=Bins("area", 1e-8, 1.0),
+    ),
+    # Friction and sliding
+    Quantity(
+        "tangential_force",
+        "tangential force",
+        "Fₓ",
+        "N",
+        comparable=True,
+        physics=_DRAGS,
+        load="tangential",
+    ),
+    Quantity(
+        "tangential_displacement",
+        "tangential displacement",
+        "uₓ",
+        "m",
+        comparable=True,
+        physics=_STICKS,
+        load="tangential",
+    ),
+    Quantity(
+        "tangential_stiffness",
+        "tangential stiffness",
+        "kₓ",
+        "N/m",
+        comparable=True,
+        physics=_STICKS,
+    ),
+    Quantity("stick_area", "sticking area", "A_stick", "m2", comparable=True, physics=_STICKS),
+    Quantity(
+        "friction_coefficient", "coefficient of friction", "µ", comparable=True, physics=_DRAGS
+    ),
+    # Share of the surface that is open by a gap
+    Quantity(
+        "gap_distribution",
+        "gap, distribution",
+        "P(g)",
+        "m",
+        comparable=True,
+        field=True,
+        norm=True,
+        bins=Bins("height", 1e-6, 1e2),
+    ),
+    # Impact
+    Quantity("restitution", "coefficient of restitution", "e", comparable=True, physics=_HITS),
+    Quantity("contact_duration", "duration of contact", "T", "s", comparable=True, physics=_HITS),
+    # Parameters of load steps other than loads, which are never compared
+    Quantity("time", "time", "t", "s"),
+    Quantity("speed", "speed", "v", "m/s"),
+    Quantity("velocity", "velocity of impact", "v₀", "m/s"),
+    Quantity("sliding_distance", "sliding distance", "s", "m"),
+    Quantity("cycles", "cycles", "n"),
+    Quantity("step", "step of the path"),
+    # Lubrication
+    Quantity(
+        "film_central", "central film thickness", "h_c", "m", comparable=True, physics=_LUBRICATED
+    ),
+    Quantity(
+        "film_minimum", "minimum film thickness", "h_min", "m", comparable=True, physics=_LUBRICATED
+    ),
+    Quantity(
+        "lubrication_force",
+        "force of the film",
+        "F_film",
+        "N",
+        comparable=True,
+        physics=_LUBRICATED,
+    ),
+    Quantity(
+        "friction_force", "friction of the film", "F_fr", "N", comparable=True, physics=_LUBRICATED
+    ),
+    # Plasticity
+    Quantity(
+        "residual_depth",
+        "depth that remains after unloading",
+        "d_res",
+        "m",
+        comparable=True,
+        physics=_YIELDS,
+    ),
+    Quantity(
+        "plastic_share",
+        "share of the contact that yields",
+        "A_p/A",
+        comparable=True,
+        physics=_YIELDS,
+    ),
+    Quantity(
+        "first_yield",
+        "penetration at first yield",
+        "d_y",
+        "m",
+        comparable=True,
+        physics=_YIELDS,
+        single=True,
+    ),
+    # Pressure at the last load
+    Quantity("pressure", "contact pressure", "p", "Pa", comparable=True, field=True, norm=True),
+    Quantity("pressure_peak", "peak pressure", "p_max", "Pa", field=True),
+    Quantity(
+        "pressure_same_grid",
+        "pressure against FFT BEM on the same grid",
+        "p",
+        "Pa",
+        field=True,
+        norm=True,
+    ),
+    Quantity("pressure_integral", "integrated pressure", "∫p dA", "N", field=True),
+    # Share of the surface that carries a pressure
+    Quantity(
+        "pressure_distribution",
+        "contact pressure, distribution",
+        "P(p)",
+        "Pa",
+        comparable=True,
+        field=True,
+        norm=True,
+        bins=Bins("pressure", 1e-5, 1e2),
+    ),
+    # Rolling
+    Quantity(
+        "traction",
+        "traction coefficient",
+        "Fₓ/(µF)",
+        comparable=True,
+        physics=_ROLLS,
+        signed=True,
+    ),
+    Quantity(
+        "lateral_force", "lateral force", "F_y", "N", comparable=True, physics=_ROLLS, signed=True
+    ),
+    Quantity("creep", "creep", "ξ", signed=True),
+    Quantity("lateral_creep", "lateral creep", "η", signed=True),
+    # Wear
+    Quantity("worn_volume", "worn volume", "V", "m3", comparable=True, physics=_WEARS),
+    Quantity("wear_depth", "largest worn depth", "h_w", "m", comparable=True, physics=_WEARS),
+)
+
+# What theorems enclose, but where it is prescribed itself, and the columns of both sides.
+ENCLOSED = ("force", "penetration", "stiffness", "energy")
+SIDES = {"lower": "proved not below", "upper": "proved not above"}
+
+ROWS = (
+    *COMPUTED,
+    *(
+        Quantity(f"{row.name}_{side}", f"{row.label}, {meaning}", row.symbol, row.unit)
+        for row in COMPUTED
+        if row.name in ENCLOSED
+        for side, meaning in SIDES.items()
+    ),
+)
