@@ -1,4 +1,4 @@
-"""Stiffness of isotropic hexahedra and tetrahedra, all elements at once.
+"""Integrals over isotropic hexahedra and tetrahedra, all elements at once, and over their faces.
 
 `skfem.BilinearForm` on vector elements loops over pairs of the 81 vector basis functions; here the
 gradients of the 27 scalar ones come from the scikit-fem element, and all element matrices from one
@@ -9,13 +9,26 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshHex, MeshTet
-from skfem.element import ElementHex2, ElementTetP2
+from skfem import MeshHex, MeshHex2, MeshTet
+from skfem.element import ElementHex2, ElementQuad1, ElementQuad2, ElementTetP2
 
 from reference.elasticity import lame_parameters
 
 # Elements whose gradients are held at once: 20 MB of them, and of products.
 AT_ONCE = 256
+STRESSES = 4  # mean-stress unknowns of an element: a constant, and three slopes
+
+
+def gauss_line(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return Gauss points and weights on (0, 1)."""
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    return 0.5 * (nodes + 1.0), 0.5 * weights
+
+
+def gauss_square(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a tensor Gauss rule on the unit square: points (2, n^2), x first, and weights."""
+    nodes, weights = gauss_line(per_direction)
+    return np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1), np.outer(weights, weights).ravel()
 
 
 def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -24,8 +37,7 @@ def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.fl
     Passed to scikit-fem explicitly, because the rule selected by ``intorder`` for hexahedra has
     more points than requested, and never one point per direction.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(per_direction)
-    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    nodes, weights = gauss_line(per_direction)
     points = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij")).reshape(3, -1)
     return points, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
 
@@ -47,6 +59,42 @@ def simplex_points(degree: int) -> tuple[NDArray[np.float64], NDArray[np.float64
 def element_order(mesh: MeshHex | MeshTet) -> int:
     """Return 1 for linear elements, 2 for 27-node hexahedra and ten-node tetrahedra."""
     return 2 if mesh.elem in (ElementHex2, ElementTetP2) else 1
+
+
+def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return numbers of all nodes (corner, edge and face nodes) on the given facets."""
+    return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten(), dtype=np.int64)
+
+
+def facet_quadrature(
+    mesh: MeshHex, facets: NDArray[np.int64], per_direction: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return Gauss points on the facets of hexahedra.
+
+    Returns
+    -------
+    nodes : (facets, n)
+    shapes : (n, points)
+        Values of the shape functions of the nodes.
+    points : (facets, points, 3)
+    areas : (facets, points, 3)
+        Gauss weight times the normal area vector, of either sign.
+    """
+    nodes, element = mesh.facets[:, facets], ElementQuad1()
+    if mesh.elem is ElementHex2:
+        element, dofs = ElementQuad2(), mesh.dofs
+        nodes = np.vstack(
+            [nodes, dofs.edge_dofs[0, mesh.f2e[:, facets]], dofs.facet_dofs[:, facets]]
+        )
+    local, weights = gauss_square(per_direction)
+    basis = [element.lbasis(local, i) for i in range(len(nodes))]
+    shapes = np.array([value for value, _ in basis])
+    slopes = np.array([slope for _, slope in basis])
+    corners = mesh.p.T[nodes.T]
+    points = np.einsum("fni,nq->fqi", corners, shapes)
+    tangents = np.einsum("fni,ndq->dfqi", corners, slopes)
+    areas = np.cross(tangents[0], tangents[1]) * weights[:, None]
+    return nodes.T, shapes, points, areas
 
 
 def shape_gradients(
@@ -73,35 +121,26 @@ def shape_gradients(
     jacobian = np.matmul(corners, local.reshape(len(nodes), -1))
     # rows of the Jacobian are the coordinates, columns the local directions
     jacobian = jacobian.reshape(-1, 3, 3, len(weights)).transpose(0, 3, 1, 2)
-    inverse, determinant = _inverted(jacobian)
-    gradients = np.matmul(local.transpose(2, 0, 1), inverse)
-    return gradients, np.abs(determinant) * weights
-
-
-def _inverted(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return inverses and determinants of 3 x 3 matrices (..., 3, 3), by cofactors."""
-    a, b, c = matrices[..., 0, :], matrices[..., 1, :], matrices[..., 2, :]
+    # inverse by cofactors
+    a, b, c = jacobian[..., 0, :], jacobian[..., 1, :], jacobian[..., 2, :]
     cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
     determinant = (a * cofactors[..., 0]).sum(axis=-1)
-    return cofactors / determinant[..., None, None], determinant
+    gradients = np.matmul(local.transpose(2, 0, 1), cofactors / determinant[..., None, None])
+    return gradients, np.abs(determinant) * weights
 
 
 def stiffness_matrices(
     mesh: MeshHex | MeshTet, poisson_ratio: float, *, reduced_integration: bool = True
 ) -> NDArray[np.float64]:
-    """Return stiffness matrices of all elements for a unit Young's modulus.
+    """Return stiffness matrices (elements, 3 nodes, 3 nodes) for a unit Young's modulus.
 
     ``K = int lambda div(v) div(u) + 2 mu eps(v) : eps(u)``; degrees of freedom are ordered
-    component first. With `reduced_integration` the lambda term uses one Gauss point per direction
+    component fastest. With `reduced_integration` the lambda term uses one Gauss point per direction
     less (selective reduced integration; Hughes, *The Finite Element Method*, 2000, sec. 4.4),
     without which nearly incompressible elements lock. Linear elements and tetrahedra use the mean
     dilatation instead (Nagtegaal, Parks & Rice 1974), which is equivalent for bricks but passes the
     patch test for distorted cells. A negative lambda (nu < 0) is always fully integrated, because
     there is no locking and reduced integration would lose positive definiteness.
-
-    Returns
-    -------
-    (elements, 3 nodes, 3 nodes)
     """
     lame, shear = lame_parameters(poisson_ratio)
     full = element_order(mesh) + 1
@@ -113,14 +152,12 @@ def stiffness_matrices(
     for start in range(0, count, AT_ONCE):
         part = slice(start, start + AT_ONCE)
         products = _gradient_products(*shape_gradients(mesh, full, part))
-        split = products.reshape(len(products), size // 3, 3, size // 3, 3)
-        stiffness = result[part].reshape(split.shape)
-        np.multiply(shear, split.transpose(0, 1, 4, 3, 2), out=stiffness)
-        laplacian = shear * np.einsum("eakbk->eab", split)
-        for component in range(3):
-            stiffness[:, :, component, :, component] += laplacian
-        if reduced and mean:
-            products = _mean_products(*shape_gradients(mesh, full, part))
+        _shear_stiffness(products, shear, result[part])
+        if reduced and mean:  # V <dN_a/dx_i> <dN_b/dx_j> with means over the elements
+            gradients, volumes = shape_gradients(mesh, full, part)
+            total = np.einsum("eqaj,eq->eaj", gradients, volumes, optimize=True)
+            total = total.reshape(-1, size) / np.sqrt(volumes.sum(axis=1))[:, None]
+            products = total[:, :, None] * total[:, None, :]
         elif reduced:
             products = _gradient_products(*shape_gradients(mesh, full - 1, part))
         products *= lame
@@ -128,19 +165,63 @@ def stiffness_matrices(
     return result
 
 
+def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> NDArray[np.float64]:
+    """Return symmetric indefinite matrices (elements, 81 + 4, 81 + 4) for a unit Young's modulus.
+
+    ``int 2 mu eps(u) : eps(v) + s div v = f(v)`` and ``int t (div u - s / lambda) = 0`` for the
+    mean stress s = lambda div u, discontinuous and element-wise linear (Q2/P1; Boffi, Brezzi &
+    Fortin 2013, *Mixed Finite Element Methods and Applications*, sec. 8.6.3: inf-sup stable, fourth
+    order in the force like the compressible element). With 1/lambda = 0 the body is exactly
+    incompressible. The displacements come first, component fastest, then the mean stresses.
+    """
+    shear = 0.5 / (1.0 + poisson_ratio)
+    inverse_lame = (1.0 + poisson_ratio) * (1.0 - 2.0 * poisson_ratio) / poisson_ratio
+    gradients, volumes = shape_gradients(mesh, 3)
+    size = 3 * gradients.shape[2]
+    flat = gradients.reshape(*volumes.shape, size)
+    modes = mean_stress_modes(mesh, 3)
+    coupling = np.einsum("eqi,eq,eqj->eij", flat, volumes, modes, optimize=True)
+    result = np.zeros((len(flat), size + STRESSES, size + STRESSES))
+    result[:, :size, size:] = coupling
+    result[:, size:, :size] = coupling.transpose(0, 2, 1)
+    result[:, size:, size:] = -inverse_lame * np.einsum("eqi,eq,eqj->eij", modes, volumes, modes)
+    _shear_stiffness(_gradient_products(gradients, volumes), shear, result[:, :size, :size])
+    return result
+
+
+def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> NDArray[np.float64]:
+    """Return 1 and the coordinates in the element at its Gauss points, (elements, points, 4).
+
+    Relative to centre and size of the element: linear in space, not in local coordinates, which
+    preserves the order on distorted cells.
+    """
+    points, _ = gauss_points(per_direction)
+    element, nodes = mesh.elem(), mesh.dofs.element_dofs
+    shapes = np.array([element.lbasis(points, i)[0] for i in range(len(nodes))])
+    corners = mesh.doflocs[:, nodes].transpose(2, 1, 0)
+    places = np.matmul(shapes.T, corners)
+    size = np.ptp(corners, axis=1)
+    local = (places - corners.mean(axis=1)[:, None, :]) / size[:, None, :]
+    return np.concatenate([np.ones((*local.shape[:2], 1)), local], axis=2)
+
+
 def _gradient_products(
     gradients: NDArray[np.float64], volumes: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return ``int dN_a/dx_i dN_b/dx_j`` as (elements, 3 nodes, 3 nodes)."""
+    """Return ``int dN_a/dx_i dN_b/dx_j`` as (elements, 3 nodes, 3 nodes); weights the gradients."""
     flat = gradients.reshape(*gradients.shape[:2], -1)
     flat *= np.sqrt(volumes)[..., None]
     return np.matmul(flat.transpose(0, 2, 1), flat)
 
 
-def _mean_products(
-    gradients: NDArray[np.float64], volumes: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return ``V <dN_a/dx_i> <dN_b/dx_j>`` with means over the elements."""
-    total = np.einsum("eqaj,eq->eaj", gradients, volumes, optimize=True).reshape(len(volumes), -1)
-    total /= np.sqrt(volumes.sum(axis=1))[:, None]
-    return total[:, :, None] * total[:, None, :]
+def _shear_stiffness(
+    products: NDArray[np.float64], shear: float, result: NDArray[np.float64]
+) -> None:
+    """Set ``int 2 mu eps(v) : eps(u)`` from the products of gradients."""
+    count, size, _ = products.shape
+    split = products.reshape(count, size // 3, 3, size // 3, 3)
+    stiffness = np.multiply(shear, split.transpose(0, 1, 4, 3, 2), order="C")
+    laplacian = shear * np.einsum("eakbk->eab", split)
+    for component in range(3):
+        stiffness[:, :, component, :, component] += laplacian
+    result[:] = stiffness.reshape(products.shape)

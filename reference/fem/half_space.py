@@ -3,26 +3,39 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.arguments import choice_faults, refuse
+from reference.arguments import choice_faults, count_faults, positive_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.fem import pardiso
-from reference.fem.body import CondensedBody
-from reference.fem.conjugate_gradients import IterativeFlexibility
-from reference.fem.element_stiffness import stiffness_matrices
-from reference.fem.extruded import ExtrudedStiffness, Lattice
-from reference.fem.far_field import exterior_stiffness, group_field, source_groups
-from reference.fem.half_space_mesh import Region, RingMesh, TensorMesh
-from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
-from reference.fem.mixed import STRESSES, mixed_matrices
-from reference.fem.nested_dissection import LinearSystem, condense
-from reference.fem.sparse import stiffness_matrix
+from reference.fem.condensed_body import CondensedBody
+from reference.fem.element_stiffness import (
+    facet_nodes,
+    facet_quadrature,
+    mixed_matrices,
+    stiffness_matrices,
+)
+from reference.fem.far_field import (
+    boussinesq,
+    cerruti,
+    exterior_stiffness,
+    group_field,
+    source_groups,
+)
+from reference.fem.half_space_mesh import GradedMesh, RingMesh, TensorMesh, ring_mesh
+from reference.fem.linear_system import linear_system, stiffness_matrix
+from reference.fem.matrix_free import IterativeFlexibility
+from reference.fem.mesh_lines import growing_lines
+from reference.fem.nested_dissection import condense
 
+Array = NDArray[np.float64]
 SOLVERS = ("nested_dissection", "pardiso", "conjugate_gradients")
+# Extent of contact candidates with friction and their fine rings, in contact radii.
+_FRICTION_REACH = 1.25
 
 
 def half_space_body(
@@ -33,7 +46,7 @@ def half_space_body(
     reduced_integration: bool = True,
     solver: str = SOLVERS[0],
 ) -> CondensedBody:
-    """Return a half-space condensed onto its candidate surface nodes.
+    """Return a half-space condensed onto the normal displacements of its candidate surface nodes.
 
     The exterior consists of Boussinesq fields (see `reference.fem.far_field`).
 
@@ -41,45 +54,72 @@ def half_space_body(
     ----------
     mesh : RingMesh or TensorMesh
     material : Material
-        Above nu = 0.4999 the mixed form of `reference.fem.mixed` is used.
+        Above nu = 0.4999 a mixed form is used (`element_stiffness.mixed_matrices`).
     far_field : {"boussinesq", "fixed"}
         "fixed" clamps the outer boundary; for comparisons with published models only.
     reduced_integration : bool
         False shows locking.
     solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
         "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
-        condenses and assembles nothing (see `reference.fem.conjugate_gradients`).
+        condenses and assembles nothing (see `reference.fem.matrix_free`).
     """
     faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
     refuse(faults + _solver_faults(solver, mesh, material))
     mark, seconds = time.perf_counter(), {}
     meshed = mesh.meshed()
-    seconds["mesh"], mark = time.perf_counter() - mark, time.perf_counter()
     grid, nu = meshed.grid, material.poisson_ratio
-    nodes, weights = _candidates(grid, meshed.candidate)
+    points = grid.mesh.p
+    seconds["mesh"], mark = time.perf_counter() - mark, time.perf_counter()
+    # candidates, by x then y, and tributary areas of all surface nodes
+    numbers, shapes, _, areas = facet_quadrature(grid.mesh, grid.surface, 3)
+    shares = np.abs(areas[..., 2]) @ shapes.T
+    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=points.shape[1])
+    nodes = facet_nodes(grid.mesh, grid.surface)
+    nodes = nodes[meshed.candidate(*points[:2, nodes])]
+    nodes = nodes[np.lexsort(np.round(points[1::-1, nodes], 9))]
+    # what is held, and what follows point forces on the surface
+    held, outer = _held(grid), facet_nodes(grid.mesh, grid.outer)
     groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
-    size = 3 * len(grid.mesh.dofs.element_dofs)
+    if not groups:
+        held[outer] = True
     unassembled = solver == "conjugate_gradients"
-    matrices = (
-        np.zeros((0, size, size)) if unassembled else _matrices(grid, nu, reduced_integration)
+    if unassembled:
+        size = 3 * len(grid.mesh.dofs.element_dofs)
+        matrices = np.zeros((0, size, size))
+    elif material.incompressible:
+        matrices = mixed_matrices(grid.mesh, nu)
+    else:
+        matrices = stiffness_matrices(grid.mesh, nu, reduced_integration=reduced_integration)
+    system = linear_system(
+        grid.mesh,
+        matrices,
+        held,
+        3 * nodes + 2,
+        outer=outer,
+        fields=[group_field(points.T[outer], group, nu)[0] for group in groups],
+        stretch=meshed.stretch,
     )
-    system = _linear_system(grid, matrices, nodes, groups, nu, meshed.stretch)
     exterior = exterior_stiffness(grid.mesh, grid.outer, groups, nu) if groups else np.zeros((0, 0))
     seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()
     compliance, iterative = np.zeros((0, 0)), None
     if unassembled:
-        lattice = Lattice.of(grid)
-        stiffness = ExtrudedStiffness(lattice, nu, reduced_integration=reduced_integration)
-        iterative = IterativeFlexibility(system, exterior, grid, stiffness, lattice)
+        iterative = IterativeFlexibility(
+            system, exterior, grid, nu, reduced_integration=reduced_integration
+        )
     else:
-        compliance = _compliance(system, exterior, solver)
+        if solver == "pardiso":
+            stiffness = pardiso.condense(stiffness_matrix(system, exterior), system.retained)
+        else:
+            stiffness = condense(system, exterior)
+        compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+        compliance = 0.5 * (compliance + compliance.T)
     seconds["condensation"] = time.perf_counter() - mark
     return CondensedBody(
         length=meshed.length,
         youngs_modulus=material.youngs_modulus,
         poisson_ratio=nu,
-        scaled_points=grid.mesh.p[:2, nodes].T + meshed.offset,
-        scaled_weights=weights,
+        scaled_points=points[:2, nodes].T + meshed.offset,
+        scaled_weights=weights[nodes],
         nodes=nodes,
         scaled_compliance=compliance,
         symmetry=2 ** sum(grid.planes),
@@ -117,87 +157,99 @@ def _solver_faults(solver: str, mesh: RingMesh | TensorMesh, material: Material)
     return faults
 
 
-def _matrices(
-    grid: GradedMesh, poisson_ratio: float, reduced_integration: bool
-) -> NDArray[np.float64]:
-    if poisson_ratio > LARGEST_POISSON_RATIO:
-        return mixed_matrices(grid.mesh, poisson_ratio)
-    return stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=reduced_integration)
-
-
-def _compliance(
-    system: LinearSystem, exterior: NDArray[np.float64], solver: str
-) -> NDArray[np.float64]:
-    """Return the displacements of the retained unknowns for unit forces on them."""
-    if solver == "pardiso":
-        stiffness = pardiso.condense(stiffness_matrix(system, exterior), system.retained)
-    else:
-        stiffness = condense(system, exterior)
-    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
-    return 0.5 * (compliance + compliance.T)
-
-
-def _candidates(
-    grid: GradedMesh, candidate: Region
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return the candidate surface nodes, ordered by x then y, and their tributary areas."""
-    mesh = grid.mesh
-    numbers, shapes, _, areas = facet_quadrature(mesh, grid.surface, 3)
-    shares = np.abs(areas[..., 2]) @ shapes.T
-    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=mesh.p.shape[1]).astype(float)
-    nodes = facet_nodes(mesh, grid.surface)
-    nodes = nodes[candidate(mesh.p[0, nodes], mesh.p[1, nodes])]
-    place = np.round(mesh.p[:2, nodes], 9)
-    nodes = nodes[np.lexsort((place[1], place[0]))]
-    return nodes, weights[nodes]
-
-
-def _linear_system(
-    grid: GradedMesh,
-    matrices: NDArray[np.float64],
-    candidates: NDArray[np.int64],
-    groups: list[NDArray[np.float64]],
-    poisson_ratio: float,
-    stretch: tuple[float, float] = (1.0, 1.0),
-) -> LinearSystem:
-    """Return the system, with boundary unknowns numbered after the free ones.
-
-    Centres are those of the mesh before it is stretched: bisected along its ellipses, an elongated
-    one takes a quarter less time and memory.
-    """
-    mesh = grid.mesh
-    total = mesh.p.shape[1]
-    fixed = np.zeros((total, 3), dtype=bool)
+def _held(grid: GradedMesh) -> NDArray[np.bool_]:
+    """Return the displacements (nodes, 3) that symmetry holds."""
+    held = np.zeros((grid.mesh.p.shape[1], 3), dtype=bool)
     for axis, plane in enumerate(grid.planes):
-        fixed[:, axis] = plane & (mesh.p[axis] == 0.0)
-    outer = facet_nodes(mesh, grid.outer)
-    number = np.zeros((total, 3), dtype=np.int64)
-    number[outer] = 1
-    number[fixed] = -1
-    if not groups:
-        number[outer] = -1
-    free, following = number == 0, number == 1
-    elements = mesh.dofs.element_dofs.T
-    displacements = int(free.sum())
-    # in a mixed form the element matrices also have rows for the mean stress
-    stresses = matrices.shape[1] > 3 * elements.shape[1]
-    extra = np.arange(len(elements) * STRESSES * stresses).reshape(-1, STRESSES) + displacements
-    first = displacements + extra.size
-    number[free] = np.arange(displacements)
-    number[following] = first + np.arange(following.sum())
-    fields = [group_field(mesh.p.T[outer], group, poisson_ratio)[0] for group in groups]
-    boundary = np.zeros((int(following.sum()), len(groups)))
-    for column, field in enumerate(fields):
-        everywhere = np.zeros((total, 3))
-        everywhere[outer] = field
-        boundary[:, column] = everywhere[following]
-    unknowns = number[elements].reshape(len(elements), -1)
-    return LinearSystem(
-        matrices=matrices,
-        unknowns=np.hstack([unknowns, extra]) if stresses else unknowns,
-        boundary=boundary,
-        first=first,
-        retained=number[candidates, 2],
-        centres=mesh.p[:, mesh.t].mean(axis=1).T / np.append(stretch, 1.0),
-        mean_stresses=extra,
+        held[:, axis] = plane & (grid.mesh.p[axis] == 0.0)
+    return held
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalBody:
+    """Half of a half-space, y >= 0, under loads symmetric about y = 0.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Candidate contact points.
+    compliance : (n, 3, n, 3)
+        Displacement (x, y, z into the body) at the first point for a unit force at the second,
+        including its far field; the mirrored half is loaded equally.
+    fixed : (n,) bool
+        Points on the plane of symmetry, which do not move normal to it.
+    unknowns : int
+    """
+
+    points: Array
+    compliance: Array
+    fixed: NDArray[np.bool_]
+    unknowns: int
+
+
+def frictional_body(
+    contact_radius: float, material: Material, *, elements: int = 4, extent: float = 5.0
+) -> FrictionalBody:
+    """Return a half-space condensed onto all three displacements below one round contact.
+
+    The counterpart of `half_space_body` for contact with friction. The displacement of the total
+    force, Boussinesq's for its normal and Cerruti's for its tangential part, is prescribed on the
+    outer boundary; the error from higher moments decreases at least as (a/L)^2.
+
+    Parameters
+    ----------
+    contact_radius : float
+        Largest contact radius; candidates extend a quarter further.
+    material : Material
+        nu <= 0.4999.
+    elements : int
+        27-node elements (two node spacings) per contact radius, at least 2.
+    extent : float
+        Radius and depth of the mesh in contact radii, at least 2.
+    """
+    faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
+    nu = material.poisson_ratio
+    if material.incompressible:
+        faults.append(f"poisson_ratio must be at most {LARGEST_POISSON_RATIO}, not {nu!r}")
+    if not (np.isfinite(extent) and extent >= 2.0):
+        faults.append(f"extent must be at least 2 contact radii, not {extent!r}")
+    refuse(faults)
+    # even rings up to the candidates' extent, growing beyond and with depth
+    cells = max(1, round(0.5 * elements))
+    size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
+    inside = np.linspace(0.5, 1.0, cells + 1)
+    further = 1.0 + size * np.arange(1, int(np.ceil((_FRICTION_REACH - 1.0) / size)) + 1)
+    beyond = growing_lines(further[-1], extent, growth * size, growth)[1:]
+    rings = np.concatenate([inside, further, beyond])
+    depths = growing_lines(0.0, extent, 0.8 * size, growth)
+    grid = ring_mesh(rings, depths, core_cells=cells, round_from=1.0, planes=(False, True))
+    points = grid.mesh.p
+    nodes = facet_nodes(grid.mesh, grid.surface)
+    nodes = nodes[np.hypot(*points[:2, nodes]) <= _FRICTION_REACH * (1 + 1e-9)]
+    held, outer = _held(grid), facet_nodes(grid.mesh, grid.outer)
+    moves = ~held[nodes].ravel()
+    system = linear_system(
+        grid.mesh,
+        stiffness_matrices(grid.mesh, nu),
+        held,
+        (3 * nodes[:, None] + np.arange(3)).ravel()[moves],
+        outer=outer,
+        fields=[cerruti(points.T[outer], nu), boussinesq(points.T[outer], nu)[0]],
+    )
+    stiffness = condense(system, None)
+    free = len(system.retained)
+    compliance = np.zeros((moves.size, len(nodes), 3))
+    # unit forces on the contact, and the far fields of a unit force along x and into the body
+    response = cho_solve(
+        cho_factor(stiffness[:free, :free]), np.hstack([np.eye(free), -stiffness[:free, free:]])
+    )
+    compliance.reshape(moves.size, -1)[np.ix_(moves, moves)] = response[:, :free]
+    # a force on this half and its mirror image: twice the total
+    compliance[moves, :, 0::2] += 2.0 * response[:, None, free:]
+    return FrictionalBody(
+        points=points[:2, nodes].T * contact_radius,
+        compliance=compliance.reshape(len(nodes), 3, len(nodes), 3)
+        / (material.youngs_modulus * contact_radius),
+        fixed=points[1, nodes] == 0.0,
+        unknowns=system.first,
     )

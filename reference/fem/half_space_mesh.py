@@ -1,4 +1,7 @@
-"""Meshes of half-spaces: for one round contact, and for a rectangular grid of contact points."""
+"""Hexahedral meshes of a part of a half-space: fitted to one contact, or to a grid of points.
+
+z points into the half-space, the surface is z = 0. Curved rings have exact mid-nodes.
+"""
 
 from __future__ import annotations
 
@@ -8,20 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from skfem import MeshHex, MeshHex2
 
 from reference.arguments import choice_faults, count_faults, positive_faults, refuse
-from reference.fem.mesh import (
-    GradedMesh,
-    Planes,
-    edge_lines,
-    graded_lines,
-    growing_lines,
-    ring_mesh,
-    stretched,
-    tensor_mesh,
-)
+from reference.fem.mesh_lines import edge_lines, graded_lines, growing_lines
+from reference.fem.solid_mesh import KINDS, SolidMesh
 
-Region = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
+Array = NDArray[np.float64]
+Planes = tuple[bool, bool]
+Region = Callable[[Array, Array], NDArray[np.bool_]]
 
 # Planes of symmetry x = 0 and y = 0, of which only the positive sides are meshed.
 SYMMETRIES = {
@@ -32,6 +30,133 @@ SYMMETRIES = {
 }
 # Beyond these limits the elements are too distorted for a definite matrix in double precision.
 LARGEST_ASPECT, LARGEST_EXTENT = 100, 1000
+
+
+@dataclass(frozen=True, eq=False)
+class GradedMesh:
+    """A mesh and parts of its boundary.
+
+    Attributes
+    ----------
+    mesh : skfem.MeshHex or skfem.MeshHex2
+    surface : (k,)
+        Facets at z = 0.
+    outer : (l,)
+        Facets towards the unmeshed exterior of the half-space.
+    planes : (bool, bool)
+        Whether x = 0 and y = 0 are planes of symmetry, with only the positive side meshed.
+    """
+
+    mesh: MeshHex
+    surface: NDArray[np.int64]
+    outer: NDArray[np.int64]
+    planes: Planes = (False, False)
+
+
+def ring_mesh(
+    rings: Array,
+    depths: Array,
+    *,
+    core_cells: int,
+    round_from: float,
+    stretch: tuple[float, float] = (1.0, 1.0),
+    planes: Planes = (True, True),
+) -> GradedMesh:
+    """Return a cylinder of 27-node hexahedra: a square core with circular rings.
+
+    Parameters
+    ----------
+    rings : (m + 1,)
+        Radii of the mesh circles; the first is the half-width of the core along the axes.
+    depths : (k + 1,)
+        Depths of the mesh planes, from 0.
+    core_cells : int
+        Cells per half-width of the core and per 45 degrees of the rings.
+    round_from : float
+        Radius of the first true circle (one of `rings`).
+    stretch : (float, float)
+        Factors on x and y that stretch circles up to radius 1 to ellipses; beyond, they become
+        round again, so that the outer boundary is equidistant from the load.
+    planes : (bool, bool)
+        Symmetry planes x = 0 and y = 0; with both, only the quadrant x, y >= 0 is meshed.
+    """
+    # a quarter disc of lattices: a bilinear core with the corners (0, 0), (core, 0),
+    # (corner, corner), (0, core), and two sectors, linear from the square to the circle
+    # `round_from`, circles beyond it
+    core, corner = rings[0], 0.85 * rings[0]
+    s = np.linspace(0.0, 1.0, 2 * core_cells + 1)
+    u, v = np.meshgrid(s, s, indexing="ij")
+    square = np.stack([u * (core + v * (corner - core)), v * (core + u * (corner - core))], -1)
+    angle = 0.25 * np.pi * s
+    arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    radii = _with_midpoints(rings)
+    fraction = np.clip((radii - core) / (round_from - core), 0.0, 1.0)[:, None, None]
+    circle = arc * np.maximum(radii, round_from)[:, None, None]
+    sector = (1.0 - fraction) * square[-1, :] + fraction * circle
+    # every cell is a 3 x 3 block of numbers into one array of points
+    parts, blocks, start = [], [], 0
+    for lattice in (square, sector, sector[..., ::-1]):
+        numbers = start + np.arange(lattice.shape[0] * lattice.shape[1]).reshape(lattice.shape[:2])
+        windows = np.lib.stride_tricks.sliding_window_view(numbers, (3, 3))[::2, ::2]
+        blocks.append(windows.reshape(-1, 3, 3))
+        parts.append(lattice.reshape(-1, 2))
+        start += numbers.size
+    points, cells = np.concatenate(parts), np.concatenate(blocks)
+    # both sides of what is no plane of symmetry
+    for axis in (0, 1):
+        if not planes[axis]:
+            sign = np.where(np.arange(2) == axis, -1, 1)
+            cells = np.concatenate([cells, cells + len(points)])
+            points = np.concatenate([points, points * sign])
+    # coincident points match to rounding; 1e-9 is far above it and far below any cell size
+    keys = np.round(points * 1e9).astype(np.int64)
+    _, index, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    points = np.where(np.abs(points) < 1e-12, 0.0, points)[index]
+    cells = inverse.reshape(-1)[cells]
+    points = stretched(points, np.asarray(stretch), rings[-1])
+    # extruded along the depth: 3 x 3 x 3 nodes of a cell, in scikit-fem's order
+    z, layer, kind = _with_midpoints(depths), len(points), KINDS["hexahedron27"]
+    nodes = np.concatenate([np.tile(points, (len(z), 1)), np.repeat(z, layer)[:, None]], axis=1)
+    levels = layer * (2 * np.arange(len(depths) - 1)[:, None] + np.arange(3))
+    bricks = (cells[None, :, :, :, None] + levels[:, None, None, None, :]).reshape(-1, 3, 3, 3)
+    i, j, k = (2 * kind.locations.T).astype(int)
+    mesh, _ = SolidMesh(kind, nodes, bricks[:, i, j, k]).to_scikit()
+    rim = np.hypot(mesh.p[0], mesh.p[1]) > rings[-1] * max(stretch) * (1 - 1e-9)
+    return _with_boundaries(mesh, [rim], depths[-1], planes)
+
+
+def tensor_mesh(x: Array, y: Array, z: Array, *, order: int, planes: Planes) -> GradedMesh:
+    """Return a mesh of a box with planes x, y, z; `order` 1 (8 nodes) or 2 (27 nodes)."""
+    mesh = MeshHex.init_tensor(x, y, z)
+    if order == 2:
+        mesh = MeshHex2.from_mesh(mesh)
+    sides = [mesh.p[0] == x[-1], mesh.p[1] == y[-1]]
+    sides += [mesh.p[axis] == line[0] for axis, line in enumerate((x, y)) if not planes[axis]]
+    return _with_boundaries(mesh, sides, z[-1], planes)
+
+
+def stretched(points: Array, stretch: Array, reach: float) -> Array:
+    """Return points stretched to ellipses within radius 1, and to circles at `reach`."""
+    radius = np.hypot(points[:, 0], points[:, 1])
+    rounding = np.clip((radius - 1.0) / (reach - 1.0), 0.0, 1.0)[:, None]
+    return points * (stretch + (stretch.max() - stretch) * rounding)
+
+
+def _with_midpoints(lines: Array) -> Array:
+    result = np.empty(2 * len(lines) - 1)
+    result[::2] = lines
+    result[1::2] = 0.5 * (lines[:-1] + lines[1:])
+    return result
+
+
+def _with_boundaries(
+    mesh: MeshHex, sides: list[NDArray[np.bool_]], depth: float, planes: Planes
+) -> GradedMesh:
+    """Return the mesh with surface and outer facets, those with all corners on a side."""
+    surface, *outer = (
+        side[mesh.facets].all(axis=0) for side in (mesh.p[2] == 0.0, mesh.p[2] == depth, *sides)
+    )
+    return GradedMesh(mesh, np.flatnonzero(surface), np.flatnonzero(np.any(outer, axis=0)), planes)
 
 
 class Meshed(NamedTuple):
@@ -57,7 +182,7 @@ class Meshed(NamedTuple):
     sources: tuple[float, float]
     length: float
     spacing: float
-    offset: NDArray[np.float64]
+    offset: Array
     ring: float | None = None
     stretch: tuple[float, float] = (1.0, 1.0)
 
@@ -144,16 +269,41 @@ class RingMesh:
         quarters = 4 // 2 ** sum(SYMMETRIES[self.symmetry])
         return quarters * 4 * cells + 1, 2 * len(rings) - 1 + cells, 2 * len(depths) - 1
 
-    def _lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-        """Return mesh circles and depths in contact radii, and core cells."""
-        if self.edge:
-            return _edge_rings(self.elements, self._ring, self.sharp, self.extent, self.stretch)
-        return _even_rings(self.elements, self.extent, self.stretch)
-
     @property
     def _ring(self) -> float:
         """Radius of the mesh circle at the edge over the contact radius."""
         return 1.0 if self.edge is None else self.edge / self.contact_radius
+
+    def _lines(self) -> tuple[Array, Array, int]:
+        """Return mesh circles and depths in contact radii, and core cells.
+
+        Towards an edge, cells are refined. If the pressure vanishes as a square root, cell sizes
+        proportional to the root of the distance give fourth order in the number of cells; at a
+        sharp edge, where it is singular, the power is 3/4 (the last cell and the error are then
+        proportional to count^-4). A circular contact is smooth along the edge, where two cells per
+        45 degrees suffice for 1e-5.
+        """
+        elements, extent = self.elements, self.extent
+        narrow, wide = min(self.stretch), max(self.stretch)
+        if not self.edge:
+            cells = max(1, round(0.5 * elements))
+            size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
+            outer = growing_lines(1.0, extent, size, growth)
+            depths = growing_lines(0.0, extent * wide, 0.8 * size * narrow, growth)
+            return np.concatenate([np.linspace(0.5, 1.0, cells + 1), outer[1:]]), depths, cells
+        ring, sharp = self._ring, self.sharp
+        core, exponent = (0.5, 0.75) if sharp else (0.55, 0.5)
+        cells = max(2, -(-elements // 4)) if sharp else -(-elements // 2)
+        inside = graded_lines(core, 1.0, elements if sharp else cells, exponent)
+
+        def outward(reach: float) -> Array:
+            # as many cells per factor of e as in a mesh of radius 2.5
+            count = round(1.5 * elements * np.log1p(reach) / np.log1p(1.5))
+            return edge_lines(reach, count, exponent)
+
+        outer = outward(extent / ring - 1.0)
+        depths = ring * narrow * outward(extent * wide / (ring * narrow))
+        return ring * np.concatenate([inside, 1.0 + outer[1:]]), depths, cells
 
     def meshed(self) -> Meshed:
         """Return the mesh."""
@@ -167,7 +317,9 @@ class RingMesh:
             stretch=stretch,
             planes=SYMMETRIES[self.symmetry],
         )
-        limits = _candidate_reach(rings, stretch, self.extent)
+        # candidates lie within the mesh ellipse at or next to 1.2 contact radii
+        limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
+        limits = stretched(np.diag([limit, limit]), np.asarray(stretch), self.extent).diagonal()
         return Meshed(
             grid,
             lambda x, y: np.hypot(x / limits[0], y / limits[1]) <= 1.0 + 1e-9,
@@ -178,55 +330,6 @@ class RingMesh:
             ring=ring,
             stretch=stretch,
         )
-
-
-def _candidate_reach(
-    rings: NDArray[np.float64], stretch: tuple[float, float], extent: float
-) -> NDArray[np.float64]:
-    """Return the semi-axes of the mesh ellipse at or next to 1.2 contact radii."""
-    limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
-    return stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
-
-
-def _even_rings(
-    elements: int, extent: float, stretch: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Return mesh circles and depths in contact radii, and core cells, without an edge."""
-    cells = max(1, round(0.5 * elements))
-    growth = 1.0 + 1.2 / np.sqrt(elements)
-    inside = np.linspace(0.5, 1.0, cells + 1)
-    size = 0.5 / cells
-    outer = growing_lines(1.0, extent, size, growth)
-    first = 0.8 * size * min(stretch)
-    depths = growing_lines(0.0, extent * max(stretch), first, growth)
-    return np.concatenate([inside, outer[1:]]), depths, cells
-
-
-def _edge_rings(
-    elements: int, ring: float, sharp: bool, extent: float, stretch: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Return mesh circles and depths in contact radii, and core cells, with an edge at `ring`.
-
-    Cells are refined towards the edge. If the pressure vanishes as a square root, cell sizes
-    proportional to the root of the distance give fourth order in the number of cells; at a sharp
-    edge, where it is singular, the power is 3/4 (the last cell and the error are then proportional
-    to count^-4). A circular contact is smooth along the edge, where two cells per 45 degrees
-    suffice for 1e-5.
-    """
-    exponent = 0.75 if sharp else 0.5
-    cells = max(2, -(-elements // 4)) if sharp else -(-elements // 2)
-    core = 0.5 if sharp else 0.55
-    inside = graded_lines(core, 1.0, elements if sharp else cells, exponent)
-
-    def outward(reach: float) -> NDArray[np.float64]:
-        # as many cells per factor of e as in a mesh of radius 2.5
-        count = round(1.5 * elements * np.log1p(reach) / np.log1p(1.5))
-        return edge_lines(reach, count, exponent)
-
-    outer = outward(extent / ring - 1.0)
-    narrow, wide = min(stretch), max(stretch)
-    depths = ring * narrow * outward(extent * wide / (ring * narrow))
-    return ring * np.concatenate([inside, 1.0 + outer[1:]]), depths, cells
 
 
 @dataclass(frozen=True, eq=False)
@@ -251,8 +354,8 @@ class TensorMesh:
         Ratio of neighbouring cell sizes outside the grid.
     """
 
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    x: Array
+    y: Array
     symmetry: str = "none"
     order: int = 1
     extent: float = 3.0
@@ -295,19 +398,15 @@ class TensorMesh:
     @property
     def lattice(self) -> tuple[int, int, int]:
         """Number of nodes along x, y and z."""
-        x, y, _, _ = self._scaled()
-        lines = _tensor_planes(x, y, SYMMETRIES[self.symmetry], self.extent, self.growth)
-        nodes = [self.order * (len(line) - 1) + 1 for line in lines]
+        nodes = [self.order * (len(line) - 1) + 1 for line in self._lines()[0]]
         return nodes[0], nodes[1], nodes[2]
 
     def meshed(self) -> Meshed:
         """Return the mesh."""
-        planes = SYMMETRIES[self.symmetry]
-        x, y, length, offset = self._scaled()
-        lines = _tensor_planes(x, y, planes, self.extent, self.growth)
+        lines, (x, y), length, offset = self._lines()
         (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in (x, y)]
         return Meshed(
-            tensor_mesh(*lines, order=self.order, planes=planes),
+            tensor_mesh(*lines, order=self.order, planes=SYMMETRIES[self.symmetry]),
             lambda px, py: (px >= x0) & (px <= x1) & (py >= y0) & (py <= y1),
             (0.5 * x1, 0.5 * y1),
             length=length,
@@ -315,47 +414,28 @@ class TensorMesh:
             offset=offset,
         )
 
-    def _scaled(
-        self,
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, NDArray[np.float64]]:
-        """Return the centred lines, the unit of length, and the original centre in this unit."""
-        planes = SYMMETRIES[self.symmetry]
-        length = 2.0 ** round(np.log2(_half_width(self.x, self.y, planes)))
-        centre = [
-            0.0 if plane else 0.5 * (line[0] + line[-1])
-            for line, plane in zip((self.x, self.y), planes, strict=True)
-        ]
-        x, y = (self.x - centre[0]) / length, (self.y - centre[1]) / length
-        return x, y, length, np.array(centre) / length
+    def _lines(self) -> tuple[list[Array], list[Array], float, Array]:
+        """Return planes x, y, z, the centred grid, the unit of length, and the centre in it."""
+        planes, growth = SYMMETRIES[self.symmetry], self.growth
 
+        def half_width(*grid: Array) -> float:
+            pairs = zip(grid, planes, strict=True)
+            return float(max(np.ptp(line) * (1.0 if plane else 0.5) for line, plane in pairs))
 
-def _half_width(x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes) -> float:
-    """Return the larger half-width of the grid, with its mirror images."""
-    widths = [
-        np.ptp(line) if plane else 0.5 * np.ptp(line)
-        for line, plane in zip((x, y), planes, strict=True)
-    ]
-    return float(max(widths))
-
-
-def _tensor_planes(
-    x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes, extent: float, growth: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the mesh planes in x, y and z of the centred grid and the surrounding block."""
-    reach = extent * _half_width(x, y, planes)
-    wide_x, wide_y = (
-        _extended(line, reach, growth, plane) for line, plane in zip((x, y), planes, strict=True)
-    )
-    finest = min(np.min(np.diff(line)) for line in (x, y))
-    return wide_x, wide_y, growing_lines(0.0, reach, finest, growth)
-
-
-def _extended(
-    line: NDArray[np.float64], reach: float, growth: float, symmetric: bool
-) -> NDArray[np.float64]:
-    """Return grid lines with growing cells up to the boundary of the mesh."""
-    right = growing_lines(line[-1], reach, growth * (line[-1] - line[-2]), growth)[1:]
-    if symmetric:
-        return np.concatenate([line, right])
-    left = -growing_lines(-line[0], reach, growth * (line[1] - line[0]), growth)[1:]
-    return np.concatenate([left[::-1], line, right])
+        # a power of two, by which nothing is rounded
+        length = 2.0 ** round(np.log2(half_width(self.x, self.y)))
+        centre = np.array(
+            [
+                0.0 if plane else 0.5 * (line[0] + line[-1])
+                for line, plane in zip((self.x, self.y), planes, strict=True)
+            ]
+        )
+        grid = [(line - c) / length for line, c in zip((self.x, self.y), centre, strict=True)]
+        reach = self.extent * half_width(*grid)
+        lines = []
+        for line, plane in zip(grid, planes, strict=True):
+            right = growing_lines(line[-1], reach, growth * (line[-1] - line[-2]), growth)[1:]
+            left = -growing_lines(-line[0], reach, growth * (line[1] - line[0]), growth)[1:]
+            lines.append(np.concatenate([left[:0] if plane else left[::-1], line, right]))
+        finest = min(np.min(np.diff(line)) for line in grid)
+        return [*lines, growing_lines(0.0, reach, finest, growth)], grid, length, centre / length

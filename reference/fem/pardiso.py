@@ -21,14 +21,14 @@ def factorise(matrix: sparse.csr_array) -> None:
 
     The yardstick of the benchmarks: the minimum cost of a sparse direct solution.
     """
-    solver = _solver()
-    solver.factorize(_upper(matrix))
+    solver, upper = _prepared(matrix)
+    solver.factorize(upper)
     solver.free_memory(everything=True)
 
 
 def condense(matrix: sparse.csr_array, retained: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the Schur complement on the retained unknowns, in order, from one factorisation."""
-    solver = _solver()
+    solver, upper = _prepared(matrix)
     size = len(retained)
     solver.perm = np.zeros(matrix.shape[0], dtype=np.int32)
     solver.perm[retained] = 1
@@ -36,7 +36,6 @@ def condense(matrix: sparse.csr_array, retained: NDArray[np.int64]) -> NDArray[n
     # except for METIS ordering and no pivoting, which positive definite matrices do not need
     for place, value in ((1, 1), (2, 2), (10, 8), (36, 1)):
         solver.set_iparm(place, value)
-    upper = _upper(matrix)
     solver._check_A(upper)
     solver.set_phase(12)
     # for a Schur complement, the factorisation returns it instead of a solution
@@ -47,13 +46,9 @@ def condense(matrix: sparse.csr_array, retained: NDArray[np.int64]) -> NDArray[n
     return complement[np.ix_(order, order)]
 
 
-def _solver():
+def _prepared(matrix: sparse.csr_array):
     from pypardiso import PyPardisoSolver
 
-    return PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-
-
-def _upper(matrix: sparse.csr_array) -> sparse.csr_matrix:
     upper = sparse.csr_matrix(sparse.triu(matrix, format="csr"))
     upper.sort_indices()
-    return upper
+    return PyPardisoSolver(mtype=POSITIVE_DEFINITE), upper

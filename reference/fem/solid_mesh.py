@@ -1,20 +1,169 @@
-"""A user's mesh of a body: cells of one type, with checks, refinement and faces."""
+"""Meshes of users' bodies: cells of one type, with checks, refinement and faces.
+
+Nodes are numbered as in scikit-fem; files use the order of VTK (meshio), which `CellKind.from_vtk`
+converts.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from skfem import MeshHex, MeshTet
+from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
+from skfem.quadrature import get_quadrature_tri
 
-from reference.fem.cells import CUBE_FACES, KINDS, CellKind
+from reference.fem.element_stiffness import gauss_points, gauss_square, simplex_points
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 # Relative Jacobian that counts as zero.
 NO_VOLUME = 1e-9
+
+# Positions of VTK's nodes: corners, then the middles of these edges, faces and the cell.
+_CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+_CUBE_EDGES = (
+    *((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)),
+    *((0, 4), (1, 5), (2, 6), (3, 7)),
+)
+_CUBE_FACES = (
+    *((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7)),
+)
+_TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+_TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+# The eight tetrahedra of Bey (1995, Computing 55, 355), by corners 0..3 and the middles above.
+_BEY = (
+    *((0, 4, 6, 7), (4, 1, 5, 8), (6, 5, 2, 9), (7, 8, 9, 3)),
+    *((4, 6, 7, 8), (4, 6, 5, 8), (6, 7, 8, 9), (6, 5, 8, 9)),
+)
+
+
+def _vtk_locations(corners: Integers, *groups: tuple[tuple[int, ...], ...]) -> Array:
+    middles = [corners[list(numbers)].mean(axis=0) for group in groups for numbers in group]
+    return np.array([*corners.astype(float), *middles])
+
+
+@dataclass(frozen=True, eq=False)
+class CellKind:
+    """A cell type.
+
+    Attributes
+    ----------
+    name : str
+        Name in meshio.
+    mesh, straight : type
+        Mesh class in scikit-fem, and that of its straight-sided, linear version.
+    vtk : (n, 3)
+        Reference positions of the nodes in VTK's order.
+    """
+
+    name: str
+    mesh: type[Any]
+    straight: type[Any]
+    vtk: Array
+
+    @property
+    def order(self) -> int:
+        """Polynomial order of the displacement."""
+        return 1 if self.mesh is self.straight else 2
+
+    @property
+    def simplex(self) -> bool:
+        """Whether it is a tetrahedron."""
+        return self.straight is MeshTet
+
+    @property
+    def locations(self) -> Array:
+        """Reference positions (n, 3) of the nodes."""
+        return np.asarray(self.mesh.elem.doflocs)
+
+    @property
+    def corners(self) -> int:
+        """Number of corners, which come first."""
+        return 4 if self.simplex else 8
+
+    @property
+    def faces(self) -> list[list[int]]:
+        """Corners of the faces, in cyclic order."""
+        return [list(face) for face in self.mesh.elem.refdom.facets]
+
+    @cached_property
+    def face_nodes(self) -> list[Integers]:
+        """All nodes of the faces."""
+        faces = range(len(self.faces))
+        return [np.flatnonzero(self._on_face(self.locations, face)) for face in faces]
+
+    @cached_property
+    def from_vtk(self) -> Integers:
+        """Positions of our nodes in VTK's order."""
+        return np.linalg.norm(self.locations[:, None] - self.vtk, axis=-1).argmin(axis=1)
+
+    def shapes(self, points: Array) -> tuple[Array, Array]:
+        """Shape functions (n, m) and their reference gradients (n, 3, m) at points (m, 3)."""
+        element = self.mesh.elem()
+        both = [element.lbasis(points.T, i) for i in range(len(self.locations))]
+        return np.array([value for value, _ in both]), np.array([slope for _, slope in both])
+
+    def face_rule(self, face: int) -> tuple[Array, Array, Array]:
+        """Return integration points (m, 3) on a face, weights (m,), and tangents (2, 3)."""
+        corners = self.locations[self.faces[face]]
+        origin, across, along = corners[0], corners[1], corners[2 if self.simplex else -1]
+        tangents = np.array([across - origin, along - origin])
+        rule = get_quadrature_tri(2 * self.order) if self.simplex else gauss_square(self.order + 1)
+        return origin + rule[0].T @ tangents, rule[1], tangents
+
+    @cached_property
+    def children(self) -> Array:
+        """Origin and three axes (8, 4, 3) of the eight child cells."""
+        if not self.simplex:
+            axes = np.broadcast_to(0.5 * np.eye(3), (8, 3, 3))
+            return np.concatenate([0.5 * _CUBE[:, None], axes], axis=1)
+        corners = _vtk_locations(_TETRAHEDRON, _TETRAHEDRON_EDGES)[np.array(_BEY)]
+        frames = np.concatenate([corners[:, :1], corners[:, 1:] - corners[:, :1]], axis=1)
+        mirrored = np.linalg.det(frames[:, 1:]) < 0.0
+        frames[mirrored] = frames[mirrored][:, [0, 2, 1, 3]]
+        return frames
+
+    def in_child(self, child: int, points: Array) -> Array:
+        """Return the positions of reference points of a child in the parent cell."""
+        return self.children[child, 0] + points @ self.children[child, 1:]
+
+    @cached_property
+    def child_faces(self) -> list[list[tuple[int, int]]]:
+        """The (child, face) pairs of every divided face."""
+        return [
+            [
+                (child, child_face)
+                for child in range(8)
+                for child_face, corners in enumerate(self.faces)
+                if self._on_face(self.in_child(child, self.locations[corners]), face).all()
+            ]
+            for face in range(len(self.faces))
+        ]
+
+    def _on_face(self, points: Array, face: int) -> NDArray[np.bool_]:
+        first, second, third = self.locations[self.faces[face][:3]]
+        normal = np.cross(second - first, third - first)
+        return np.abs((points - first) @ normal) < 1e-9  # reference cells have unit size
+
+
+_CUBE_27 = _vtk_locations(_CUBE, _CUBE_EDGES, _CUBE_FACES, (tuple(range(8)),))
+KINDS = {
+    kind.name: kind
+    for kind in (
+        CellKind("hexahedron", MeshHex, MeshHex, _vtk_locations(_CUBE)),
+        CellKind("hexahedron27", MeshHex2, MeshHex, _CUBE_27),
+        CellKind("tetra", MeshTet, MeshTet, _vtk_locations(_TETRAHEDRON)),
+        CellKind("tetra10", MeshTet2, MeshTet, _vtk_locations(_TETRAHEDRON, _TETRAHEDRON_EDGES)),
+    )
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,25 +181,16 @@ class SolidMesh:
     """
 
     kind: CellKind
-    points: NDArray[np.float64]
-    cells: NDArray[np.int64]
+    points: Array
+    cells: Integers
 
     @classmethod
-    def from_vtk(
-        cls, name: str, points: NDArray[np.float64], cells: NDArray[np.int64]
-    ) -> SolidMesh:
-        """Return a mesh from cells in VTK's numbering, as in meshio.
+    def from_vtk(cls, name: str, points: Array, cells: Integers) -> SolidMesh:
+        """Return a mesh from cells in VTK's numbering, as in meshio; unused points are dropped.
 
         ``hexahedron20`` become 27-node hexahedra: 20-node ones have negative weights at the corners
-        of faces, which prevents nodal contact pressures. Unused points are dropped.
+        of faces, which prevents nodal contact pressures. Other types raise ValueError.
 
-        Raises
-        ------
-        ValueError
-            For an unsupported cell type.
-
-        Examples
-        --------
         >>> cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
         >>> mesh = SolidMesh.from_vtk("hexahedron", cube, np.array([[0, 1, 3, 2, 4, 5, 7, 6]]))
         >>> len(mesh.boundary_faces), len(mesh.inverted())
@@ -67,29 +207,35 @@ class SolidMesh:
         used, numbers = np.unique(cells[:, kind.from_vtk], return_inverse=True)
         return cls(kind, points[used], numbers.reshape(len(cells), -1))
 
-    @property
-    def corner_cells(self) -> NDArray[np.int64]:
-        """Corners (e, 4 or 8) of the cells."""
-        return self.cells[:, : self.kind.corners]
-
     @cached_property
-    def face_corners(self) -> NDArray[np.int64]:
+    def face_corners(self) -> Integers:
         """Sorted corners (e, faces, 3 or 4) of all faces."""
         return np.sort(self.cells[:, np.array(self.kind.faces)], axis=-1)
 
     @cached_property
-    def boundary_faces(self) -> NDArray[np.int64]:
+    def boundary_faces(self) -> Integers:
         """Faces (k, 2) of one cell only."""
         corners = self.face_corners.reshape(-1, self.face_corners.shape[-1])
         _, first, counts = np.unique(corners, axis=0, return_index=True, return_counts=True)
         return np.stack(np.divmod(np.sort(first[counts == 1]), len(self.kind.faces)), axis=1)
 
-    def faces_within(self, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+    def faces_within(self, inside: NDArray[np.bool_]) -> Integers:
         """Return the boundary faces (k, 2) with all corners among the marked nodes (n,)."""
         cells, faces = self.boundary_faces.T
         return self.boundary_faces[inside[self.face_corners[cells, faces]].all(axis=1)]
 
-    def nodes_of(self, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+    def find(self, corners: Integers) -> Integers:
+        """Return the boundary faces (k, 2) with these corners (m, 3 or 4), in any order."""
+        cells, faces = self.boundary_faces.T
+        ours = self.face_corners[cells, faces]
+        if corners.shape[1] != ours.shape[1]:
+            return np.zeros((0, 2), dtype=np.int64)
+        both = np.concatenate([ours, np.sort(corners, axis=1)])
+        _, names = np.unique(both, axis=0, return_inverse=True)
+        names = names.reshape(-1)
+        return self.boundary_faces[np.isin(names[: len(ours)], names[len(ours) :])]
+
+    def nodes_of(self, faces: Integers) -> Integers:
         """Return all distinct nodes of the given faces in increasing order."""
         parts = [
             self.cells[faces[faces[:, 1] == face, 0]][:, nodes].ravel()
@@ -97,18 +243,20 @@ class SolidMesh:
         ]
         return np.unique(np.concatenate(parts))
 
-    def inverted(self) -> NDArray[np.int64]:
+    def inverted(self) -> Integers:
         """Return cells with a Jacobian < 0 at a node, or <= 0 at an integration point."""
-        at_points = self._jacobians(self.kind.gauss_points)
+        kind = self.kind
+        gauss = simplex_points(kind.order) if kind.simplex else gauss_points(kind.order + 1)
+
+        def jacobians(points: Array) -> Array:
+            slopes = kind.shapes(points)[1]
+            gradient = np.einsum("eni,ndq->eqid", self.points[self.cells], slopes, optimize=True)
+            return np.linalg.det(gradient)
+
+        at_points, at_nodes = jacobians(gauss[0].T), jacobians(kind.locations)
         tiny = NO_VOLUME * np.median(np.abs(at_points))
-        at_nodes = self._jacobians(self.kind.locations)
         wrong = (at_points <= tiny).any(axis=1) | (at_nodes < -tiny).any(axis=1)
         return np.flatnonzero(wrong)
-
-    def _jacobians(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        _, slopes = self.kind.shapes(points)
-        gradient = np.einsum("eni,ndq->eqid", self.points[self.cells], slopes, optimize=True)
-        return np.linalg.det(gradient)
 
     def parts(self) -> int:
         """Return the number of pieces that are not connected by a face, edge or node."""
@@ -117,13 +265,11 @@ class SolidMesh:
         graph = coo_matrix((np.ones(self.cells.size), pairs), shape=(len(self.points),) * 2)
         return int(connected_components(graph, directed=False)[0])
 
-    def transformed(self, origin: NDArray[np.float64], axes: NDArray[np.float64]) -> SolidMesh:
+    def transformed(self, origin: Array, axes: Array) -> SolidMesh:
         """Return the mesh in coordinates ``axes @ (p - origin)``; the axes may be left-handed."""
         return replace(self, points=(self.points - origin) @ np.asarray(axes).T)
 
-    def face_integrals(
-        self, faces: NDArray[np.int64]
-    ) -> list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]]:
+    def face_integrals(self, faces: Integers) -> list[tuple[Integers, Array, Array]]:
         """Return nodes, shape functions and outward area vectors at integration points of faces.
 
         Returns
@@ -145,25 +291,12 @@ class SolidMesh:
             integrals.append((cells[:, nodes], shapes[nodes], areas * sign[:, None, None]))
         return integrals
 
-    def find(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the boundary faces (k, 2) with the given corners (m, 3 or 4), if they exist.
-
-        Corners may be in any order.
-        """
-        cells, faces = self.boundary_faces.T
-        if corners.shape[1] != self.face_corners.shape[-1]:
-            return np.zeros((0, 2), dtype=np.int64)
-        keys = _keys(len(self.points))
-        sums = keys[self.face_corners[cells, faces]].sum(axis=1)
-        return self.boundary_faces[np.isin(sums, keys[corners].sum(axis=1))]
-
-    def refined(
-        self, *marked: NDArray[np.int64]
-    ) -> tuple[SolidMesh, NDArray[np.int64], list[NDArray[np.int64]]]:
+    def refined(self, *marked: Integers) -> tuple[SolidMesh, Integers, list[Integers]]:
         """Return the mesh with cells divided into eight along its curves, and the marked faces.
 
         Nodes of neighbours are identified by their interpolation weights (multiples of 1/512), not
-        by position, so that cracks stay open.
+        by position, so that cracks stay open. (`skfem.Mesh.refined` straightens quadratic cells and
+        forgets faces.)
 
         Returns
         -------
@@ -173,27 +306,26 @@ class SolidMesh:
         list of (k, 2)
             The marked faces, divided into four.
         """
-        kind = self.kind
+        kind, nodes = self.kind, len(self.points)
         places = np.concatenate([kind.in_child(child, kind.locations) for child in range(8)])
         weights = np.round(512.0 * kind.shapes(places)[0].T).astype(np.int64)
-        keys = _keys(len(self.points))
+        # random numbers of the nodes, whose weighted sums name the new ones in any order
+        keys = np.random.default_rng(0).integers(2**62, size=nodes, dtype=np.int64)
         names = keys[self.cells] @ weights.T  # integer overflow is intended (a hash)
         distinct, first, numbers = np.unique(names.ravel(), return_index=True, return_inverse=True)
         cell, place = np.divmod(first, len(places))
         points = np.einsum("pn,pni->pi", weights[place] / 512.0, self.points[self.cells[cell]])
-        cells = numbers.reshape(8 * len(self.cells), -1)
-        old = np.searchsorted(distinct, 512 * keys)
-        finer = replace(self, points=points, cells=cells)
-        return finer, old, [self._cut(faces) for faces in marked]
+        finer = replace(self, points=points, cells=numbers.reshape(8 * len(self.cells), -1))
+        divided = []
+        for faces in marked:
+            pieces = np.array(kind.child_faces)[faces[:, 1]]
+            cells = 8 * faces[:, 0, None] + pieces[..., 0]
+            divided.append(np.stack([cells, pieces[..., 1]], axis=-1).reshape(-1, 2))
+        return finer, np.searchsorted(distinct, 512 * keys), divided
 
-    def _cut(self, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-        pieces = np.array(self.kind.child_faces)[faces[:, 1]]
-        cells = 8 * faces[:, 0, None] + pieces[..., 0]
-        return np.stack([cells, pieces[..., 1]], axis=-1).reshape(-1, 2)
-
-    def to_scikit(self) -> tuple[MeshHex | MeshTet, NDArray[np.int64]]:
+    def to_scikit(self) -> tuple[MeshHex | MeshTet, Integers]:
         """Return the mesh in scikit-fem, and its numbers (n,) of our nodes."""
-        corners = self.corner_cells
+        corners = self.cells[:, : self.kind.corners]
         used, t = np.unique(corners, return_inverse=True)
         t = np.ascontiguousarray(t.reshape(corners.shape).T)
         mesh = self.kind.straight(np.ascontiguousarray(self.points[used].T), t)
@@ -207,35 +339,27 @@ class SolidMesh:
         return mesh, numbers
 
 
-def _keys(count: int) -> NDArray[np.int64]:
-    """Return random numbers per node, whose sums identify sets of nodes in any order."""
-    return np.random.default_rng(0).integers(2**62, size=count, dtype=np.int64)
-
-
-def _with_middles(
-    points: NDArray[np.float64], cells: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def _with_middles(points: Array, cells: Integers) -> tuple[Array, Integers]:
     """Add the centres of faces and cells to 20-node hexahedra, by their interpolation.
 
     At the centre of a face corners have the weight -1/4 and edges 1/2; at the centre of the cell
     -1/4 and 1/4.
     """
-    middle_weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])
-    vtk = KINDS["hexahedron27"].vtk
-    columns, new = [cells], [points]
+    values, names = [], []
+    for face, corners in enumerate(_CUBE_FACES):
+        middle = _CUBE_27[20 + face]
+        edges = [k for k in range(8, 20) if np.isclose(np.abs(_CUBE_27[k] - middle).sum(), 0.5)]
+        ours = cells[:, list(corners)]
+        values.append(0.5 * points[cells[:, edges]].sum(axis=1) - 0.25 * points[ours].sum(axis=1))
+        names.append(np.sort(ours, axis=1))
+    # a face between two cells has one centre
+    _, first, numbers = np.unique(
+        np.stack(names, axis=1).reshape(-1, 4), axis=0, return_index=True, return_inverse=True
+    )
+    faces = np.stack(values, axis=1).reshape(-1, 3)[first]
+    weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])
+    centres = np.einsum("n,eni->ei", weights, points[cells])
     count = len(points)
-    face_values, face_names = [], []
-    for face, corners in enumerate(CUBE_FACES):
-        middle = vtk[20 + face]
-        edges = [k for k in range(8, 20) if np.isclose(np.abs(vtk[k] - middle).sum(), 0.5)]
-        values = 0.5 * points[cells[:, edges]].sum(axis=1)
-        face_values.append(values - 0.25 * points[cells[:, list(corners)]].sum(axis=1))
-        face_names.append(np.sort(cells[:, list(corners)], axis=1))
-    names = np.stack(face_names, axis=1).reshape(-1, 4)
-    _, first, numbers = np.unique(names, axis=0, return_index=True, return_inverse=True)
-    new.append(np.stack(face_values, axis=1).reshape(-1, 3)[first])
-    columns.append(count + numbers.reshape(len(cells), 6))
-    count += len(first)
-    new.append(np.einsum("n,eni->ei", middle_weights, points[cells]))
-    columns.append(count + np.arange(len(cells))[:, None])
-    return np.concatenate(new), np.concatenate(columns, axis=1)
+    face_numbers = count + numbers.reshape(len(cells), 6)
+    centre_numbers = count + len(faces) + np.arange(len(cells))[:, None]
+    return np.concatenate([points, faces, centres]), np.hstack([cells, face_numbers, centre_numbers])

@@ -7,11 +7,67 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_factor, cho_solve
 
-from reference.fem.conjugate_gradients import IterativeFlexibility
-from reference.fem.flexibility import DenseFlexibility, Flexibility
-from reference.fem.mesh import GradedMesh
-from reference.fem.nested_dissection import LinearSystem
+from reference.fem.half_space_mesh import GradedMesh
+from reference.fem.linear_system import LinearSystem
+from reference.fem.matrix_free import IterativeFlexibility
+from reference.fem.nested_dissection import Front, Shift, condense, expand
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class DenseFlexibility:
+    """Response of a body by the compliance between all its candidates (unit modulus and length).
+
+    Attributes
+    ----------
+    compliance : (n, n)
+    system, exterior
+        The condensed system, for the interior.
+    """
+
+    compliance: Array
+    system: LinearSystem
+    exterior: Array
+
+    def respond(
+        self, inside: NDArray[np.int64], right: Array, softness: Array
+    ) -> tuple[Array, Array]:
+        """Solve ``u_i + softness_i R_i = right_i`` on the points `inside`, R = 0 elsewhere.
+
+        By a Cholesky factorisation of part of the compliance.
+
+        Parameters
+        ----------
+        inside : (k,)
+            Numbers of candidates.
+        right : (k, m)
+            Right-hand sides of m cases.
+        softness : (k,)
+            Compliance of springs between the rigid shape and the body (penalty); zero for rigid
+            contact.
+
+        Returns
+        -------
+        forces : (k, m)
+        displacement : (n, m)
+            Displacements of all candidates.
+        """
+        matrix = self.compliance[np.ix_(inside, inside)]
+        matrix[np.diag_indices(len(inside))] += softness
+        forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
+        return forces, self.compliance[:, inside] @ forces
+
+    def interior(self, reactions: Array) -> Array:
+        """Return displacements of all unknowns of the mesh under nodal forces (n,).
+
+        By a repeated elimination that keeps its factors.
+        """
+        fronts: list[Front | Shift] = []
+        condense(self.system, self.exterior, fronts)
+        return expand(self.system, fronts, self.compliance @ reactions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,12 +122,12 @@ class CondensedBody:
     length: float
     youngs_modulus: float
     poisson_ratio: float
-    scaled_points: NDArray[np.float64]
-    scaled_weights: NDArray[np.float64]
+    scaled_points: Array
+    scaled_weights: Array
     nodes: NDArray[np.int64]
-    scaled_compliance: NDArray[np.float64]
+    scaled_compliance: Array
     symmetry: int
-    offset: NDArray[np.float64]
+    offset: Array
     spacing_scaled: float
     ring: float | None
     stretch: tuple[float, float]
@@ -80,30 +136,30 @@ class CondensedBody:
     seconds: dict[str, float]
     grid: GradedMesh
     system: LinearSystem
-    exterior: NDArray[np.float64]
+    exterior: Array
     iterative: IterativeFlexibility | None = None
     nodal: CondensedBody | None = None
-    interpolation: NDArray[np.float64] | None = None
+    interpolation: Array | None = None
 
     @cached_property
-    def flexibility(self) -> Flexibility:
+    def flexibility(self) -> DenseFlexibility | IterativeFlexibility:
         """Response of the body to forces on its candidates, in scaled quantities."""
-        if self.iterative is not None:
-            return self.iterative
-        return DenseFlexibility(self.scaled_compliance, self.system, self.exterior)
+        return self.iterative or DenseFlexibility(
+            self.scaled_compliance, self.system, self.exterior
+        )
 
     @property
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Array:
         """Candidate contact positions (n, 2)."""
         return self.scaled_points * self.length
 
     @property
-    def weights(self) -> NDArray[np.float64]:
+    def weights(self) -> Array:
         """Tributary areas (n,) of the candidates, of the meshed part."""
         return self.scaled_weights * self.length * self.length
 
     @cached_property
-    def compliance(self) -> NDArray[np.float64]:
+    def compliance(self) -> Array:
         """Normal displacements (n, n) for unit nodal forces on the meshed part."""
         return self.scaled_compliance / (self.youngs_modulus * self.length)
 
@@ -113,7 +169,7 @@ class CondensedBody:
         return self.spacing_scaled * self.length
 
     @cached_property
-    def scaled_radii(self) -> NDArray[np.float64]:
+    def scaled_radii(self) -> Array:
         """Distance (n,) of the candidates from the centre / length, before stretching."""
         return np.hypot(*(self.scaled_points / np.asarray(self.stretch)).T)
 
@@ -138,14 +194,8 @@ class CondensedBody:
         nodal = None if self.nodal is None else self.nodal.scaled(factor)
         return replace(self, length=self.length * factor, nodal=nodal)
 
-    def at_nodes(self, reactions: ArrayLike) -> tuple[CondensedBody, NDArray[np.float64]]:
-        """Return the body with its nodes as candidates, and the forces on them.
-
-        Raises
-        ------
-        ValueError
-            If `reactions` does not have one finite value per candidate.
-        """
+    def at_nodes(self, reactions: ArrayLike) -> tuple[CondensedBody, Array]:
+        """Return the body with its nodes as candidates, and the forces on them."""
         reactions = np.asarray(reactions, dtype=float)
         if reactions.shape != self.scaled_weights.shape or not np.isfinite(reactions).all():
             raise ValueError(

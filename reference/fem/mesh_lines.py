@@ -1,0 +1,47 @@
+"""Graded mesh lines: cells that grow from one end, or are refined towards one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson
+
+
+def growing_lines(start: float, end: float, first: float, growth: float) -> NDArray[np.float64]:
+    """Return lines from `start` to `end`, with a first cell near `first`, growing by `growth`.
+
+    >>> growing_lines(0.0, 7.0, 1.0, 2.0)
+    array([0., 1., 3., 7.])
+    """
+    count = max(1, round(np.log1p((end - start) * (growth - 1.0) / first) / np.log(growth)))
+    lines = np.concatenate([[0.0], np.cumsum(growth ** np.arange(count))])
+    return start + (end - start) * lines / lines[-1]
+
+
+def edge_lines(
+    reach: float, count: int, exponent: float, far_exponent: float = 1.0
+) -> NDArray[np.float64]:
+    """Return lines from 0 to `reach` with cells refined towards 0 and growing beyond 1.
+
+    The cell size at t is proportional to ``t^exponent (1 + t)^(far_exponent - exponent)``: the
+    first power suits a field with a root or a singularity at 0, the second a field that decays with
+    1 + t.
+
+    >>> np.round(edge_lines(3.0, 4, 0.5), 3)
+    array([0.   , 0.112, 0.5  , 1.337, 3.   ])
+    """
+    # t = reach s^(1/(1 - exponent)) makes the integral of 1/size smooth
+    s = np.linspace(0.0, 1.0, 4001)
+    t = reach * s ** (1.0 / (1.0 - exponent))
+    number = cumulative_simpson((1.0 + t) ** (exponent - far_exponent), x=s, initial=0.0)
+    place = np.interp(np.linspace(0.0, number[-1], count + 1), number, s)
+    return reach * place ** (1.0 / (1.0 - exponent))
+
+
+def graded_lines(start: float, end: float, count: int, exponent: float) -> NDArray[np.float64]:
+    """Return lines from `start` to `end`, refined towards `end`.
+
+    The distance to `end` is proportional to ``(j/count)^(1/(1 - exponent))``; exponent 0 is
+    uniform.
+    """
+    return end - (end - start) * np.linspace(1.0, 0.0, count + 1) ** (1.0 / (1.0 - exponent))
