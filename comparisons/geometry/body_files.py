@@ -19,8 +19,7 @@ from comparisons.errors import InputError
 from comparisons.geometry.abaqus_surfaces import surfaces
 from comparisons.geometry.silence import quiet
 from comparisons.geometry.unpacking import size_problems
-from reference.fem.cells import KINDS
-from reference.fem.solid_mesh import SolidMesh
+from reference.fem.solid_mesh import KINDS, SolidMesh
 
 SOLIDS = (*KINDS, "hexahedron20")
 

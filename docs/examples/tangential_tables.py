@@ -23,7 +23,7 @@ from reference import closed_form, surfaces
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.fem import Material, friction
-from reference.fem.frictional_body import frictional_body
+from reference.fem.half_space import frictional_body
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from reference.bounds.interval import EPSILON
 from reference.bounds.lines import Line, numbers
 from reference.bounds.sections import Section
-from reference.fem.nested_dissection import Front, LinearSystem, Shift, condense, expand
+from reference.fem.linear_system import LinearSystem
+from reference.fem.nested_dissection import Front, Shift, condense, expand
 
 Array = NDArray[np.float64]
 

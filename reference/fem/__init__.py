@@ -11,7 +11,7 @@ True
 """
 
 from reference.elasticity import Material
-from reference.fem.body import CondensedBody
+from reference.fem.condensed_body import CondensedBody
 from reference.fem.contact import (
     Enforcement,
     NodalContact,
@@ -21,7 +21,7 @@ from reference.fem.contact import (
 )
 from reference.fem.half_space import half_space_body
 from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
-from reference.fem.mesh import graded_lines
+from reference.fem.mesh_lines import graded_lines
 from reference.fem.recovery import Fields, recover
 from reference.fem.single_contact import indent
 

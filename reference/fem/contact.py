@@ -12,9 +12,8 @@ from scipy.special import ellipk
 from reference.arguments import choice_faults, count_faults, positive_faults, refuse
 from reference.contact.pivot import pivot
 from reference.errors import ConvergenceError
-from reference.fem.body import CondensedBody
-from reference.fem.flexibility import DenseFlexibility
-from reference.fem.mesh import facet_quadrature
+from reference.fem.condensed_body import CondensedBody, DenseFlexibility
+from reference.fem.element_stiffness import facet_quadrature
 from reference.loads import LoadPath
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")

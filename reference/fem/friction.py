@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
-from reference.fem.frictional_body import FrictionalBody
+from reference.fem.half_space import FrictionalBody
 from reference.loads import LoadPath
 
 

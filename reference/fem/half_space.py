@@ -73,7 +73,7 @@ def half_space_body(
     # candidates, by x then y, and tributary areas of all surface nodes
     numbers, shapes, _, areas = facet_quadrature(grid.mesh, grid.surface, 3)
     shares = np.abs(areas[..., 2]) @ shapes.T
-    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=points.shape[1])
+    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=points.shape[1]).astype(float)
     nodes = facet_nodes(grid.mesh, grid.surface)
     nodes = nodes[meshed.candidate(*points[:2, nodes])]
     nodes = nodes[np.lexsort(np.round(points[1::-1, nodes], 9))]

@@ -59,7 +59,7 @@ def linear_system(
     fields: Sequence[Array] = (),
     stretch: tuple[float, float] = (1.0, 1.0),
 ) -> LinearSystem:
-    """Number the unknowns: free displacements, mean stresses, displacements of the far field.
+    """Return the system with unknowns numbered: free displacements, mean stresses, far field.
 
     Parameters
     ----------

@@ -104,9 +104,9 @@ def condense(
         shifted = np.setdiff1d(constants[firsts], base)
         if fronts is not None:
             fronts.append(Shift(base, shifted))
-        place, places = np.searchsorted(names, base), np.searchsorted(names, shifted)
-        matrix[:, place] += matrix[:, places].sum(axis=1)
-        matrix[place] += matrix[places].sum(axis=0)
+        at, places = int(np.searchsorted(names, base)), np.searchsorted(names, shifted)
+        matrix[:, at] += matrix[:, places].sum(axis=1)
+        matrix[at] += matrix[places].sum(axis=0)
         # displacements first, then slopes of mean stresses, then the differences of constants
         finished = names[complete & (names != base)]
         stresses = finished[indefinite[finished]]

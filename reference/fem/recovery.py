@@ -10,14 +10,14 @@ from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
 from reference.elasticity import lame_parameters, largest_shear, von_mises
-from reference.fem.body import CondensedBody
+from reference.fem.condensed_body import CondensedBody
 from reference.fem.element_stiffness import (
     element_order,
     gauss_points,
+    mean_stress_modes,
     shape_gradients,
     simplex_points,
 )
-from reference.fem.mixed import mean_stress_modes
 
 Array = NDArray[np.float64]
 

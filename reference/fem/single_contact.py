@@ -19,7 +19,7 @@ from skfem.element import ElementQuad1, ElementQuad2
 
 from reference.arguments import choice_faults, refuse
 from reference.errors import ConvergenceError
-from reference.fem.body import CondensedBody
+from reference.fem.condensed_body import CondensedBody
 from reference.fem.contact import (
     CONTROLS,
     EXACT,
@@ -29,7 +29,7 @@ from reference.fem.contact import (
     fitted_area,
     press,
 )
-from reference.fem.mesh import facet_quadrature
+from reference.fem.element_stiffness import facet_quadrature
 from reference.loads import LoadPath
 
 Array = NDArray[np.float64]

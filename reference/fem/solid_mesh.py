@@ -362,4 +362,6 @@ def _with_middles(points: Array, cells: Integers) -> tuple[Array, Integers]:
     count = len(points)
     face_numbers = count + numbers.reshape(len(cells), 6)
     centre_numbers = count + len(faces) + np.arange(len(cells))[:, None]
-    return np.concatenate([points, faces, centres]), np.hstack([cells, face_numbers, centre_numbers])
+    return np.concatenate([points, faces, centres]), np.hstack(
+        [cells, face_numbers, centre_numbers]
+    )

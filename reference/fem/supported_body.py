@@ -11,10 +11,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import refuse
 from reference.elasticity import Material
-from reference.fem.body import CondensedBody
+from reference.fem.condensed_body import CondensedBody
 from reference.fem.element_stiffness import stiffness_matrices
-from reference.fem.mesh import GradedMesh
-from reference.fem.nested_dissection import LinearSystem, condense
+from reference.fem.half_space_mesh import GradedMesh
+from reference.fem.linear_system import LinearSystem
+from reference.fem.nested_dissection import condense
 from reference.fem.solid_mesh import SolidMesh
 
 # Linear tetrahedra have one lambda per cell in any rule, and lock.

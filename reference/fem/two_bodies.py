@@ -22,10 +22,9 @@ from skfem.quadrature import get_quadrature_tri
 
 from reference.arguments import choice_faults, refuse
 from reference.errors import ConvergenceError
-from reference.fem.body import CondensedBody
+from reference.fem.condensed_body import CondensedBody
 from reference.fem.contact import NodalContact, press
-from reference.fem.element_stiffness import element_order
-from reference.fem.mesh import facet_quadrature
+from reference.fem.element_stiffness import element_order, facet_quadrature
 from reference.loads import LoadPath
 
 COUPLINGS = ("mortar", "node_to_surface")

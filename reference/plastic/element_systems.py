@@ -10,14 +10,8 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse.linalg import SuperLU, splu
 
-from reference.fem.nested_dissection import (
-    Front,
-    LinearSystem,
-    Shift,
-    backward,
-    condense,
-    forward,
-)
+from reference.fem.linear_system import LinearSystem
+from reference.fem.nested_dissection import Front, Shift, backward, condense, forward
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]

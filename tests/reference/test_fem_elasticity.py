@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from reference.elasticity import lame_parameters
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, recover
-from reference.fem.element_stiffness import shape_gradients, stiffness_matrices
+from reference.fem.element_stiffness import facet_quadrature, shape_gradients, stiffness_matrices
 from reference.fem.far_field import boussinesq, exterior_stiffness
-from reference.fem.mesh import facet_quadrature, growing_lines, ring_mesh, tensor_mesh
-from reference.fem.nested_dissection import LinearSystem, condense
+from reference.fem.half_space_mesh import ring_mesh, tensor_mesh
+from reference.fem.linear_system import LinearSystem
+from reference.fem.mesh_lines import growing_lines
+from reference.fem.nested_dissection import condense
 
 DISTORTED = 0.3
 

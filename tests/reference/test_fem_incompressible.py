@@ -1,4 +1,4 @@
-"""Rubber: nu = 1/2 exactly, by displacements and mean stresses (reference.fem.mixed)."""
+"""Rubber: nu = 1/2 exactly, by displacements and mean stresses."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, indent, press, recover
-from reference.fem.element_stiffness import shape_gradients
+from reference.fem.element_stiffness import mixed_matrices, shape_gradients
 from reference.fem.far_field import exterior_stiffness
-from reference.fem.mesh import tensor_mesh
-from reference.fem.mixed import mixed_matrices
+from reference.fem.half_space_mesh import tensor_mesh
 from reference.loads import Load
 
 

@@ -17,7 +17,7 @@ from reference.fem import (
     recover,
 )
 from reference.fem.element_stiffness import stiffness_matrices
-from reference.fem.extruded import ExtrudedStiffness, Lattice
+from reference.fem.matrix_free import ExtrudedStiffness, Lattice
 from reference.loads import Load
 
 needs_pardiso = pytest.mark.skipif(

@@ -7,8 +7,7 @@ import pytest
 from skfem import MeshHex, MeshTet
 
 from reference.fem import Material, press, recover
-from reference.fem.cells import KINDS
-from reference.fem.solid_mesh import SolidMesh
+from reference.fem.solid_mesh import KINDS, SolidMesh
 from reference.fem.supported_body import SupportedMesh, contact_nodes, free_motions, supported_body
 from reference.loads import Load
 

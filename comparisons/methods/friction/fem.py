@@ -16,7 +16,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.fem import Material
 from reference.fem.friction import FrictionalPress, FrictionStep, follow
-from reference.fem.frictional_body import FrictionalBody, frictional_body
+from reference.fem.half_space import FrictionalBody, frictional_body
 from reference.loads import LoadPath
 
 # The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.

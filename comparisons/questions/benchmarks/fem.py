@@ -30,7 +30,7 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import fem
 from reference.fem import pardiso
-from reference.fem.sparse import stiffness_matrix
+from reference.fem.linear_system import stiffness_matrix
 from reference.loads import Load
 
 DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
