@@ -21,8 +21,8 @@ import numpy as np
 from comparisons.questions.experiments import EXPERIMENTS, proved
 from comparisons.scene.indenters.punches import PolygonPunch
 from reference import closed_form, surfaces
-from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
-from reference.bounds.extension import Extension
+from reference.bounds import flat_faces, homogeneous, outlines, revolution
+from reference.bounds.dirichlet import Prisms
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
@@ -54,13 +54,13 @@ def seconds_of(work: Callable[[], Any]) -> tuple[Any, float]:
 def costed(work: Callable[[], Interval]) -> tuple[Interval, int, float]:
     """Return an interval, the unknowns of its largest mesh, and the processor time."""
     unknowns = [0]
-    make = Extension.__init__
+    make = Prisms.__init__
 
-    def noted(body: Extension, *of: Any) -> None:
+    def noted(body: Prisms, *of: Any) -> None:
         make(body, *of)
         unknowns.append(body.unknowns)
 
-    with mock.patch.object(Extension, "__init__", noted):
+    with mock.patch.object(Prisms, "__init__", noted):
         bounds, seconds = seconds_of(work)
     return bounds, max(unknowns), seconds
 
@@ -141,9 +141,9 @@ def round_bodies() -> list[list[str]]:
     """Energy and force of bodies of revolution."""
     rows, widths, costs = [], [], []
     for name, (profile, form, depth) in ROUND.items():
-        stored = axisymmetric.energy(profile, depth, 1.0, cells=40)
+        stored = revolution.energy(profile, depth, 1.0, cells=40)
         pressed, unknowns, seconds = costed(
-            lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40)
+            lambda p=profile, d=depth: revolution.force(p, d, 1.0, cells=40)
         )
         energy, force = float(form.energy(depth)), float(form.force(depth))
         assert energy in stored
@@ -154,7 +154,7 @@ def round_bodies() -> list[list[str]]:
         rows[-1] |= cost(unknowns, seconds, solve)
         widths.append(pressed.width)
         costs.append((unknowns, seconds, solve))
-    disc, unknowns, seconds = costed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
+    disc, unknowns, seconds = costed(lambda: revolution.disc_stiffness(1.0, 1.0, cells=40))
     assert 2.0 in disc
     solve = solve_seconds(lambda x, y: np.where(np.hypot(x, y) < 1, 0.0, np.inf), 0.1)
     rows.append(_round_row("cylinder", sides(disc, 2.0), sides(disc, 2.0), disc))
@@ -187,14 +187,14 @@ def order() -> list[list[str]]:
     profile, form = ROUNDED
     kinds: dict[str, tuple[Callable[[int], Interval], float]] = {
         "paraboloid": (
-            lambda n: axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=n),
+            lambda n: revolution.energy(paraboloid(1.0), 1.0, 1.0, cells=n),
             float(closed_form.paraboloid(1.0, 1.0).energy(1.0)),
         ),
         "rounded punch, a/b = 1.05": (
-            lambda n: axisymmetric.energy(profile, pressed_to(1.05), 1.0, cells=n),
+            lambda n: revolution.energy(profile, pressed_to(1.05), 1.0, cells=n),
             float(form.energy(pressed_to(1.05))),
         ),
-        "cylinder": (lambda n: axisymmetric.disc_stiffness(1.0, 1.0, cells=n), 2.0),
+        "cylinder": (lambda n: revolution.disc_stiffness(1.0, 1.0, cells=n), 2.0),
     }
     for name, (bounded, exact) in kinds.items():
         before: tuple[float, float] | None = None
@@ -219,7 +219,7 @@ def two_radii() -> list[list[str]]:
     """Force of paraboloids with two radii."""
     rows = []
     for ratio in (1.0, 2.0, 5.0, 10.0, 70.0):
-        form, body = closed_form.ellipsoid(1.0, ratio, 1.0), bodies.Paraboloid(1.0, ratio)
+        form, body = closed_form.ellipsoid(1.0, ratio, 1.0), homogeneous.Paraboloid(1.0, ratio)
         pressed, unknowns, seconds = costed(
             lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12))
         )
@@ -245,7 +245,7 @@ def pyramids() -> list[list[str]]:
     """Force of the pyramids of hardness tests."""
     rows = []
     for name, (faces, slope) in INDENTERS.items():
-        body = bodies.Pyramid(faces, slope)
+        body = homogeneous.Pyramid(faces, slope)
         pressed, unknowns, seconds = costed(
             lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18))
         )
@@ -268,7 +268,7 @@ def pyramids() -> list[list[str]]:
 
 
 # %% [markdown]
-# The problem sheet: stiffness of flat punches.
+# The problem sheet: stiffness of flat flat_faces.
 
 SHEET = {
     "disc": ("disc", 0, 1.0),
@@ -292,18 +292,18 @@ def sheet() -> list[list[str]]:
         if shape == "disc":
             area, ellipse = math.pi, 0.0
             gap = lambda x, y: np.where(np.hypot(x, y) < 1, 0.0, np.inf)  # noqa: E731
-            work = lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=28)  # noqa: E731
+            work = lambda: revolution.disc_stiffness(1.0, 1.0, cells=28)  # noqa: E731
         else:
             corners = proved.corners_of(shape, count, aspect)
             face = PolygonPunch(shape="polygon_punch", vertices=corners)
             area, gap = face.face_area, face.gap
-            work = lambda c=corners: punches.bounded(c, SHEET_CELLS)  # noqa: E731
+            work = lambda c=corners: flat_faces.bounded(c, SHEET_CELLS)  # noqa: E731
             measured = EXPERIMENTS["best-ellipse"].measure(
                 count or None, "quick", shape=shape, aspect=aspect
             )
             ellipse = measured.error
         bounds, unknowns, seconds = costed(work)
-        factor = bounds * (1 / punches.equal_area_stiffness(area))
+        factor = bounds * (1 / flat_faces.equal_area_stiffness(area))
         keep(name, FLAT, STIFFNESS, factor, seconds)
         lower, upper = outwards(factor, 5)
         row = {
@@ -322,15 +322,15 @@ def finest() -> list[list[str]]:
     rows: list[Row] = []
     for name, count in (("square", 4), ("equilateral triangle", 3)):
         corners = proved.corners_of("polygon", count, 1.0)
-        circle = punches.equal_area_stiffness(count * math.tan(math.pi / count))
+        circle = flat_faces.equal_area_stiffness(count * math.tan(math.pi / count))
 
         def lower(cells: int, c: Any = corners) -> float:
-            fine = outlines.polygon(c, cells, punches.PRESSURE_EXPONENT)
-            return punches.stiffness_below(fine, cells)
+            fine = outlines.polygon(c, cells, flat_faces.PRESSURE_EXPONENT)
+            return flat_faces.stiffness_below(fine, cells)
 
         def upper(cells: int, c: Any = corners) -> float:
-            coarse = outlines.polygon(c, cells // 2, punches.DISPLACEMENT_AROUND)
-            return punches.stiffness_above(coarse, cells)
+            coarse = outlines.polygon(c, cells // 2, flat_faces.DISPLACEMENT_AROUND)
+            return flat_faces.stiffness_above(coarse, cells)
 
         last: dict[str, tuple[float, float]] = {}
         for side, bound, steps in (("below", lower, (16, 24, 32)), ("above", upper, (12, 16, 24))):

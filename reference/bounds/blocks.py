@@ -12,9 +12,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.bounds.heights import Waves
 from reference.bounds.interval import EPSILON
 from reference.bounds.potentials import Expansion, GridPotential
+from reference.bounds.trigonometric import Waves
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load

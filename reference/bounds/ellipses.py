@@ -22,15 +22,15 @@ small linear programme, scaled so that every row of it holds.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linprog, minimize
 
-from reference.bounds.elliptic import complete, first_kind_above
+from reference.bounds.elliptic_integrals import complete, first_kind_above
 from reference.bounds.interval import EPSILON, Interval, above, below
 
 Array = NDArray[np.float64]
@@ -39,6 +39,8 @@ Array = NDArray[np.float64]
 _SEARCHES = 5
 # Directions in which two ellipses are separated: each gives a bound, and the best one counts.
 _DIRECTIONS = 64
+# Places per side of a face's box from which the roomiest are told, and how many of these.
+_LOOKS, _STARTS = 15, 4
 
 
 def elliptic_stiffness(a: float, b: float) -> Interval:
@@ -103,12 +105,8 @@ def best_ellipse(
 ) -> tuple[Ellipse, float]:
     """Return the ellipse that proves most, over axes, place and angle, and the force for E* = 1.
 
-    Parameters
-    ----------
-    gap : MeanGap
-    penetration : float
-    starts : sequence of Ellipse
-        From which to search (Nelder & Mead): wherever that ends, the bound holds.
+    From each of the starts searches (Nelder & Mead) follow one another: wherever they end, the
+    bound holds.
     """
     best, most = starts[0], 0.0
     for start in starts:
@@ -210,3 +208,96 @@ def deepest(ellipses: Sequence[Ellipse]) -> Array:
     integral = first_kind_above(s, s + a**2, s + b**2)
     depths[apart] = np.minimum(depths[apart], integral / np.pi * (1 + 4 * EPSILON))
     return depths
+
+
+class Face:
+    """A flat face with the outline of a simple polygon (n, 2), whichever way it goes round."""
+
+    def __init__(self, vertices: ArrayLike) -> None:
+        self.corners = np.asarray(vertices, dtype=float)
+
+    def within(self, ellipse: Ellipse) -> Ellipse:
+        """Return the largest ellipse of these axes about this middle; of no size if it is outside.
+
+        Mapped to the unit circle: the nearest side is as far away as the ellipse may grow.
+        """
+        seen = np.linalg.solve(ellipse.axes, (self.corners - [ellipse.x, ellipse.y]).T).T
+        # inside if an odd number of sides cross the ray along x
+        after = np.roll(seen, -1, axis=0)
+        straddles = (seen[:, 1] > 0) != (after[:, 1] > 0)
+        turn = seen[:, 0] * after[:, 1] - seen[:, 1] * after[:, 0]
+        right = (turn > 0) == (after[:, 1] > seen[:, 1])
+        if (straddles & right).sum() % 2 == 0:
+            return ellipse.scaled(0.0)
+        side = after - seen
+        along = np.clip(-(seen * side).sum(axis=1) / (side**2).sum(axis=1), 0.0, 1.0)
+        nearest = float(np.hypot(*(seen + along[:, None] * side).T).min())
+        # rounding of the map, in the corners that lie farthest
+        loss = 64 * EPSILON * float(np.abs(seen).max()) * max(ellipse.a, ellipse.b)
+        room = nearest - loss / min(ellipse.a, ellipse.b)
+        return ellipse.scaled(max(room, 0.0))
+
+    def starts(self) -> list[Ellipse]:
+        """Return ellipses on the roomiest places of the face, in three directions each."""
+        low, high = self.corners.min(axis=0), self.corners.max(axis=0)
+        steps = (np.arange(_LOOKS) + 0.5) / _LOOKS
+        size = float((high - low).max())
+        places = [low + (high - low) * [u, v] for u in steps for v in steps]
+        circles = [self.within(Ellipse(float(x), float(y), size, size)) for x, y in places]
+        starts: list[Ellipse] = []
+        for circle in sorted(circles, key=lambda ellipse: -ellipse.a)[: _LOOKS**2 // 2]:
+            apart = [math.hypot(circle.x - e.x, circle.y - e.y) > e.a for e in starts]
+            if all(apart) and circle.a > 0 and len(starts) < _STARTS:
+                starts.append(circle)
+        turns = (0.0, math.pi / 3, 2 * math.pi / 3)
+        return [replace(e, b=0.6 * e.a, angle=turn) for e in starts for turn in turns]
+
+    def above(self, ellipse: Ellipse) -> float:
+        """Return zero."""
+        return 0.0
+
+
+class ConvexGap:
+    r"""A convex gap ``gap(x, y)`` on arrays, by its values.
+
+    Around a circle on the sphere's shadow, of radius r, the points of an arc between two tangents
+    are means of the points of contact and of the corner where the tangents meet; the mean over the
+    arc of a convex function is not above that of its values there, with the weights that place
+    the arc's middle. These means M(r) are convex again, and not above their chords over rings. The
+    excess is of second order in the numbers of rings and arcs.
+    """
+
+    def __init__(self, gap: Callable[[Array, Array], Array], rings: int = 64, arcs: int = 48):
+        self._gap = gap
+        turn = np.linspace(0, 0.5 * np.pi, rings + 1)
+        r, half = np.sin(turn), np.pi / arcs
+        weight = -np.diff(np.cos(turn))
+        lever = 0.5 * np.diff(turn - np.sin(turn) * np.cos(turn))
+        # of the chord's two ends in the integral over a ring
+        outer = (lever - r[:-1] * weight) / np.diff(r)
+        self._weights = np.append(weight - outer, 0.0) + np.insert(outer, 0, 0.0)
+        touching: Array = np.arange(float(arcs)) * 2 * half
+        corner = (math.sin(half) / half - math.cos(half)) / (1 / math.cos(half) - math.cos(half))
+        # places (rings, arcs, 2) of contact and of corners, and what they count
+        self._parts = [
+            (radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1), share / arcs)
+            for radius, angle, share in (
+                (r, touching, 1 - corner),
+                (r / math.cos(half), touching + half, corner),
+            )
+        ]
+        self._rounding = 64 * (rings + arcs) * EPSILON
+
+    def within(self, ellipse: Ellipse) -> Ellipse:
+        """Return the ellipse: the gap has no end."""
+        return ellipse
+
+    def above(self, ellipse: Ellipse) -> float:
+        """Return the mean of the chords."""
+        total = size = 0.0
+        for places, share in self._parts:
+            x, y = np.moveaxis(places @ ellipse.axes.T, -1, 0)
+            around = self._gap(ellipse.x + x, ellipse.y + y)
+            total += share * float(self._weights @ around.sum(axis=1))
+            size += share * float(np.abs(around).max()) * around.shape[1]
+        return total + self._rounding * size

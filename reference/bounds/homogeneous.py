@@ -1,31 +1,34 @@
 r"""Force of paraboloids with two radii and of pyramids between proved bounds.
 
-The gap has a degree n, so F = U (2n+1)/(n d): bounds of the energy are bounds of the force. A
+Convex bodies that are no bodies of revolution, on one part of a symmetric whole. The gap has a
+degree n, g(s x) = s^n g(x), so F = U (2n+1)/(n d): bounds of the energy are bounds of the force. A
 penetration of 1 serves for all: F = E* d^(1+1/n) F(1).
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.bodies import Body
-from reference.bounds.cells import gauss_points
-from reference.bounds.extension import Extension
+from reference.bounds.dirichlet import Prisms, fan, graded
+from reference.bounds.duality import energy_above, energy_below
+from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.lines import graded
-from reference.bounds.obstacle import least_above
-from reference.bounds.outlines import Outline
-from reference.bounds.pressures import FanPressures
-from reference.bounds.sections import fan
+from reference.bounds.outlines import Outline, circle, dihedral
+from reference.bounds.pressures import Fan
+from reference.bounds.quadrangles import gauss_points
+from reference.closed_form.elliptic import ellipsoid
 
 Array = NDArray[np.float64]
 
-_PRESSURE_EXPONENT, _DISPLACEMENT_EXPONENT = 2.0, 1.4
+# Exponents of the spacing towards the edge of contact, of pressures and displacements; of that of
+# rays towards a pyramid's edge, along which the contact is drawn out.
+_PRESSURE_EXPONENT, _DISPLACEMENT_EXPONENT, _POINTED = 2.0, 1.4, 2.0
 # The search for an outline: sectors and shells of its pressures, and how far these go, in copies of
 # the best circle and then of the first result.
 _SECTORS, _SHELLS, _REACHES = 8, 20, (2.6, 1.5)
@@ -33,39 +36,132 @@ _SECTORS, _SHELLS, _REACHES = 8, 20, (2.6, 1.5)
 _OUTSKIRTS = 6.0
 
 
+@dataclass(frozen=True)
+class Paraboloid:
+    """g = x^2/(2 R_x) + y^2/(2 R_y).
+
+    The best ellipse is the contact area itself: Barber's bound is exact but for rounding.
+    """
+
+    radius_x: float
+    radius_y: float
+
+    degree = 2
+
+    def __post_init__(self) -> None:
+        if not all(r > 0 and math.isfinite(r) for r in (self.radius_x, self.radius_y)):
+            raise ValueError(
+                "radii must be positive and finite, got "
+                f"radius_x = {self.radius_x!r}, radius_y = {self.radius_y!r}"
+            )
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """Return the gap."""
+        return 0.5 * (x**2 / self.radius_x + y**2 / self.radius_y)
+
+    def _semi_axes(self) -> tuple[float, float]:
+        """Semi-axes of the contact at a penetration of 1, a guess that no bound hangs on."""
+        x, y = ellipsoid(self.radius_x, self.radius_y, 1.0).semi_axes(1.0)
+        return float(x), float(y)
+
+    def punch(self, cells: int) -> Outline:
+        """Quarter of the contact ellipse at a penetration of 1, the outline itself."""
+        return circle(cells, dihedral(2), 0.5 * np.pi).stretched(*self._semi_axes())
+
+    def punch_force(self) -> float:
+        """Lower bound k (1 - a^2/(6 R_x) - b^2/(6 R_y)) at a penetration of 1 for E* = 1."""
+        a, b = self._semi_axes()
+        mean = a * a / (6 * self.radius_x) + b * b / (6 * self.radius_y)
+        return elliptic_stiffness(a, b).lower * (1 - mean) * (1 - 32 * EPSILON)
+
+
+@dataclass(frozen=True)
+class Pyramid:
+    """Regular pyramid, g = s max(x . n_i) over the normals n_i of its faces' base lines.
+
+    Four faces make Vickers's indenter, three Berkovich's. The part that is computed lies between
+    the middle of a face and its edge.
+    """
+
+    faces: int
+    slope: float
+
+    degree = 1
+
+    def __post_init__(self) -> None:
+        whole = self.faces >= 3 and float(self.faces).is_integer()
+        if not (whole and self.slope > 0 and math.isfinite(self.slope)):
+            raise ValueError(
+                "a pyramid has at least three faces of a positive slope, got "
+                f"faces = {self.faces!r}, slope = {self.slope!r}"
+            )
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """Return s x, the gap on that part."""
+        return self.slope * x + 0 * y
+
+    def gap_anywhere(self, x: Array, y: Array) -> Array:
+        """Return the height of the highest of the planes of all faces."""
+        turns = 2 * np.pi * np.arange(self.faces) / self.faces
+        return self.slope * np.max([np.cos(t) * x + np.sin(t) * y for t in turns], axis=0)
+
+    def _mean_gap(self) -> float:
+        """Mean of the gap under a circular punch of radius 1.
+
+        <r> = pi/4 under the shadow of a sphere, times the mean of cos over half a face's angle.
+        """
+        half = np.pi / self.faces
+        return self.slope * 0.25 * np.pi * math.sin(half) / half
+
+    def punch(self, cells: int) -> Outline:
+        """Half a face's part of the best circle: k (1 - <g>) is largest where <g> = 1/2."""
+        full_circle = circle(cells, dihedral(self.faces), np.pi / self.faces, _POINTED)
+        return full_circle.scaled(0.5 / self._mean_gap())
+
+    def punch_force(self) -> float:
+        """Lower bound 2 a (1 - <g>) at a penetration of 1 for E* = 1."""
+        a = 0.5 / self._mean_gap()
+        return 2 * a * (1 - a * self._mean_gap()) * (1 - 32 * EPSILON)
+
+
+Body = Paraboloid | Pyramid
+
+
 def force(
     body: Body, penetration: float, effective_modulus: float, *, cells: tuple[int, int] = (10, 16)
 ) -> Interval:
     """Force at a penetration between proved bounds.
 
-    Parameters
-    ----------
-    body : Body
-    penetration, effective_modulus : float
-        d and E*, positive.
-    cells : (int, int)
-        From the origin to the contact's edge: elements of the upper and cells of the lower bound.
-
-    Raises
-    ------
-    ValueError
-        For a penetration or modulus that is not positive and finite, or cells that are no whole
-        numbers from 2.
+    The cells from the origin to the contact's edge are elements of the upper and cells of the lower
+    bound, at least 2.
     """
     faults = positive_faults(penetration=penetration, effective_modulus=effective_modulus)
     refuse(faults + count_faults(2, elements=cells[0], cells=cells[1]))
     n = body.degree
     scale = (2 * n + 1) / n * penetration ** (1 + 1 / n) * effective_modulus
-    unit = Interval(energy_below(body, cells[1]), energy_above(body, cells[0]))
-    return Interval(below(scale * unit.lower, 16), above(scale * unit.upper, 16))
 
+    # dual: pressures on cells graded to the edge
+    factors = 1 - (1 - np.arange(cells[1] + 1) / cells[1]) ** _PRESSURE_EXPONENT
+    lower = energy_below(*_work(body, contact_outline(body, cells[1]), factors))
 
-def energy_below(body: Body, cells: int) -> float:
-    """Lower bound of the energy at a penetration of 1 for E* = 1, from pressures on cells."""
-    outline = contact_outline(body, cells)
-    factors = 1 - (1 - np.arange(cells + 1) / cells) ** _PRESSURE_EXPONENT
-    pressures, work, magnitude = _work(body, outline, factors)
-    return pressures.energy_below(pressures.best(work), work, magnitude)
+    # primal: the gap is quadratic on every triangle, so its coefficients in Bernstein's polynomials
+    # are exact, and a displacement with coefficients not below those of d - g is nowhere below it
+    outline = contact_outline(body, cells[0])
+    t = np.arange(cells[0] + 1) / cells[0]
+    end = _OUTSKIRTS * max(outline.extents) / outline.size
+    outwards = graded(cells[0], _DISPLACEMENT_EXPONENT, end)
+    shells = outline.shells(1 - t[-2::-1] ** _DISPLACEMENT_EXPONENT, outwards[1:])
+    section, shell = fan(shells, closed=outline.closed)
+    gap = body.gap(*section.points.T)
+    floor = 1 - section.bernstein(gap)
+    floor += 16 * EPSILON * (1 + np.abs(gap).max())
+    # retained up to where the body is out of reach, never the outermost: v >= 0 > d - g beyond
+    wide = body.gap(shells[..., 0], shells[..., 1]).min(axis=1) > 1
+    near = shell <= min(int(np.argmax(wide)) + 2, len(shells) - 1)
+    floor[~near] = np.maximum(floor[~near], 0.0)
+    elements = Prisms(section, outline.size * outwards, np.flatnonzero(near))
+    upper = len(outline.images) * energy_above(elements, floor, shell[near] <= cells[0])
+    return Interval(below(scale * lower, 16), above(scale * upper, 16))
 
 
 def contact_outline(body: Body, cells: int) -> Outline:
@@ -74,14 +170,11 @@ def contact_outline(body: Body, cells: int) -> Outline:
     A guess: whatever it is, the bounds hold. Paraboloids have an exact first outline.
     """
     first = body.punch(cells)
-    return first if body.degree == 2 else replace(first, points=_resampled(body, first.points))
-
-
-def _resampled(body: Body, rays: Array) -> Array:
-    """Points of the contact's outline at the angles of others."""
-    points = _coarse_outline(body).points
+    if body.degree == 2:
+        return first
+    rays, points = first.points, _coarse_outline(body).points
     length = np.interp(_angles(rays), _angles(points), np.hypot(points[:, 0], points[:, 1]))
-    return rays * (length / np.hypot(rays[:, 0], rays[:, 1]))[:, None]
+    return replace(first, points=rays * (length / np.hypot(rays[:, 0], rays[:, 1]))[:, None])
 
 
 @lru_cache(maxsize=32)
@@ -91,66 +184,31 @@ def _coarse_outline(body: Body) -> Outline:
     for reach in _REACHES:
         factors = np.linspace(0.0, reach, _SHELLS + 1)
         pressures, work, _ = _work(body, outline, factors)
-        pressure = pressures.best(work).reshape(_SECTORS, -1)
-        edge = np.array([_edge(row, factors) for row in pressure])
-        outline = replace(outline, points=_moved(outline.points, edge))
+        between = 0.5 * (factors[1:] + factors[:-1])
+        edge = []
+        for row in pressures.best(work).reshape(_SECTORS, -1):
+            # where the square of the pressure, linear near the edge, falls to zero
+            last = int(np.flatnonzero(row > 0)[-1])
+            inner, outer = row[last - 2] ** 2, row[last - 1] ** 2
+            ahead = outer / (inner - outer) if inner > outer else 1.0
+            step = between[last - 1] - between[last - 2]
+            edge.append(between[last - 1] + min(ahead, 2.0) * step)
+        angles = _angles(outline.points)
+        middles = 0.5 * (angles[1:] + angles[:-1])
+        # beyond the last sector's middle the contact goes on as it did
+        slope = (edge[-1] - edge[-2]) / (middles[-1] - middles[-2])
+        factor = np.interp(angles, middles, edge) + np.maximum(angles - middles[-1], 0.0) * slope
+        outline = replace(outline, points=outline.points * factor[:, None])
     return outline
-
-
-def _moved(points: Array, edge: Array) -> Array:
-    """Points of an outline times factors that are known in the middles of its sectors."""
-    angles = _angles(points)
-    middles = 0.5 * (angles[1:] + angles[:-1])
-    factor = np.interp(angles, middles, edge)
-    # beyond the last sector's middle the contact goes on as it did
-    slope = (edge[-1] - edge[-2]) / (middles[-1] - middles[-2])
-    factor += np.maximum(angles - middles[-1], 0.0) * slope
-    return points * factor[:, None]
 
 
 def _angles(points: Array) -> Array:
     return np.arctan2(points[:, 1], points[:, 0])
 
 
-def _edge(pressure: Array, factors: Array) -> float:
-    """Factor at which the square of the pressure, linear near the edge, falls to zero."""
-    last = int(np.flatnonzero(pressure > 0)[-1])
-    middles = 0.5 * (factors[1:] + factors[:-1])
-    inner, outer = pressure[last - 2] ** 2, pressure[last - 1] ** 2
-    reach = outer / (inner - outer) if inner > outer else 1.0
-    return float(middles[last - 1] + min(reach, 2.0) * (middles[last - 1] - middles[last - 2]))
-
-
-def _work(body: Body, outline: Outline, factors: Array) -> tuple[FanPressures, Array, Array]:
-    pressures = FanPressures(outline, factors)
+def _work(body: Body, outline: Outline, factors: Array) -> tuple[Fan, Array, Array]:
+    """Pressures on a fan, and the integrals of 1 - g and of 1 + g over its cells."""
+    pressures = Fan(outline, factors)
     places, weights = gauss_points(pressures.cells)
     gap = (weights * body.gap(places[..., 0], places[..., 1])).sum(axis=1)
     return pressures, pressures.areas - gap, pressures.areas + gap
-
-
-def energy_above(body: Body, cells: int) -> float:
-    """Upper bound of the energy at a penetration of 1 for E* = 1, from finite elements.
-
-    The gap is quadratic on every triangle, so its coefficients in Bernstein's polynomials are
-    exact, and a displacement with coefficients not below those of d - g is nowhere below d - g.
-    """
-    outline = contact_outline(body, cells)
-    t = np.arange(cells + 1) / cells
-    end = _OUTSKIRTS * max(outline.extents) / outline.size
-    outwards = graded(cells, _DISPLACEMENT_EXPONENT, end)
-    shells = outline.shells(1 - t[-2::-1] ** _DISPLACEMENT_EXPONENT, outwards[1:])
-    section, shell = fan(shells, closed=outline.closed)
-    x, y = section.points.T
-    gap = body.gap(x, y)
-    floor = 1 - section.bernstein(gap)
-    floor += 16 * EPSILON * (1 + np.abs(gap).max())
-    wide = body.gap(shells[..., 0], shells[..., 1]).min(axis=1) > 1
-    retained = np.flatnonzero(shell <= np.argmax(wide) + 2)
-    elements = Extension(section, outline.size * outwards, retained)
-    start = shell[retained] <= cells
-    v = least_above(elements.stiffness, 0 * floor[retained], floor[retained], start)
-    values = elements.extend(v)
-    surface = elements.on_surface(values)
-    if (np.delete(surface - floor, retained) < 0).any() or surface.min() < 0:
-        raise ArithmeticError("the displacement falls below the body beyond the contact")
-    return len(outline.images) * elements.energy_above(values)

@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# Of a polygon's size: how far a corner may lie from the image of another one, and a corner or the
+# middle of a side from the mirror line that goes through it.
+_SYMMETRIC, _ON_AXIS = 1e-9, 4e-9
+
 
 @dataclass(frozen=True, eq=False)
 class Outline:
@@ -53,33 +57,24 @@ class Outline:
     def shells(self, inner: Array, outer: Array) -> Array:
         """Points on copies of the outline, shape (n, m + 1, 2).
 
-        Inside by factors of the outline up to 1, outside confocal with it, if these do not cross:
-        an outline that is longer than wide gets rounder, as its far field does.
-
-        Parameters
-        ----------
-        inner : (k,)
-            Increasing to 1.
-        outer : (l,)
-            Growing distances from the outline, in units of `size`.
+        Inside by factors that increase to 1, outside confocal with it at growing distances in units
+        of `size`, if these do not cross: an outline that is longer than wide gets rounder, as its
+        far field does.
         """
         extents = np.array(self.extents)
         square = extents**2 - self.size**2
         grown = np.sqrt(square + ((self.size * (1 + outer)) ** 2)[:, None]) / extents
-        confocal = self._copies(inner, grown)
+        inside = np.repeat(inner[:, None], 2, axis=1)
+        confocal = np.concatenate([inside, grown])[:, None, :] * self.points
         if nested(confocal, closed=self.closed):
             return confocal
         # a hollow outline, or one that is longest along no axis, would cross such copies
-        similar = 1 + outer * self.size / max(self.extents)
-        return self._copies(inner, np.repeat(similar[:, None], 2, axis=1))
-
-    def _copies(self, inner: Array, outer: Array) -> Array:
-        factors = np.concatenate([np.repeat(inner[:, None], 2, axis=1), outer])
-        return factors[:, None, :] * self.points[None]
+        similar = np.concatenate([inner, 1 + outer * self.size / max(self.extents)])
+        return similar[:, None, None] * self.points
 
 
 def nested(shells: Array, *, closed: bool) -> bool:
-    """Whether the triangles of a fan between shells cover the plane once (see `sections.fan`)."""
+    """Whether the triangles of a fan between shells cover the plane once (see `dirichlet.fan`)."""
     after = np.roll(shells, -1, axis=1) if closed else shells[:, 1:]
     here = shells if closed else shells[:, :-1]
     core = _cross(here[0], after[0])
@@ -95,26 +90,15 @@ def _cross(first: Array, second: Array) -> Array:
 def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
     """Polygon that is star-shaped about the origin, cut down by its mirror lines through there.
 
+    Turned so that the first mirror line is the x axis.
+
     Parameters
     ----------
     vertices : sequence of (x, y)
-        Counterclockwise. Symmetric to 1e-9 of the size counts as symmetric: `slack` says what that
-        may change.
-    cells : int
-        Points on half a side between corners, finer towards each.
-    exponent : float
-        Of that refinement.
-
-    Returns
-    -------
-    Outline
-        Turned so that the first mirror line is the x axis.
-
-    Raises
-    ------
-    ValueError
-        For fewer than three corners; if a side is not seen from the origin in the positive sense
-        of turning, or the sides go round it more than once.
+        Counterclockwise, once round the origin, which sees every side. Symmetric to 1e-9 of the
+        size counts as symmetric: `slack` says what that may change.
+    cells, exponent
+        Points on half a side between corners, finer towards each by this exponent.
     """
     corners = np.asarray(vertices, dtype=float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
@@ -133,12 +117,37 @@ def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float
     if not axes:
         path = _path([*corners, corners[0]], [True] * (len(corners) + 1), cells, exponent)
         return Outline(path[:-1], np.eye(2)[None], closed=True, extents=_extents(path))
-    part, sharp = _between_mirrors(corners, axes[0], math.pi / len(axes))
-    points = _path(part, sharp, cells, exponent)
+
+    # the corners between two neighbouring mirror lines, turned to start at the x axis; the ends are
+    # corners, or middles of sides, which are not sharp
+    turn = np.array(
+        [[math.cos(axes[0]), -math.sin(axes[0])], [math.sin(axes[0]), math.cos(axes[0])]]
+    )
+    turned, angle = corners @ turn, math.pi / len(axes)
+    middles = 0.5 * (turned + np.roll(turned, -1, axis=0))
+    places = [(*p, True) for p in turned] + [(*p, False) for p in middles]
+    near = _ON_AXIS * np.abs(corners).max()
+    part: dict[float, tuple[float, bool]] = {}
+    for x, y, sharp in places:
+        at, radius = math.atan2(y, x) % (2 * math.pi), math.hypot(x, y)
+        ends = [end for end in (0.0, angle) if 2 * radius * abs(math.sin(0.5 * (at - end))) < near]
+        if ends:
+            # a corner counts where the middle of a short side is as near
+            part[ends[0]] = part.get(ends[0], (radius, sharp))
+        elif sharp and at < angle:
+            part[at] = radius, True
+    ends_and_corners, sharps = [], []
+    for at in sorted(part):
+        radius, sharp = part[at]
+        # exactly on the x axis for half turns
+        y = 0.0 if at in (0.0, math.pi) else radius * math.sin(at)
+        ends_and_corners.append((radius * math.cos(at), y))
+        sharps.append(sharp)
+    points = _path(ends_and_corners, sharps, cells, exponent)
     images = dihedral(len(axes))
     if len(axes) > 2:
-        near = float((turns / np.hypot(*(after - corners).T)).min())
-        return Outline(points, images, extents=(near, near))
+        apothem = float((turns / np.hypot(*(after - corners).T)).min())
+        return Outline(points, images, extents=(apothem, apothem))
     return Outline(points, images, extents=_extents(points))
 
 
@@ -152,11 +161,6 @@ def slack(vertices: Sequence[tuple[float, float]]) -> float:
     after = np.roll(corners, -1, axis=0)
     near = (_cross(corners, after) / np.hypot(*(after - corners).T)).min()
     return float(2 * _ON_AXIS * np.abs(corners).max() / near)
-
-
-# Of a polygon's size: how far a corner may lie from the image of another one, and a corner or the
-# middle of a side from the mirror line that goes through it.
-_SYMMETRIC, _ON_AXIS = 1e-9, 4e-9
 
 
 def _mirrors(corners: Array) -> list[float]:
@@ -173,42 +177,6 @@ def _mirrors(corners: Array) -> list[float]:
         if apart.max() < near and not again:
             axes.append(angle)
     return sorted(axes)
-
-
-def _between_mirrors(
-    corners: Array, axis: float, angle: float
-) -> tuple[list[tuple[float, float]], list[bool]]:
-    """Corners of the part between two neighbouring mirror lines, turned to start at the x axis.
-
-    Its ends are corners, or middles of sides, which are not sharp.
-    """
-    turn = np.array([[math.cos(axis), -math.sin(axis)], [math.sin(axis), math.cos(axis)]])
-    turned = corners @ turn
-    middles = 0.5 * (turned + np.roll(turned, -1, axis=0))
-    places = [(*p, True) for p in turned] + [(*p, False) for p in middles]
-    near = _ON_AXIS * np.abs(corners).max()
-    part: dict[float, tuple[float, bool]] = {}
-    for x, y, sharp in places:
-        at, radius = math.atan2(y, x) % (2 * math.pi), math.hypot(x, y)
-        ends = [end for end in (0.0, angle) if _apart(radius, at - end) < near]
-        if ends:
-            # a corner counts where the middle of a short side is as near
-            part[ends[0]] = part.get(ends[0], (radius, sharp))
-        elif sharp and at < angle:
-            part[at] = radius, True
-    order = sorted(part)
-    return [_polar(part[at][0], at) for at in order], [part[at][1] for at in order]
-
-
-def _apart(radius: float, turn: float) -> float:
-    """Distance of a point from where it lies after a turn about the origin."""
-    return 2 * radius * abs(math.sin(0.5 * turn))
-
-
-def _polar(radius: float, angle: float) -> tuple[float, float]:
-    """Cartesian coordinates; exactly on the x axis for half turns."""
-    y = 0.0 if angle in (0.0, math.pi) else radius * math.sin(angle)
-    return radius * math.cos(angle), y
 
 
 def circle(cells: int, images: Array, angle: float, exponent: float = 1.0) -> Outline:

@@ -28,10 +28,9 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.blocks import Block
-from reference.bounds.heights import Waves, levelled
-from reference.bounds.interval import Interval, above, below
-from reference.bounds.inverse import inverse
-from reference.bounds.summits import ellipses_below
+from reference.bounds.interval import Interval, above, below, inverse
+from reference.bounds.summit_punches import ellipses_below
+from reference.bounds.trigonometric import Waves, levelled
 
 Array = NDArray[np.float64]
 

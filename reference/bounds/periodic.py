@@ -27,11 +27,8 @@ from numpy.typing import NDArray
 from scipy import fft as transforms
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.heights import Waves, levelled
-from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.inverse import inverse
-from reference.bounds.polynomials import least_on_cells
-from reference.bounds.transforms import transform_rounding
+from reference.bounds.interval import EPSILON, Interval, above, below, inverse
+from reference.bounds.trigonometric import Waves, least_on_cells, levelled, transform_rounding
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
 from reference.halfspace.solution import Press

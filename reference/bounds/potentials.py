@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from reference.bounds.interval import EPSILON
-from reference.bounds.transforms import transform_rounding
+from reference.bounds.trigonometric import transform_rounding
 from reference.halfspace.kernels import love
 
 Array = NDArray[np.float64]

@@ -1,21 +1,13 @@
 r"""Convex bodies of revolution, and parabolas that stay on one side of them.
 
-A bound needs the gap everywhere, not at nodes. Where the third derivative of f keeps its sign, the
-parabola through f(r1) and f(r2) that has the slope of f at one of the two ends stays on one side
-of f: the error of that interpolation is
-
-    f(r) - q(r) = f'''(s)/6 (r - r1) (r - r2)^2    with the slope at r2,
-    f(r) - q(r) = f'''(s)/6 (r - r1)^2 (r - r2)    with the slope at r1
-
-for some s between r1 and r2 (Davis, Interpolation and Approximation, 1963, section 3.5). A body
-outside this class (falling or hollow somewhere) is refused by having no class here.
+A body outside this class (falling or hollow somewhere) is refused by having no class here.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,77 +15,62 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class Profile(Protocol):
+@dataclass(frozen=True)
+class Profile(ABC):
     """Gap f(r) before contact: f(0) = 0, rising and convex, with a third derivative of one sign.
 
-    Attributes
-    ----------
-    degree : float or None
-        n where f(s r) = s^n f(r), else None.
-    corners : tuple of float
-        Radii at which a higher derivative jumps; f''' keeps its sign between them.
-    rising_curvature : bool
-        Whether f''' >= 0 between the corners; else f''' <= 0.
-    deepest : float
-        Penetrations are below this.
+    A value; its fields are positive and finite. All functions to a few units in the last place.
     """
+
+    def __post_init__(self) -> None:
+        _require(**{field.name: getattr(self, field.name) for field in fields(self)})
 
     @property
     def degree(self) -> float | None:
-        """Exponent of a power of r."""
-        ...
+        """Exponent n where f(s r) = s^n f(r), else None: the body has a length."""
+        return None
 
     @property
     def corners(self) -> tuple[float, ...]:
-        """Places where a derivative jumps."""
-        ...
+        """Radii at which a higher derivative jumps; f''' keeps its sign between them."""
+        return ()
 
     @property
     def rising_curvature(self) -> bool:
-        """Sign of the third derivative."""
-        ...
+        """Whether f''' >= 0 between the corners; else f''' <= 0."""
+        return True
 
     @property
     def deepest(self) -> float:
         """Penetrations are below this, where the gap ends; infinite where it does not."""
-        ...
+        return math.inf
 
-    def __hash__(self) -> int:
-        """Profiles are values."""
-        ...
-
+    @abstractmethod
     def gap(self, r: Array) -> Array:
-        """Return f(r), to a few units in the last place."""
-        ...
+        """f(r)."""
 
+    @abstractmethod
     def slope(self, r: Array) -> Array:
-        """Return f'(r), to a few units in the last place."""
-        ...
+        """f'(r)."""
 
+    @abstractmethod
     def moment(self, r: Array) -> Array:
-        """Return the integral of f(s) s ds from 0 to r, to a few units in the last place."""
-        ...
+        """Integral of f(s) s ds from 0 to r."""
 
+    @abstractmethod
     def reach(self, penetration: float) -> float:
-        """Return the radius at which f is the penetration: contact stays inside of it."""
-        ...
+        """Radius at which f is the penetration: contact stays inside of it."""
 
 
 @dataclass(frozen=True)
-class PowerLaw:
-    """f(r) = c r^n with n >= 1: n = 1 is a cone of slope c, n = 2 a paraboloid of radius 1/(2c).
-
-    Raises
-    ------
-    ValueError
-        For an exponent below 1 (the body is not convex) or a coefficient that is not positive.
-    """
+class PowerLaw(Profile):
+    """f(r) = c r^n with n >= 1: n = 1 is a cone of slope c, n = 2 a paraboloid of radius 1/(2c)."""
 
     exponent: float
     coefficient: float
 
     def __post_init__(self) -> None:
-        _require(coefficient=self.coefficient, exponent=self.exponent)
+        super().__post_init__()
         if self.exponent < 1:
             raise ValueError(
                 f"the bounds hold for convex bodies, r^n with n >= 1, not n = {self.exponent!r}"
@@ -105,19 +82,9 @@ class PowerLaw:
         return float(self.exponent)
 
     @property
-    def corners(self) -> tuple[float, ...]:
-        """None."""
-        return ()
-
-    @property
     def rising_curvature(self) -> bool:
         """Sign of n (n-1) (n-2) c r^(n-3)."""
         return self.exponent >= 2 or self.exponent == 1
-
-    @property
-    def deepest(self) -> float:
-        """Without an end."""
-        return math.inf
 
     def gap(self, r: Array) -> Array:
         """Return c r^n."""
@@ -132,7 +99,7 @@ class PowerLaw:
         return self.coefficient / (self.exponent + 2) * r ** (self.exponent + 2)
 
     def reach(self, penetration: float) -> float:
-        """Return (d/c)^(1/n)."""
+        """(d/c)^(1/n)."""
         return (penetration / self.coefficient) ** (1 / self.exponent)
 
 
@@ -148,58 +115,31 @@ def cone(slope: float) -> PowerLaw:
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Profile):
     """f(r) = R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space."""
 
     radius: float
-
-    def __post_init__(self) -> None:
-        _require(radius=self.radius)
-
-    @property
-    def degree(self) -> float | None:
-        """None: a sphere has a length."""
-        return None
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """None."""
-        return ()
-
-    @property
-    def rising_curvature(self) -> bool:
-        """Sign of 3 R^2 r/(R^2 - r^2)^(5/2)."""
-        return True
 
     @property
     def deepest(self) -> float:
         """R, where the ball ends."""
         return self.radius
 
-    def _height(self, r: Array) -> Array:
-        return np.sqrt((self.radius - r) * (self.radius + r))
-
     def gap(self, r: Array) -> Array:
-        """Return r^2/(R + sqrt(R^2 - r^2)), which does not cancel."""
-        return r**2 / (self.radius + self._height(r))
+        """r^2/(R + sqrt(R^2 - r^2)), which does not cancel."""
+        return r**2 / (self.radius + np.sqrt((self.radius - r) * (self.radius + r)))
 
     def slope(self, r: Array) -> Array:
-        """Return r/sqrt(R^2 - r^2)."""
-        return r / self._height(r)
+        """r/sqrt(R^2 - r^2)."""
+        return r / np.sqrt((self.radius - r) * (self.radius + r))
 
     def moment(self, r: Array) -> Array:
-        """Return R f^2/2 - f^3/3, as r dr = (R - f) df."""
+        """R f^2/2 - f^3/3, as r dr = (R - f) df."""
         f = self.gap(r)
         return f**2 * (self.radius / 2 - f / 3)
 
     def reach(self, penetration: float) -> float:
-        """Return sqrt(d (2R - d)).
-
-        Raises
-        ------
-        ValueError
-            For a penetration of the radius or more, where the gap has no value.
-        """
+        """sqrt(d (2R - d)); a penetration of R or more, where the gap has no value, is refused."""
         if penetration >= self.radius:
             raise ValueError(
                 f"a sphere of radius {self.radius!r} is bounded for penetrations below its "
@@ -209,49 +149,28 @@ class Sphere:
 
 
 @dataclass(frozen=True)
-class RoundedPunch:
+class RoundedPunch(Profile):
     """f = 0 to r = b, then (r - b)^2/(2R)."""
 
     flat_radius: float
     edge_radius: float
-
-    def __post_init__(self) -> None:
-        _require(flat_radius=self.flat_radius, edge_radius=self.edge_radius)
-
-    @property
-    def degree(self) -> float | None:
-        """None: b is a length."""
-        return None
 
     @property
     def corners(self) -> tuple[float, ...]:
         """b, where the curvature jumps."""
         return (self.flat_radius,)
 
-    @property
-    def rising_curvature(self) -> bool:
-        """Sign of 0 on both sides of b."""
-        return True
-
-    @property
-    def deepest(self) -> float:
-        """Without an end."""
-        return math.inf
-
-    def _beyond(self, r: Array) -> Array:
-        return np.maximum(r - self.flat_radius, 0.0)
-
     def gap(self, r: Array) -> Array:
-        """Return (r - b)^2/(2R) beyond b."""
-        return self._beyond(r) ** 2 / (2 * self.edge_radius)
+        """(r - b)^2/(2R) beyond b."""
+        return np.maximum(r - self.flat_radius, 0.0) ** 2 / (2 * self.edge_radius)
 
     def slope(self, r: Array) -> Array:
-        """Return (r - b)/R beyond b."""
-        return self._beyond(r) / self.edge_radius
+        """(r - b)/R beyond b."""
+        return np.maximum(r - self.flat_radius, 0.0) / self.edge_radius
 
     def moment(self, r: Array) -> Array:
-        """Return t^3 (t/4 + b/3)/(2R) with t = r - b."""
-        t = self._beyond(r)
+        """t^3 (t/4 + b/3)/(2R) with t = r - b."""
+        t = np.maximum(r - self.flat_radius, 0.0)
         return t**3 * (t / 4 + self.flat_radius / 3) / (2 * self.edge_radius)
 
     def reach(self, penetration: float) -> float:
@@ -260,21 +179,23 @@ class RoundedPunch:
 
 
 def minorant(profile: Profile, radii: Array) -> Array:
-    """Bernstein coefficients of a continuous, piecewise parabolic function below f.
+    """Bernstein coefficients (2 n + 1,) of a continuous, piecewise parabolic function below f.
 
-    Equal to f at the radii. On each piece the coefficients are f(r1), b, f(r2), where the middle
-    one, b = f(r2) - f'(r2) h/2 or f(r1) + f'(r1) h/2, gives the parabola the slope of f at r2 or
-    at r1.
+    A bound needs the gap everywhere, not at nodes. Where the third derivative of f keeps its sign,
+    the parabola through f(r1) and f(r2) that has the slope of f at one of the two ends stays on one
+    side of f: the error of that interpolation is
+
+        f(r) - q(r) = f'''(s)/6 (r - r1) (r - r2)^2    with the slope at r2,
+        f(r) - q(r) = f'''(s)/6 (r - r1)^2 (r - r2)    with the slope at r1
+
+    for some s between r1 and r2 (Davis, Interpolation and Approximation, 1963, section 3.5). The
+    coefficients of a piece are f(r1), b, f(r2) with b = f(r2) - f'(r2) h/2 or f(r1) + f'(r1) h/2.
 
     Parameters
     ----------
     profile : Profile
     radii : (n + 1,)
         Increasing; the profile's corners among them.
-
-    Returns
-    -------
-    (2 n + 1,)
 
     Examples
     --------

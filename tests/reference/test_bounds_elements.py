@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from reference.bounds import outlines
-from reference.bounds.extension import Extension
-from reference.bounds.sections import fan
+from reference.bounds.dirichlet import Prisms, fan
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = 0.5 * (NODES + 1), 0.5 * WEIGHTS
@@ -43,7 +42,7 @@ def test_energy_is_the_integral_of_the_squared_gradient_also_beyond_the_elements
     outline = outlines.polygon(corners, 1, 1.0)
     shells = np.array([0.4, 1.9])[:, None, None] * outline.points
     section, _ = fan(shells, closed=outline.closed)
-    body = Extension(section, DEPTHS, np.arange(section.count))
+    body = Prisms(section, DEPTHS, np.arange(len(section.points)))
     values = np.random.default_rng(1).standard_normal(body.unknowns)
     levels = 2 * len(DEPTHS) - 1
 

@@ -9,16 +9,18 @@ import pytest
 
 from reference import closed_form, surfaces
 from reference.bounds.ellipses import (
+    ConvexGap,
     Ellipse,
+    Face,
     best_ellipse,
     deepest,
     force_of_ellipse,
     force_of_ellipses,
     shares,
 )
-from reference.bounds.heights import Waves
-from reference.bounds.mean_gaps import ConvexGap, Face, WavyGap
 from reference.bounds.patches import Patch
+from reference.bounds.summit_punches import WavyGap
+from reference.bounds.trigonometric import Waves
 
 SQUARE = [(1, -1), (1, 1), (-1, 1), (-1, -1)]
 L_SHAPE = [(3, 0), (3, 1), (1, 1), (1, 3), (0, 3), (0, 0)]

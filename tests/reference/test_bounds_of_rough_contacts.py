@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from reference import closed_form, surfaces
-from reference.bounds.heights import Waves
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch, force_below
 from reference.bounds.periodic import PeriodicSurface, fenchel_bound
-from reference.bounds.polynomials import least_on_cells
 from reference.bounds.potentials import _LOVE, GridPotential, _antiderivative
+from reference.bounds.trigonometric import Waves, least_on_cells
 from reference.halfspace.kernels import cell_energies, love, periodic
 
 

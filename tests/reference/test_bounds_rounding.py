@@ -8,10 +8,10 @@ import pytest
 from numba import njit
 from scipy import fft
 
-from reference.bounds.discs import mutual_energies
-from reference.bounds.elliptic import complete, first_kind_above
+from reference.bounds.elliptic_integrals import complete, first_kind_above
 from reference.bounds.interval import EPSILON
-from reference.bounds.transforms import transform_rounding
+from reference.bounds.pressures import mutual_energies
+from reference.bounds.trigonometric import transform_rounding
 
 
 @pytest.mark.parametrize("complement", [1.0, 0.7, 0.1, 1e-3, 1e-8, 1e-14, 1e-30])

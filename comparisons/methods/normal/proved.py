@@ -27,7 +27,7 @@ from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.indenters.punches import EllipticPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from reference.bounds import axisymmetric, bodies, homogeneous, punches
+from reference.bounds import flat_faces, homogeneous, revolution
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import POWER, Interval, above, below
 from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
@@ -197,17 +197,17 @@ def _proof(indenter: Indenter, modulus: float, finer: float) -> Proof:
     profile, cells = _profile(indenter), round(_ROUND * finer)
     if profile is not None and profile.degree is None:
         return Proof(
-            lambda d: axisymmetric.force(profile, d, modulus, cells=cells),
-            energy=_growing(lambda d: axisymmetric.energy(profile, d, modulus, cells=cells)),
-            stiffness=_growing(lambda d: axisymmetric.stiffness(profile, d, modulus)),
-            penetration=lambda load: axisymmetric.penetration(profile, load, modulus, cells=cells),
-            deepest=axisymmetric.deepest(profile),
-            heaviest=axisymmetric.heaviest(profile, modulus),
+            lambda d: revolution.force(profile, d, modulus, cells=cells),
+            energy=_growing(lambda d: revolution.energy(profile, d, modulus, cells=cells)),
+            stiffness=_growing(lambda d: revolution.stiffness(profile, d, modulus)),
+            penetration=lambda load: revolution.penetration(profile, load, modulus, cells=cells),
+            deepest=revolution.deepest(profile),
+            heaviest=revolution.heaviest(profile, modulus),
         )
     if profile is not None:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)
     if isinstance(indenter, Ellipsoid):
-        body = bodies.Paraboloid(indenter.radius_x, indenter.radius_y)
+        body = homogeneous.Paraboloid(indenter.radius_x, indenter.radius_y)
         x, y = body.punch(1).extents
         _check_slender("contact", max(x, y) / min(x, y), _SLENDER_CONTACT)
         return _scaling(2.0, lambda: _elliptic_energy(body, _more(_ELLIPTIC, finer)), modulus)
@@ -238,11 +238,11 @@ def _profile(indenter: Indenter) -> Profile | None:
 @lru_cache(maxsize=32)
 def _round_energy(profile: Profile, cells: int) -> Interval:
     """Energy at a penetration of 1 for E* = 1: a body with a degree has no length of its own."""
-    return axisymmetric.energy(profile, 1.0, 1.0, cells=cells)
+    return revolution.energy(profile, 1.0, 1.0, cells=cells)
 
 
 @lru_cache(maxsize=32)
-def _elliptic_energy(body: bodies.Paraboloid, cells: tuple[int, int]) -> Interval:
+def _elliptic_energy(body: homogeneous.Paraboloid, cells: tuple[int, int]) -> Interval:
     """As `_round_energy`, of a paraboloid with two radii."""
     return homogeneous.force(body, 1.0, 1.0, cells=cells) * (body.degree / (2 * body.degree + 1))
 
@@ -285,10 +285,10 @@ def _punch(unit: Callable[[], Interval], modulus: float) -> Proof:
 @lru_cache(maxsize=32)
 def _stiffness(indenter: Indenter, finer: float) -> Interval:
     if isinstance(indenter, round_shapes.Cylinder):
-        return axisymmetric.disc_stiffness(indenter.radius, 1.0, cells=round(_ROUND * finer))
+        return revolution.disc_stiffness(indenter.radius, 1.0, cells=round(_ROUND * finer))
     if isinstance(indenter, EllipticPunch):
         return elliptic_stiffness(*indenter.semi_axes)
-    return punches.enclosed(_corners(indenter), _more(_FACE, finer))
+    return flat_faces.enclosed(_corners(indenter), _more(_FACE, finer))
 
 
 def _check_outline(indenter: Indenter) -> None:

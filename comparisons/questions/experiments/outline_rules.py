@@ -15,8 +15,8 @@ from comparisons.questions.experiments.proved import (
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
-from reference.bounds.bodies import Pyramid
-from reference.bounds.punches import equal_area_stiffness
+from reference.bounds.flat_faces import equal_area_stiffness
+from reference.bounds.homogeneous import Pyramid
 from reference.closed_form import ellipsoid
 from reference.closed_form.outline_rules import ellipsoid_force, face_stiffness, pyramid_force
 from reference.halfspace import FreeOperator, fft

@@ -12,10 +12,9 @@ from comparisons.questions.experiments.running import Details, Finding, above, e
 from comparisons.scene.polygons import signed_area
 from comparisons.solving.shared import shared
 from reference import surfaces
-from reference.bounds import axisymmetric, bodies, homogeneous, punches
-from reference.bounds.ellipses import Ellipse, best_ellipse, force_of_ellipse
+from reference.bounds import flat_faces, homogeneous, revolution
+from reference.bounds.ellipses import ConvexGap, Ellipse, Face, best_ellipse, force_of_ellipse
 from reference.bounds.interval import Interval
-from reference.bounds.mean_gaps import ConvexGap, Face
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
 
@@ -57,8 +56,8 @@ def _area(shape: str, sides: int, aspect: float) -> float:
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
     """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
     if shape == "disc":
-        return axisymmetric.disc_stiffness(1.0, 1.0, cells=2 * _CELLS[effort][0])
-    return punches.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
+        return revolution.disc_stiffness(1.0, 1.0, cells=2 * _CELLS[effort][0])
+    return flat_faces.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
 
 
 def equal_area(
@@ -69,7 +68,7 @@ def equal_area(
     above("sides", sides, 2)
     above("aspect", aspect, 0)
     true = punch_stiffness(shape, int(sides), float(aspect), effort)
-    stated = punches.equal_area_stiffness(_area(shape, int(sides), float(aspect)))
+    stated = flat_faces.equal_area_stiffness(_area(shape, int(sides), float(aspect)))
     details: dict[str, float | str] = {
         "k/E* not below": true.lower,
         "k/E* not above": true.upper,
@@ -83,7 +82,7 @@ def equal_area(
 @lru_cache(maxsize=64)
 def pyramid_bounds(faces: int, effort: str) -> Interval:
     """Return proved bounds of the force F/(E* d^2) of a regular pyramid of slope 1."""
-    return homogeneous.force(bodies.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
+    return homogeneous.force(homogeneous.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
 def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
@@ -93,7 +92,7 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
     # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
     # cone of slope s carries (2/pi) E* d^2/s
     stated = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi)
-    body = bodies.Pyramid(int(faces), 1.0)
+    body = homogeneous.Pyramid(int(faces), 1.0)
     details: dict[str, float | str] = {
         "F s/(E* d^2) not below": true.lower,
         "F s/(E* d^2) not above": true.upper,
@@ -106,7 +105,7 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
 def _ellipse_force(shape: str, sides: int, aspect: float) -> float:
     """Return the force at a penetration of 1 that the best ellipse proves, for E* = 1."""
     if shape == "pyramid":
-        gap = bodies.Pyramid(sides, 1.0).gap_anywhere
+        gap = homogeneous.Pyramid(sides, 1.0).gap_anywhere
         starts = [Ellipse(0.0, 0.0, 0.8, 0.6, turn) for turn in (0.0, 0.8)]
         ellipse, _ = best_ellipse(ConvexGap(gap), 1.0, starts)
         return force_of_ellipse(ConvexGap(gap, *_RINGS), ellipse, 1.0)

@@ -10,7 +10,7 @@ from comparisons.methods.normal.proved import enclosures
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
-from reference.bounds.inverse import inverse
+from reference.bounds.interval import inverse
 
 ROUGH = {
     "name": "rough",

@@ -20,8 +20,8 @@ from comparisons.questions.experiments.proved import (
 )
 from comparisons.scene.scene import Scene
 from reference import closed_form
+from reference.bounds.flat_faces import equal_area_stiffness
 from reference.bounds.interval import Interval
-from reference.bounds.punches import equal_area_stiffness
 
 
 def scene(**tables):

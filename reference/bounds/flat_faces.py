@@ -1,4 +1,4 @@
-r"""Stiffness of flat punches whose outline is star-shaped, between proved bounds.
+r"""Stiffness of flat punches with a polygon's outline, between proved bounds.
 
 A flat punch has k = 2 U/d^2, so both bounds of the energy are bounds of the stiffness. On the way
 lies Polya & Szego's inequality (Isoperimetric Inequalities, 1951; k is the capacity of the flat
@@ -11,19 +11,16 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from reference.arguments import count_faults, refuse
-from reference.bounds.ellipses import best_ellipse, force_of_ellipses
-from reference.bounds.extension import Extension
+from reference.bounds.dirichlet import Prisms, fan, graded
+from reference.bounds.duality import energy_above, energy_below
+from reference.bounds.ellipses import Face, best_ellipse, force_of_ellipses
 from reference.bounds.interval import Interval, below
-from reference.bounds.lines import graded
-from reference.bounds.mean_gaps import Face
 from reference.bounds.outlines import Outline, polygon, slack
-from reference.bounds.pressures import FanPressures
-from reference.bounds.sections import fan
+from reference.bounds.pressures import Fan
 
 # Exponents of the spacing towards the edge, and of displacements towards the corners.
 PRESSURE_EXPONENT, DISPLACEMENT_EXPONENT, DISPLACEMENT_AROUND = 4.0, 3.0, 2.0
@@ -34,38 +31,27 @@ _OUTSKIRTS = 6.0
 def stiffness_below(outline: Outline, cells: int) -> float:
     """Lower bound of the stiffness for E* = 1, from pressures on cells graded to the edge.
 
-    Parameters
-    ----------
-    outline : Outline
-        Its points as `polygon` spaces them, best with `PRESSURE_EXPONENT`.
-    cells : int
-        Cells from the origin to the edge.
+    The outline's points are spaced best by `polygon` with `PRESSURE_EXPONENT`.
     """
     factors = 1 - (1 - np.arange(cells + 1) / cells) ** PRESSURE_EXPONENT
-    pressures = FanPressures(outline, factors)
-    work = pressures.areas
-    return 2 * pressures.energy_below(pressures.best(work), work, work)
+    pressures = Fan(outline, factors)
+    return 2 * energy_below(pressures, pressures.areas, pressures.areas)
 
 
 def stiffness_above(outline: Outline, cells: int) -> float:
     """Upper bound of the stiffness for E* = 1, from finite elements below the surface.
 
-    Parameters
-    ----------
-    outline : Outline
-        As above, best with `DISPLACEMENT_AROUND`.
-    cells : int
-        Elements from the origin to the edge.
+    The outline's points are spaced best by `polygon` with `DISPLACEMENT_AROUND`.
     """
     t = np.arange(cells + 1) / cells
     end = _OUTSKIRTS * max(outline.extents) / outline.size
     outwards = graded(cells, DISPLACEMENT_EXPONENT, end)
     inner = 1 - t[-2::-1] ** DISPLACEMENT_EXPONENT
     section, shell = fan(outline.shells(inner, outwards[1:]), closed=outline.closed)
-    retained = np.flatnonzero(shell <= cells)
-    body = Extension(section, outline.size * outwards, retained)
-    values = body.extend(np.ones(len(retained)))
-    return 2 * len(outline.images) * body.energy_above(values)
+    on_face = shell <= cells
+    elements = Prisms(section, outline.size * outwards, np.flatnonzero(on_face))
+    floor = np.where(on_face, 1.0, -np.inf)
+    return 2 * len(outline.images) * energy_above(elements, floor)
 
 
 def equal_area_stiffness(area: float) -> float:
@@ -79,14 +65,9 @@ def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> 
     Parameters
     ----------
     vertices : sequence of (x, y)
-        Counterclockwise, about a point inside from which all of the outline is seen.
+        Counterclockwise, about an origin inside from which all of the outline is seen.
     cells : (int, int)
-        From there to the edge: elements of the upper and cells of the lower bound.
-
-    Raises
-    ------
-    ValueError
-        As `outlines.polygon`, and for cells that are no whole numbers from 2.
+        From there to the edge: elements of the upper and cells of the lower bound, from 2.
 
     Examples
     --------
@@ -114,9 +95,6 @@ def enclosed(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) ->
     faces by the order of sets: not above that of the convex hull, which holds the face, and not
     below ellipses that press together on it, nor the circle of its area.
 
-    Parameters, errors
-        As `bounded`, of polygons that do not cross themselves.
-
     Examples
     --------
     >>> u_shape = [(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)]
@@ -126,39 +104,27 @@ def enclosed(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) ->
     (True, True)
     """
     corners = np.asarray(vertices, dtype=float)
-    place = _seeing_all(corners)
-    if place is not None:
-        return bounded(_pairs(corners - place), cells)
+    # as far as possible to the inner side of every line that a side lies on: a linear programme
+    side = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*side.T)
+    inwards = np.stack([-side[:, 1], side[:, 0]], axis=1) / length[:, None]
+    offset = (inwards * corners).sum(axis=1)
+    if (offset < 0).all():  # the origin sees all
+        return bounded(corners.tolist(), cells)
+    farthest = linprog(
+        [0, 0, -1],
+        A_ub=np.column_stack([-inwards, np.ones(len(corners))]),
+        b_ub=-offset,
+        bounds=[(None, None), (None, None), (0, None)],
+    ).x
+    if farthest is not None and farthest[2] > 1e-3 * length.max():
+        return bounded((corners - farthest[:2]).tolist(), cells)
+
     hull = corners[ConvexHull(corners).vertices]
-    upper = bounded(_pairs(hull - hull.mean(axis=0)), cells).upper
+    upper = bounded((hull - hull.mean(axis=0)).tolist(), cells).upper
     x, y = (corners - corners.mean(axis=0)).T
     area = 0.5 * abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
     face = Face(corners)
     ellipses = [best_ellipse(face, 1.0, [start])[0] for start in face.starts()]
     together = force_of_ellipses(face, ellipses, 1.0)
     return Interval(max(equal_area_stiffness(below(area, 4 * len(corners))), together), upper)
-
-
-def _pairs(corners: NDArray[np.float64]) -> list[tuple[float, float]]:
-    return [(float(x), float(y)) for x, y in corners]
-
-
-def _seeing_all(corners: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Place from which the whole outline is seen: the origin, or the one farthest from all sides.
-
-    As far as possible to the inner side of every line that a side lies on: a linear programme.
-    """
-    side = np.roll(corners, -1, axis=0) - corners
-    length = np.hypot(*side.T)
-    inwards = np.stack([-side[:, 1], side[:, 0]], axis=1) / length[:, None]
-    offset = (inwards * corners).sum(axis=1)
-    if (offset < 0).all():
-        return np.zeros(2)
-    result = linprog(
-        [0, 0, -1],
-        A_ub=np.column_stack([-inwards, np.ones(len(corners))]),
-        b_ub=-offset,
-        bounds=[(None, None), (None, None), (0, None)],
-    )
-    seen = result.x is not None and result.x[2] > 1e-3 * length.max()
-    return np.array(result.x[:2]) if seen else None

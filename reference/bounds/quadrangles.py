@@ -23,8 +23,6 @@ out is at most twice the terms from n = 7 on, q^7/(1 - q)/|X| for |y| <= q |X|. 
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -45,27 +43,6 @@ _POINTS = 4
 _DISTANT = 20.0
 _LINE_NODES, _LINE_WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SHARE = 0.2
-
-
-class _Fan(NamedTuple):
-    """Cells as the kernel takes them: their Gauss points, and how far corners are from the middle.
-
-    The image of a fan has the same weights and the same reach.
-    """
-
-    corners: Array
-    points: Array
-    weights: Array
-    reach: Array
-
-
-class _Side(NamedTuple):
-    """A side of a cell: where it starts, its direction (a unit vector) and its length."""
-
-    start: Array
-    x: float
-    y: float
-    length: float
 
 
 def fan_cells(outline: Array, factors: Array, *, closed: bool) -> Array:
@@ -98,7 +75,7 @@ def areas(cells: Array) -> Array:
 
 
 def mutual_integrals(cells: Array, images: Array) -> tuple[Array, Array]:
-    """Integrals of 1/|x - y| over all pairs of a fan's cells, one of them with all its images.
+    """Integrals (n, n) of 1/|x - y| over all pairs of a fan's cells, one of them with all images.
 
     Parameters
     ----------
@@ -116,11 +93,11 @@ def mutual_integrals(cells: Array, images: Array) -> tuple[Array, Array]:
     errors = np.zeros_like(integrals)
     middles = cells.mean(axis=1)
     reach = np.sqrt(((cells - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
-    fan = _Fan(cells, *gauss_points(cells), reach)
+    points, weights = gauss_points(cells)
     for image in images:
-        corners, points = (np.ascontiguousarray(x @ image.T) for x in (fan.corners, fan.points))
-        turn = round(float(np.linalg.det(image)))
-        _fill(fan, fan._replace(corners=corners, points=points), float(turn), integrals, errors)
+        others, seen = (np.ascontiguousarray(x @ image.T) for x in (cells, points))
+        turn = float(round(float(np.linalg.det(image))))
+        _add_pairs(cells, points, others, seen, weights, reach, turn, integrals, errors)
     upper = np.triu(integrals), np.triu(errors)
     full = [part + np.triu(part, 1).T for part in upper]
     return full[0], full[1]
@@ -141,49 +118,47 @@ def gauss_points(cells: Array) -> tuple[Array, Array]:
 
 
 @njit(cache=True, error_model="numpy")
-def _fill(fan, image, turn, integrals, errors):
-    for k in range(len(fan.corners)):
-        for m in range(k, len(fan.corners)):
+def _add_pairs(cells, points, others, seen, weights, reach, turn, integrals, errors):
+    """Add the integrals over pairs of cells and images of cells, with bounds of their errors.
+
+    `turn` is -1 for images that are mirrored: then their sides run the other way round.
+    """
+    for k in range(len(cells)):
+        for m in range(k, len(cells)):
+            first, second = cells[k], others[m]
             dx = dy = 0.0
             for corner in range(4):
-                dx += 0.25 * (fan.corners[k, corner, 0] - image.corners[m, corner, 0])
-                dy += 0.25 * (fan.corners[k, corner, 1] - image.corners[m, corner, 1])
+                dx += 0.25 * (first[corner, 0] - second[corner, 0])
+                dy += 0.25 * (first[corner, 1] - second[corner, 1])
             distance = np.sqrt(dx * dx + dy * dy)
-            ratio = fan.reach[k] + image.reach[m]
+            ratio = reach[k] + reach[m]
+            total = error = 0.0
             if ratio < _FAR * distance:
                 ratio /= distance
-                total = 0.0
-                for i in range(len(fan.weights[k])):
-                    x, y, weight = fan.points[k, i, 0], fan.points[k, i, 1], fan.weights[k, i]
-                    for j in range(len(image.weights[m])):
-                        wx, wy = x - image.points[m, j, 0], y - image.points[m, j, 1]
-                        total += weight * image.weights[m, j] / np.sqrt(wx * wx + wy * wy)
+                for i in range(len(weights[k])):
+                    x, y, weight = points[k, i, 0], points[k, i, 1], weights[k, i]
+                    for j in range(len(weights[m])):
+                        wx, wy = x - seen[m, j, 0], y - seen[m, j, 1]
+                        total += weight * weights[m, j] / np.sqrt(wx * wx + wy * wy)
                 tail = 2 * ratio**7 / (1 - ratio) / (1 - ratio)
                 error = total * (tail + _TERM)
             else:
-                total, error = _pair(fan.corners[k], image.corners[m])
+                # the sum of (t_e . t_e') J(e, e') over the sides, but for those of no length
+                for a in range(4):
+                    b = (a + 1) % 4
+                    if first[a, 0] == first[b, 0] and first[a, 1] == first[b, 1]:
+                        continue
+                    for c in range(4):
+                        d = (c + 1) % 4
+                        if second[c, 0] == second[d, 0] and second[c, 1] == second[d, 1]:
+                            continue
+                        rays = a % 2 == 0 and c % 2 == 0
+                        value, doubt = _sides(first[a], first[b], second[c], second[d], rays)
+                        total += value
+                        error += doubt
                 total *= -turn
             integrals[k, m] += total
             errors[k, m] += error
-
-
-@njit(cache=True, error_model="numpy")
-def _pair(first, second):
-    """Sum of (t_e . t_e') J(e, e') over the sides of two cells, with its rounding."""
-    total, error = 0.0, 0.0
-    for a in range(4):
-        b = (a + 1) % 4
-        if first[a, 0] == first[b, 0] and first[a, 1] == first[b, 1]:
-            continue
-        for c in range(4):
-            d = (c + 1) % 4
-            if second[c, 0] == second[d, 0] and second[c, 1] == second[d, 1]:
-                continue
-            rays = a % 2 == 0 and c % 2 == 0
-            value, doubt = _sides(first[a], first[b], second[c], second[d], rays)
-            total += value
-            error += doubt
-    return total, error
 
 
 @njit(cache=True, error_model="numpy")
@@ -200,13 +175,36 @@ def _sides(a, b, c, d, rays):
     if rays:
         s1, t1 = a[0] * ux + a[1] * uy, c[0] * vx + c[1] * vy
     elif abs(sine) < _PARALLEL:
-        return _parallel(wx * ux + wy * uy, abs(ux * wy - uy * wx), u, v, cosine, sine)
+        # the second side starts at `start` along the first, at the distance `across`
+        start, across, way = wx * ux + wy * uy, abs(ux * wy - uy * wx), np.sign(cosine)
+        end = start + way * v
+        first, second = _second(u - start, across), _second(-end, across)
+        third, fourth = _second(u - end, across), _second(-start, across)
+        size = abs(first) + abs(second) + abs(third) + abs(fourth)
+        reach = abs(start) + across + u + v
+        value = way * (first + second - third - fourth)
+        return cosine * value, _TERM * size + 2 * abs(sine) * u * v * reach
     else:
         s1, t1 = -(wx * vy - wy * vx) / sine, -(wx * uy - wy * ux) / sine
-        apart = _distance(a, b, c, d) - 0.5 * u
+        # how far the first side is from the second, at least: its middle less half its length
+        px, py = 0.5 * (a[0] + b[0]) - c[0], 0.5 * (a[1] + b[1]) - c[1]
+        gx, gy = d[0] - c[0], d[1] - c[1]
+        along = min(1.0, max(0.0, (px * gx + py * gy) / (gx * gx + gy * gy)))
+        px, py = px - along * gx, py - along * gy
+        apart = np.sqrt(px * px + py * py) - 0.5 * u
         if abs(s1) + abs(t1) > _DISTANT * (u + v) and apart > 0.05 * u:
-            value, error = _by_points(_Side(a, ux, uy, u), _Side(c, vx, vy, v), apart)
-            return cosine * value, error
+            # Gauss points on parts of the first side
+            parts = int(np.ceil(0.5 * u / (_SHARE * apart)))
+            half = 0.5 * u / parts
+            total, point = 0.0, np.empty(2)
+            for part in range(parts):
+                for k in range(len(_LINE_NODES)):
+                    place = (2 * part + 1 + _LINE_NODES[k]) * half
+                    point[0], point[1] = a[0] + place * ux, a[1] + place * uy
+                    total += _LINE_WEIGHTS[k] * half * _along(point, c, vx, vy, v)
+            # at most twice the terms from the sixteenth on, each below q^n times the distance
+            tail = 2 * _SHARE**16 / (1 - _SHARE)
+            return cosine * total, (tail + _TERM) * (total + u * v * apart)
     first = (s1 + u) * _along(b, c, vx, vy, v)
     second = -s1 * _along(a, c, vx, vy, v)
     third = (t1 + v) * _along(d, a, ux, uy, u)
@@ -214,47 +212,6 @@ def _sides(a, b, c, d, rays):
     size = abs(first) + abs(second) + abs(third) + abs(fourth)
     steep = 1.0 if rays else 1 + 1 / abs(sine)
     return cosine * (first + second + third + fourth) / 3, _TERM * steep * size
-
-
-@njit(cache=True, error_model="numpy")
-def _parallel(start, across, u, v, cosine, sine):
-    """As `_sides` for lines at a distance; the second side starts at `start` along the first."""
-    way = np.sign(cosine)
-    end = start + way * v
-    first, second = _second(u - start, across), _second(-end, across)
-    third, fourth = _second(u - end, across), _second(-start, across)
-    size = abs(first) + abs(second) + abs(third) + abs(fourth)
-    reach = abs(start) + across + u + v
-    value = way * (first + second - third - fourth)
-    return cosine * value, _TERM * size + 2 * abs(sine) * u * v * reach
-
-
-@njit(cache=True, error_model="numpy")
-def _distance(a, b, c, d):
-    """Distance of the middle of a-b from the side c-d."""
-    vx, vy = d[0] - c[0], d[1] - c[1]
-    wx, wy = 0.5 * (a[0] + b[0]) - c[0], 0.5 * (a[1] + b[1]) - c[1]
-    along = min(1.0, max(0.0, (wx * vx + wy * vy) / (vx * vx + vy * vy)))
-    wx, wy = wx - along * vx, wy - along * vy
-    return np.sqrt(wx * wx + wy * wy)
-
-
-@njit(cache=True, error_model="numpy")
-def _by_points(first, second, apart):
-    """J with Gauss points on parts of the first side, which lies `apart` from the second."""
-    (a, ux, uy, u), (c, vx, vy, v) = first, second
-    parts = int(np.ceil(0.5 * u / (_SHARE * apart)))
-    half = 0.5 * u / parts
-    total = 0.0
-    point = np.empty(2)
-    for part in range(parts):
-        for k in range(len(_LINE_NODES)):
-            place = (2 * part + 1 + _LINE_NODES[k]) * half
-            point[0], point[1] = a[0] + place * ux, a[1] + place * uy
-            total += _LINE_WEIGHTS[k] * half * _along(point, c, vx, vy, v)
-    # at most twice the terms from the sixteenth on, each below q^n times the distance
-    tail = 2 * _SHARE**16 / (1 - _SHARE)
-    return total, (tail + _TERM) * (total + u * v * apart)
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,26 +1,4 @@
-r"""Elliptic integrals between proved bounds: means of two numbers that close in on each other.
-
-The complete integrals come from Gauss's transformation (Bulirsch 1969, Numer. Math. 13, 305): with
-
-    m' = m + q,    q' = 2 sqrt(m q),    a' = a + b/m,    b' = 2 (b + a q)
-
-the integral
-
-    V = int_0^(pi/2) (a m cos^2 t + b sin^2 t) / (m sqrt(m^2 cos^2 t + q^2 sin^2 t)) dt
-
-keeps its value. As the root lies between q and m, after any number of steps
-
-    (pi/4) (a m + b)/m^2 <= V <= (pi/4) (a m + b)/(m q),
-
-and q/m tends to one quadratically: the arithmetic and the geometric mean. All terms are positive,
-nothing cancels, and a step errs by a few roundings, which are counted.
-
-The incomplete integral of the first kind is Carlson's R_F, unchanged if l/4 with l = sqrt(x y) +
-sqrt(y z) + sqrt(z x) joins a quarter of each argument (DLMF 19.26.18); as it falls with each of
-them, it is not above the inverse root of the least.
-
-Trusted: sums, products, quotients and square roots are rounded correctly (IEEE 754).
-"""
+r"""Elliptic integrals between proved bounds: means of two numbers that close in on each other."""
 
 from __future__ import annotations
 
@@ -38,7 +16,21 @@ _STEPS, _HALVINGS = 16, 64
 def complete(complement: Array | float, cosine: float, sine: Array | float) -> tuple[Array, Array]:
     """Enclose the integral of (A cos^2 t + B sin^2 t)/(1 - k^2 sin^2 t)^(1/2) from 0 to pi/2.
 
-    A = B = 1 is K, A = 1 and B = 1 - k^2 is E, A = 0 and B = 1 is D = (K - E)/k^2.
+    A = B = 1 is K, A = 1 and B = 1 - k^2 is E, A = 0 and B = 1 is D = (K - E)/k^2. By Gauss's
+    transformation (Bulirsch 1969, Numer. Math. 13, 305): with
+
+        m' = m + q,    q' = 2 sqrt(m q),    a' = a + b/m,    b' = 2 (b + a q)
+
+    the integral
+
+        V = int_0^(pi/2) (a m cos^2 t + b sin^2 t) / (m sqrt(m^2 cos^2 t + q^2 sin^2 t)) dt
+
+    keeps its value. As the root lies between q and m, after any number of steps
+
+        (pi/4) (a m + b)/m^2 <= V <= (pi/4) (a m + b)/(m q),
+
+    and q/m tends to one quadratically: the arithmetic and the geometric mean. All terms are
+    positive, nothing cancels, and a step errs by a few roundings, which are counted.
 
     Parameters
     ----------
@@ -46,10 +38,6 @@ def complete(complement: Array | float, cosine: float, sine: Array | float) -> t
         1 - k^2, from above 0 to 1, to six roundings.
     cosine, sine : float, (...)
         A and B, nowhere negative; B to six roundings.
-
-    Returns
-    -------
-    lower, upper : (...)
 
     Examples
     --------
@@ -78,7 +66,9 @@ def complete(complement: Array | float, cosine: float, sine: Array | float) -> t
 def first_kind_above(x: Array, y: Array, z: Array) -> Array:
     """Upper bound of R_F = (1/2) int_0^inf ((t + x)(t + y)(t + z))^(-1/2) dt, x, y, z > 0.
 
-    The arguments may err by eight roundings.
+    Carlson's integral is unchanged if l/4 with l = sqrt(x y) + sqrt(y z) + sqrt(z x) joins a
+    quarter of each argument (DLMF 19.26.18); as it falls with each of them, it is not above the
+    inverse root of the least. The arguments may err by eight roundings.
 
     Examples
     --------

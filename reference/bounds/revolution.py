@@ -3,28 +3,32 @@ r"""Energy, force and stiffness of convex bodies of revolution between proved bo
 Rigid body without friction on an elastic half-space. From below: pressures uniform on rings, and
 flat circular punches; from above: finite elements of Laplace's equation. The two sides share the
 gap and nothing else.
+
+Of all sets S the true contact area carries the largest force at a given penetration d (Barber 1974,
+Int. J. Eng. Sci. 12, 813), and what S carries is the mean of d - g under the pressure of a flat
+punch on S times the punch's stiffness, F >= k_S (d - <g>_S): the dual of
+F = min {int q : q >= 0, K q >= d - g}.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.barber import best_circle, contact_radius
-from reference.bounds.discs import Discs
-from reference.bounds.extension import Extension
+from reference.bounds.dirichlet import Prisms, graded, rings
+from reference.bounds.duality import energy_above, energy_below
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.lines import graded
-from reference.bounds.obstacle import least_above
+from reference.bounds.pressures import Rings
 from reference.bounds.profiles import Profile, minorant
-from reference.bounds.sections import rings
 
 Array = NDArray[np.float64]
 
+# Rings and elements per contact radius: widths fall with their third power and beyond.
 CELLS = 32
 
 # Exponents of the spacing towards the edge of contact: of the rings of a pressure that ends as
@@ -40,21 +44,16 @@ _OUTSKIRTS = 2.0
 _WIDTH = 0.1
 # How far, relative to them, the last penetration and force stay away from where a gap ends.
 _SHORT = 1e-6
+# Rings of the chords that stay above a convex profile: their excess is of second order.
+_CHORDS = 4000
+# Steps of the sums between which the penetration of a contact radius lies: of first order.
+_STEPS = 2**16
 
 
 def energy(
     profile: Profile, penetration: float, effective_modulus: float, *, cells: int = CELLS
 ) -> Interval:
     """Elastic energy, the integral of the force over the penetration, between proved bounds.
-
-    Parameters
-    ----------
-    profile : Profile
-        From `reference.bounds.profiles`.
-    penetration, effective_modulus : float
-        d and E*, positive.
-    cells : int
-        Rings and elements per contact radius: the width falls with their third power and beyond.
 
     Examples
     --------
@@ -76,12 +75,9 @@ def force(
     r"""Force at a penetration between proved bounds.
 
     A body of degree n has F = U (2n+1)/(n d), so its energy's bounds are those of the force. For
-    others the lower bound is that of the best circle (`best_circle`), and the upper one uses that
-    the contact area grows with d (Barber 1974), so that dF/dd grows and F is convex, not above
-    its mean over [d - h, d + h]:  F(d) <= [U(d + h) - U(d - h)]/(2 h).
-
-    Parameters, errors
-        As in `energy`.
+    others the lower bound is that of the best circle, and the upper one uses that the contact area
+    grows with d (Barber 1974), so that dF/dd grows and F is convex, not above its mean over
+    [d - h, d + h]:  F(d) <= [U(d + h) - U(d - h)]/(2 h).
 
     Examples
     --------
@@ -97,7 +93,15 @@ def force(
             (2 * n + 1) / (n * penetration)
         )
     circle = best_circle(profile, penetration)
-    step = _step(profile, penetration, cells)
+    # the step h: the mean exceeds F by F'' h^2/6, and energies of the relative width w by
+    # w U/(2 h). The sum is least where F'' h^3 = 3 w U/2; U is about F d/2.
+    room = 0.5 * (profile.deepest - penetration)
+    small = min(0.05 * penetration, room)
+    less, here, more = (best_circle(profile, penetration + k * small).force for k in (-1, 0, 1))
+    bend = max((more - 2 * here + less) / small**2, 1e-9 * here / penetration**2)
+    best = (0.75 * _WIDTH / cells**3 * here * penetration / bend) ** (1 / 3)
+    step = min(float(best), 0.5 * penetration, room)
+
     more, less = penetration + step, penetration - step
     upper = _energy_above(profile, more, best_circle(profile, more).radius, cells)
     lower = _energy_below(profile, less, best_circle(profile, less).radius, cells)
@@ -105,23 +109,18 @@ def force(
     return effective_modulus * Interval(circle.force, mean)
 
 
-def _step(profile: Profile, penetration: float, cells: int) -> float:
-    """Step h of penetration: F'' h^2/6, the mean's excess, against w U/(2 h), w that of energies.
-
-    Their sum is least where F'' h^3 = 3 w U/2; U is about F d/2.
-    """
-    small = min(0.05 * penetration, 0.5 * (profile.deepest - penetration))
-    less, here, more = (best_circle(profile, penetration + k * small).force for k in (-1, 0, 1))
-    bend = max((more - 2 * here + less) / small**2, 1e-9 * here / penetration**2)
-    best = (0.75 * _WIDTH / cells**3 * here * penetration / bend) ** (1 / 3)
-    return min(float(best), 0.5 * penetration, 0.5 * (profile.deepest - penetration))
-
-
 def stiffness(profile: Profile, penetration: float, effective_modulus: float) -> Interval:
-    """Stiffness dF/dd at a penetration: 2 E* a with the contact radius a between proved bounds.
+    r"""Stiffness dF/dd at a penetration: 2 E* a with the contact radius a between proved bounds.
 
-    The contact of a convex body of revolution is a disc (`contact_radius`), and as the gap at its
-    edge is zero a small step moves all of it by the same: it is a flat punch.
+    Flat punches of all radii x <= a, the one of radius x pushing by dG(x), with
+
+        G(a) = integral of a f'(r)/sqrt(a^2 - r^2) over r < a = int_0^{pi/2} a f'(a sin t) dt,
+
+    displace the surface by G(a) - f(r) inside a and by less than that outside. As f' grows, so does
+    G, and no pressure is negative: they are the contact's at d = G(a), and there is no other one
+    (Sneddon 1965, Int. J. Eng. Sci. 3, 47). As f' grows the integral lies between its sums from the
+    left and from the right. And as the gap at the contact's edge is zero, a small step moves all of
+    it by the same: it is a flat punch.
 
     Examples
     --------
@@ -131,21 +130,35 @@ def stiffness(profile: Profile, penetration: float, effective_modulus: float) ->
     (True, True)
     """
     refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
-    return (2 * effective_modulus) * contact_radius(profile, penetration)
+
+    def sums(radius: float) -> tuple[float, float]:
+        """G(a) from the left and the right, rounded out."""
+        places = radius * np.sin(np.linspace(0.0, 0.5 * np.pi, _STEPS + 1))
+        step = radius * 0.5 * np.pi / _STEPS
+        # places that err inwards in the one sum and outwards in the other; half a unit per addition
+        left = step * profile.slope(places[:-1] * (1 - 16 * EPSILON)).sum()
+        right = step * profile.slope(places[1:] * (1 + 16 * EPSILON)).sum()
+        return below(float(left), _STEPS + 64), above(float(right), _STEPS + 64)
+
+    last = profile.reach(penetration)
+    share = brentq(lambda s: sum(sums(s * last)) - 2 * penetration, 1e-9, 1.0)
+    inner = outer = float(share * last)
+    share = 1.0 / _STEPS
+    while sums(inner)[1] > penetration:
+        inner, share = inner * (1 - share), 1.5 * share
+    share = 1.0 / _STEPS
+    while sums(outer)[0] < penetration and outer < last:
+        outer, share = min(outer * (1 + share), last), 1.5 * share
+    return (2 * effective_modulus) * Interval(inner, outer)
 
 
 def penetration(
     profile: Profile, load: float, effective_modulus: float, *, cells: int = CELLS
 ) -> Interval:
-    """Penetration at a force between proved bounds.
+    """Penetration at a force between proved bounds; beyond `heaviest` a ValueError.
 
     Not above any d whose best circle carries the force. And as F is convex and starts at zero,
     F(t d) <= t F(d) for t < 1: not below t d where t is the force over the upper bound of F(d).
-
-    Raises
-    ------
-    ValueError
-        For a force or modulus that is not positive and finite, or a force beyond `heaviest`.
 
     Examples
     --------
@@ -201,14 +214,51 @@ def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELL
     (True, True)
     """
     _check(effective_modulus, cells, radius=radius)
-    outer = _rings(cells, _SHARP_RINGS)
-    area = np.pi * outer**2
-    lower = Discs(outer).energy_below(area, area)
+    pressures = Rings(_rings(cells, _SHARP_RINGS))
+    area = np.pi * pressures.radii**2
     radii, depths = _mesh(cells, _SHARP_ELEMENTS, ())
-    retained = np.arange(2 * cells + 1)
-    body = Extension(rings(radii), depths, retained)
-    upper = body.energy_above(body.extend(np.ones(len(retained))))
-    return (2 * radius * effective_modulus) * Interval(lower, upper)
+    elements = Prisms(rings(radii), depths, np.arange(2 * cells + 1))
+    floor = np.full(2 * len(radii) - 1, -np.inf)
+    floor[elements.retained] = 1.0
+    unit = Interval(energy_below(pressures, area, area), energy_above(elements, floor))
+    return (2 * radius * effective_modulus) * unit
+
+
+class Circle(NamedTuple):
+    """Radius of the best circle, and the force that it proves."""
+
+    radius: float
+    force: float
+
+
+def best_circle(profile: Profile, penetration: float) -> Circle:
+    """Largest of the lower bounds 2 a (d - <g>) of the force that circles give, for E* = 1.
+
+    The pressure of a circular punch is the shadow of a uniform sphere, so <g> is the mean of g over
+    that sphere: no mesh, no solver. Chords of a convex profile are above it, so the mean of the
+    chords is not below <g>; rounding is added.
+    """
+
+    def force_of(radius: float) -> float:
+        # r = a sin(angle): the mean over the sphere's shadow has the measure sin(angle) d angle
+        angle = np.linspace(0.0, 0.5 * np.pi, _CHORDS + 1)
+        r = radius * np.sin(angle)
+        gap, slope = profile.gap(r), np.diff(profile.gap(r)) / np.diff(r)
+        weight = -np.diff(np.cos(angle))
+        lever = radius * 0.5 * np.diff(angle - np.sin(angle) * np.cos(angle))
+        mean = ((gap[:-1] - slope * r[:-1]) * weight + slope * lever).sum()
+        # differences of angles: an epsilon over the width of a ring, in each of the rings
+        rounding = 16 * _CHORDS * EPSILON * (gap[-1] + radius * slope.max())
+        return float(2 * radius * (penetration - mean - rounding) * (1 - 8 * EPSILON))
+
+    reach = profile.reach(penetration)
+    search = minimize_scalar(
+        lambda a: -force_of(a),
+        bounds=(0.0, reach),
+        method="bounded",
+        options={"xatol": 1e-7 * reach},
+    )
+    return Circle(float(search.x), force_of(float(search.x)))
 
 
 def _check(effective_modulus: float, cells: int, **sizes: float) -> None:
@@ -222,21 +272,20 @@ def _rings(cells: int, exponent: float) -> Array:
 
 
 def _energy_below(profile: Profile, penetration: float, radius: float, cells: int) -> float:
+    """Lower bound of the energy for E* = 1."""
     best = 0.0
     for exponent in (_SMOOTH_RINGS, _CORNER_RINGS) if profile.corners else (_SMOOTH_RINGS,):
-        discs = Discs(radius * _rings(cells, exponent))
-        base = np.pi * penetration * discs.radii**2
-        missing = 2 * np.pi * profile.moment(discs.radii)
-        best = max(best, discs.energy_below(base - missing, base + missing))
+        pressures = Rings(radius * _rings(cells, exponent))
+        base = np.pi * penetration * pressures.radii**2
+        missing = 2 * np.pi * profile.moment(pressures.radii)
+        best = max(best, energy_below(pressures, base - missing, base + missing))
     return best
 
 
 def _energy_above(profile: Profile, penetration: float, radius: float, cells: int) -> float:
-    """Upper bound of the energy for E* = 1, computed in units of the contact radius.
-
-    Halfway from the contact to where d = g the gap goes on along its tangent: a convex gap is not
-    below that, and the contact is the same. A ball's slope is infinite where it ends.
-    """
+    """Upper bound of the energy for E* = 1, computed in units of the contact radius."""
+    # halfway from the contact to where d = g the gap goes on along its tangent: a convex gap is not
+    # below that, and the contact is the same; a ball's slope is infinite where it ends
     straight = 0.5 * (radius + profile.reach(penetration))
     (left,), (slope,) = (f(np.array([straight])) for f in (profile.gap, profile.slope))
     reach = straight + (penetration - left) / slope
@@ -244,31 +293,21 @@ def _energy_above(profile: Profile, penetration: float, radius: float, cells: in
     exponent = _CORNER_ELEMENTS if marks else _SMOOTH_ELEMENTS
     radii, depths = _mesh(cells, exponent, (*marks, straight / radius, reach / radius))
     bend, end = np.searchsorted(radii, [straight / radius, reach / radius])
-    floor = _floor(profile, penetration, radius * radii[: end + 1], int(bend))
-    retained = np.arange(len(floor))
-    body = Extension(rings(radii), depths, retained)
-    touching = retained <= 2 * cells
-    v = least_above(body.stiffness, 0 * floor, floor, touching)
-    values = body.extend(v)
-    overlap = body.on_surface(values)[len(floor) :]
-    if overlap.min() < 0:
-        # beyond the reach of the body any v >= 0 is above d - g
-        raise ArithmeticError("the displacement falls below zero beyond the body's reach")
-    return radius * penetration**2 * above(body.energy_above(values), 4)
 
-
-def _floor(profile: Profile, penetration: float, radii: Array, bend: int) -> Array:
-    """Coefficients above d - g in units of d: v is above d - g wherever it is above these.
-
-    From the vertex `bend` on g is its tangent there.
-    """
-    curved, rest = radii[: bend + 1], radii[bend:]
-    gap, slope = minorant(profile, curved), profile.slope(curved)
+    # coefficients above d - g in units of d: v is above d - g wherever it is above these. Beyond
+    # the reach any v >= 0 is.
+    curved, rest = radius * radii[: bend + 1], radius * radii[bend : end + 1]
+    gap, slopes = minorant(profile, curved), profile.slope(curved)
     halves = np.interp(np.arange(1, 2 * len(rest) - 1) / 2, np.arange(len(rest)), rest - rest[0])
-    gap = np.concatenate([gap, gap[-1] + slope[-1] * halves]) / penetration
+    gap = np.concatenate([gap, gap[-1] + slopes[-1] * halves]) / penetration
     # the places of the elements are rounded, too: what that changes goes with the slope
-    steepest = float((curved * slope).max() + radii[-1] * slope[-1]) / penetration
-    return 1 - gap + 8 * EPSILON * (1 + np.abs(gap) + steepest)
+    steepest = float((curved * slopes).max() + rest[-1] * slopes[-1]) / penetration
+    floor = np.zeros(2 * len(radii) - 1)
+    floor[: len(gap)] = 1 - gap + 8 * EPSILON * (1 + np.abs(gap) + steepest)
+
+    elements = Prisms(rings(radii), depths, np.arange(len(gap)))
+    energy = energy_above(elements, floor, elements.retained <= 2 * cells)
+    return radius * penetration**2 * above(energy, 4)
 
 
 def _mesh(cells: int, exponent: float, marks: tuple[float, ...]) -> tuple[Array, Array]:
@@ -278,16 +317,10 @@ def _mesh(cells: int, exponent: float, marks: tuple[float, ...]) -> tuple[Array,
     radii = np.concatenate([1 - t[::-1] ** exponent, 1 + outwards[1:]])
     kept = [0.0, 1.0, float(radii[-1])]
     for mark in marks:
-        radii = _with_vertex(radii, mark, kept)
+        if mark not in radii:
+            # the vertex nearest to the mark moves onto it, but for those that are kept
+            distance = np.where(np.isin(radii, kept), np.inf, np.abs(radii - mark))
+            radii[int(np.argmin(distance))] = mark
+            radii = np.sort(radii)
         kept.append(mark)
     return radii, outwards
-
-
-def _with_vertex(radii: Array, mark: float, kept: list[float]) -> Array:
-    """Move the vertex nearest to the mark onto it, but for those that are kept."""
-    if mark in radii:
-        return radii
-    distance = np.where(np.isin(radii, kept), np.inf, np.abs(radii - mark))
-    moved = radii.copy()
-    moved[int(np.argmin(distance))] = mark
-    return np.sort(moved)
