@@ -15,8 +15,8 @@ from reduced.adhesion.adhere import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
-from reference.closed_form import adhesive
-from reference.closed_form.maugis import MaugisForm, strength_of
+from reference import closed_form
+from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem
@@ -30,14 +30,20 @@ PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
 WORK = 0.01
 
 SHAPES = {
-    "paraboloid": (equivalents.paraboloid(1.0), adhesive.paraboloid(1.0, 1.0, WORK)),
-    "cone": (equivalents.cone(0.3), adhesive.cone(0.3, 1.0, WORK)),
-    "sphere": (equivalents.sphere(1.0), adhesive.sphere(1.0, 1.0, WORK)),
-    "r^4": (equivalents.power_law(4, 0.3), adhesive.power_law(4, 0.3, 1.0, WORK)),
-    "r^0.7": (equivalents.power_law(0.7, 0.3), adhesive.power_law(0.7, 0.3, 1.0, WORK)),
+    "paraboloid": (
+        equivalents.paraboloid(1.0),
+        AdhesiveForm(closed_form.paraboloid(1.0, 1.0), WORK),
+    ),
+    "cone": (equivalents.cone(0.3), AdhesiveForm(closed_form.cone(0.3, 1.0), WORK)),
+    "sphere": (equivalents.sphere(1.0), AdhesiveForm(closed_form.sphere(1.0, 1.0), WORK)),
+    "r^4": (equivalents.power_law(4, 0.3), AdhesiveForm(closed_form.power_law(4, 0.3, 1.0), WORK)),
+    "r^0.7": (
+        equivalents.power_law(0.7, 0.3),
+        AdhesiveForm(closed_form.power_law(0.7, 0.3, 1.0), WORK),
+    ),
     "rounded punch": (
         equivalents.rounded_punch(1.0, 2.0),
-        adhesive.rounded_punch(1.0, 2.0, 1.0, WORK),
+        AdhesiveForm(closed_form.rounded_punch(1.0, 2.0, 1.0), WORK),
     ),
 }
 
@@ -167,7 +173,7 @@ def detachment() -> list[list[str]]:
     rows = [
         ["cells across", "disc, printed", "disc, edge", "paraboloid, printed", "paraboloid, edge"]
     ]
-    ball = adhesive.paraboloid(1.0, 1.0, WORK)
+    ball = AdhesiveForm(closed_form.paraboloid(1.0, 1.0), WORK)
     exact = -np.sqrt(8 * np.pi * WORK), float(ball.force(ball.pull_off()))
     for cells in (16, 32, 48):
         row = [str(cells)]

@@ -18,7 +18,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
 from comparisons.questions.experiments.reading_scan import CHOICES
-from reference.closed_form.random_field import line_peaks, surface_peaks
+from reference.closed_form.asperities import line_peaks, surface_peaks
 from reference.fem.section import press_section
 from reference.impact import impact, rayleigh_share
 from reports.tables.documents import rewrite

@@ -25,8 +25,7 @@ from reduced.loads import Load
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
-from reference.closed_form.carter import Carter
-from reference.closed_form.rolling_rubber import RubberCylinder
+from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
 from reference.fem.column_elements import Element
 from reference.fem.columns import ELEMENTS

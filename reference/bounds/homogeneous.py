@@ -22,7 +22,7 @@ from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.outlines import Outline, circle, dihedral
 from reference.bounds.pressures import Fan
 from reference.bounds.quadrangles import gauss_points
-from reference.closed_form.elliptic import ellipsoid
+from reference.closed_form.shapes import ellipsoid
 
 Array = NDArray[np.float64]
 

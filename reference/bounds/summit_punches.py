@@ -17,7 +17,7 @@ from reference.bounds.ellipses import (
 )
 from reference.bounds.interval import EPSILON
 from reference.bounds.trigonometric import Waves
-from reference.closed_form.elliptic import ellipsoid
+from reference.closed_form.shapes import ellipsoid
 
 Array = NDArray[np.float64]
 # Two opposite corners of a rectangle, from the first point of a map.

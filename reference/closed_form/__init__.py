@@ -1,17 +1,24 @@
 """Exact solutions of contact with an elastic half-space, as vectorised functions."""
 
-from reference.closed_form.axisymmetric import cone, paraboloid, power_law, sphere
-from reference.closed_form.elliptic import ellipsoid, elliptic_punch
 from reference.closed_form.form import ClosedForm
-from reference.closed_form.infinite import WavyForm, boussinesq, boussinesq_energy, westergaard
+from reference.closed_form.infinite import Westergaard, boussinesq, boussinesq_energy
 from reference.closed_form.partial_slip import PartialSlip, PartialSlipPath, stiffness_ratio
-from reference.closed_form.punches import cylinder, rounded_punch
+from reference.closed_form.shapes import (
+    cone,
+    cylinder,
+    ellipsoid,
+    elliptic_punch,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+)
 
 __all__ = [
     "ClosedForm",
     "PartialSlip",
     "PartialSlipPath",
-    "WavyForm",
+    "Westergaard",
     "boussinesq",
     "boussinesq_energy",
     "cone",
@@ -23,5 +30,4 @@ __all__ = [
     "rounded_punch",
     "sphere",
     "stiffness_ratio",
-    "westergaard",
 ]

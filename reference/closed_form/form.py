@@ -1,4 +1,4 @@
-"""The common interface of all closed forms, and their common checks."""
+"""The class of all exact contacts: laws of a shape, behind checks of the loads."""
 
 from __future__ import annotations
 
@@ -12,69 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
-Curve = Callable[[ArrayLike], Any]
-
-
-@dataclass(frozen=True)
-class ClosedForm:
-    """The exact solution of one contact with a half-space.
-
-    All functions take a number or an array and return the same shape, in consistent units. They
-    raise ValueError for a load that is negative, not finite or beyond the shape's validity.
-
-    Attributes
-    ----------
-    name : str
-        The shape, spelled as in a scene file.
-    source : str
-        The primary source, with its equation or chapter.
-    force : callable
-        Normal force of a penetration d.
-    penetration : callable
-        Penetration of a force: the inverse of ``force``, to rounding.
-    contact_area, contact_radius, semi_axes : callable
-        Functions of a penetration: area; radius (None if the contact is not a circle); half-lengths
-        of the contact along x and y, as a pair.
-    stiffness : callable
-        dF/dd on the fixed contact set, 2 E* a for a circle. It equals the slope of ``force``.
-    energy : callable
-        Elastic energy, the integral of the force over the penetration.
-    pressure : callable
-        ``pressure(x, y, d)`` at points relative to the axis of the shape, broadcast against each
-        other; zero outside the contact and +inf exactly on a singular edge or tip.
-    singular_at : {"edge", "centre", None}
-        Location of infinite pressure, if any. The force is always finite.
-    singular_edge : tuple of float or None
-        Semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
-        pressures omit points near it, see ``relative_radius``.
-    """
-
-    name: str
-    source: str
-    force: Curve
-    penetration: Curve
-    contact_area: Curve
-    contact_radius: Curve | None
-    semi_axes: Callable[[ArrayLike], tuple[Any, Any]]
-    stiffness: Curve
-    energy: Curve
-    pressure: Callable[[ArrayLike, ArrayLike, ArrayLike], Any]
-    singular_at: Literal["edge", "centre"] | None = None
-    singular_edge: tuple[float, float] | None = None
-
-    @property
-    def pressure_is_singular(self) -> bool:
-        """Whether the pressure is infinite anywhere."""
-        return self.singular_at is not None
-
-    def relative_radius(self, x: ArrayLike, y: ArrayLike, penetration: float) -> Array:
-        """Return sqrt((x/a)^2 + (y/b)^2): 0 on the axis, 1 on the edge of the contact.
-
-        To compare a singular pressure, keep for example the points where
-        ``abs(form.relative_radius(x, y, d) - 1) > ring`` (edge) or ``> ring`` (centre).
-        """
-        half_x, half_y = self.semi_axes(penetration)
-        return np.hypot(np.asarray(x) / half_x, np.asarray(y) / half_y)
+Law = Callable[[Array], Array]
 
 
 def require_positive(shape: str, **parameters: float) -> None:
@@ -106,73 +44,123 @@ def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: s
 
 
 @dataclass(frozen=True)
-class Formulas:
-    """Array formulas, and their conversion to a `ClosedForm` with checks of arguments.
+class ByRadius:
+    """Laws of a round contact in its radius a, from which its adhesion follows.
 
-    Parameters
+    Attributes
     ----------
-    name, source, singular_at, singular_edge
-        As for `ClosedForm`.
-    force, semi_axes, stiffness, energy : callable
-        Functions of the penetration.
-    penetration : callable
-        Function of the force.
-    pressure : callable
-        Function of the relative radius rho in [0, 1] and the penetration, as flat arrays of points
-        inside the contact only.
-    axisymmetric : bool
-    penetration_limit : float
-        Largest penetration for which the formulas hold, for the reason `limit_reason`.
+    source : str
+        The adhesive solution.
+    depth, load, rate : callable
+        d0(a), F0(a) and d0'(a) without adhesion.
+    scale : callable
+        A radius to start searches from, as a function of w/E*.
+    smallest, largest : float
+        Radii at which d0 begins to increase, and ends.
+    refused : str
+        Why adhesion cannot hold this shape, if so.
+    """
+
+    source: str
+    depth: Law
+    load: Law
+    rate: Law
+    scale: Callable[[float], float]
+    smallest: float = 0.0
+    largest: float = math.inf
+    refused: str = ""
+
+
+@dataclass(frozen=True)
+class ClosedForm:
+    """The exact solution of one contact with a half-space.
+
+    Its methods take a number or an array and return the same shape, in consistent units. They raise
+    ValueError for a load that is negative, not finite or beyond the shape's validity.
+
+    Attributes
+    ----------
+    name : str
+        The shape, spelled as in a scene file.
+    source : str
+        The primary source, with its equation or chapter.
+    effective_modulus : float
+        E*.
+    force_of, energy_of, radius_of : callable
+        F, U and (of round contacts) a in the penetration d; the stiffness is then 2 E* a.
+    depth_of : callable
+        d in the force.
+    pressure_of : callable
+        p in the relative radius rho in [0, 1] and d, at points of the contact.
+    axes_of, stiffness_of : callable or None
+        Semi-axes along x and y and dF/dd in d, of contacts that are not round.
+    by_radius : ByRadius or None
+    singular_at : {"edge", "centre", None}
+        Location of infinite pressure, if any. The force is always finite.
+    singular_edge : tuple of float or None
+        Semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
+        pressures omit points near it, see `relative_radius`.
+    limit, limit_reason : float, str
+        Largest penetration for which the formulas hold, and why.
     """
 
     name: str
     source: str
-    force: Callable[[Array], Array]
-    penetration: Callable[[Array], Array]
-    semi_axes: Callable[[Array], tuple[Array, Array]]
-    stiffness: Callable[[Array], Array]
-    energy: Callable[[Array], Array]
-    pressure: Callable[[Array, Array], Array]
-    axisymmetric: bool = True
+    effective_modulus: float
+    force_of: Law
+    depth_of: Law
+    energy_of: Law
+    pressure_of: Callable[[Array, Array], Array]
+    radius_of: Law | None = None
+    axes_of: Callable[[Array], tuple[Array, Array]] | None = None
+    stiffness_of: Law | None = None
+    by_radius: ByRadius | None = None
     singular_at: Literal["edge", "centre"] | None = None
     singular_edge: tuple[float, float] | None = None
-    penetration_limit: float = math.inf
+    limit: float = math.inf
     limit_reason: str = ""
 
-    def closed_form(self) -> ClosedForm:
-        """Return the formulas as functions of numbers and arrays that refuse invalid loads."""
-        return ClosedForm(
-            name=self.name,
-            source=self.source,
-            force=self._at(self.force),
-            penetration=self._penetration,
-            contact_area=self._at(lambda d: np.pi * np.prod(self.semi_axes(d), axis=0)),
-            contact_radius=self._at(lambda d: self.semi_axes(d)[0]) if self.axisymmetric else None,
-            semi_axes=self._at(self.semi_axes),
-            stiffness=self._at(self.stiffness),
-            energy=self._at(self.energy),
-            pressure=self._pressure,
-            singular_at=self.singular_at,
-            singular_edge=self.singular_edge,
-        )
+    def force(self, penetration: ArrayLike) -> Any:
+        """Return the normal force of a penetration."""
+        return self.force_of(self._depth(penetration))
 
-    def _depth(self, d: ArrayLike) -> Array:
-        return checked_load("penetration", d, self.penetration_limit, self.limit_reason)
+    def penetration(self, force: ArrayLike) -> Any:
+        """Penetration of a force: the inverse of `force`, to rounding."""
+        return self.depth_of(checked_load("force", force, self._force_limit, self.limit_reason))
 
-    def _at(self, formula: Callable[[Array], Any]) -> Curve:
-        return lambda d: formula(self._depth(d))
+    def energy(self, penetration: ArrayLike) -> Any:
+        """Elastic energy, the integral of the force over the penetration."""
+        return self.energy_of(self._depth(penetration))
 
-    @cached_property
-    def _force_limit(self) -> float:
-        limit = np.asarray(self.penetration_limit)
-        return float(self.force(limit)) if self.limit_reason else math.inf
+    def stiffness(self, penetration: ArrayLike) -> Any:
+        """dF/dd on the fixed contact set, 2 E* a for a circle; the slope of `force`, too."""
+        depth = self._depth(penetration)
+        if self.stiffness_of is not None:
+            return self.stiffness_of(depth)
+        return 2 * self.effective_modulus * self._axes(depth)[0]
 
-    def _penetration(self, F: ArrayLike) -> Any:
-        return self.penetration(checked_load("force", F, self._force_limit, self.limit_reason))
+    def semi_axes(self, penetration: ArrayLike) -> tuple[Any, Any]:
+        """Half-lengths of the contact along x and y."""
+        return self._axes(self._depth(penetration))
 
-    def _pressure(self, x: ArrayLike, y: ArrayLike, d: ArrayLike) -> Any:
-        x, y, d = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float), self._depth(d))
-        half_x, half_y = self.semi_axes(d)
+    def contact_area(self, penetration: ArrayLike) -> Any:
+        """Area of the contact."""
+        return np.pi * np.prod(self.semi_axes(penetration), axis=0)
+
+    @property
+    def contact_radius(self) -> Callable[[ArrayLike], Any] | None:
+        """Radius of the contact as a function of the penetration; None if it is not a circle."""
+        radius = self.radius_of
+        return None if radius is None else lambda d: radius(self._depth(d))
+
+    def pressure(self, x: ArrayLike, y: ArrayLike, penetration: ArrayLike) -> Any:
+        """Pressure at points relative to the axis, broadcast against each other.
+
+        Zero outside the contact and +inf exactly on a singular edge or tip.
+        """
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        x, y, d = np.broadcast_arrays(x, y, self._depth(penetration))
+        half_x, half_y = self._axes(d)
         loaded = d > 0
         rho = np.full(d.shape, np.inf)
         scaled_x = np.divide(x, half_x, out=rho.copy(), where=loaded)
@@ -181,5 +169,32 @@ class Formulas:
         inside = rho <= 1
         result = np.zeros(d.shape)
         with np.errstate(divide="ignore"):  # infinite on a singular edge or tip, as documented
-            result[inside] = self.pressure(rho[inside], d[inside])
+            result[inside] = self.pressure_of(rho[inside], d[inside])
         return result[()]
+
+    @property
+    def pressure_is_singular(self) -> bool:
+        """Whether the pressure is infinite anywhere."""
+        return self.singular_at is not None
+
+    def relative_radius(self, x: ArrayLike, y: ArrayLike, penetration: float) -> Array:
+        """Return sqrt((x/a)^2 + (y/b)^2): 0 on the axis, 1 on the edge of the contact.
+
+        To compare a singular pressure, keep for example the points where
+        ``abs(form.relative_radius(x, y, d) - 1) > ring`` (edge) or ``> ring`` (centre).
+        """
+        half_x, half_y = self.semi_axes(penetration)
+        return np.hypot(np.asarray(x) / half_x, np.asarray(y) / half_y)
+
+    def _depth(self, penetration: ArrayLike) -> Array:
+        return checked_load("penetration", penetration, self.limit, self.limit_reason)
+
+    @cached_property
+    def _force_limit(self) -> float:
+        return float(self.force_of(np.asarray(self.limit))) if self.limit_reason else math.inf
+
+    def _axes(self, depth: Array) -> tuple[Array, Array]:
+        if self.radius_of is not None:
+            return (self.radius_of(depth),) * 2
+        assert self.axes_of is not None
+        return self.axes_of(depth)

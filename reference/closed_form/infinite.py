@@ -1,46 +1,28 @@
-"""Closed forms for the point force and the wavy half-plane."""
+"""The half-space under a point force, wavy surfaces, and waves on an anisotropic one."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reference.arguments import poisson_faults, refuse
-from reference.closed_form.form import checked_load, require_positive
+from reference.arguments import finite_faults, poisson_faults, positive_faults, refuse
+from reference.closed_form.form import Array, checked_load, require_positive
 
 
 def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> Any:
-    """Return the normal displacement u = F/(pi E* r) of a point force.
+    """Return the normal displacement u = F/(pi E* r) of a point force, for distances r > 0.
 
     (Boussinesq 1885; Johnson 1985, section 3.2.) The far field of every contact on a half-space.
 
-    Parameters
-    ----------
-    force, effective_modulus : float
-        F and E*, positive, in consistent units.
-    distance : array_like
-        r, positive.
-
-    Raises
-    ------
-    ValueError
-        For values that are not finite and positive; r = 0 is the point of the force.
-
-    Examples
-    --------
     >>> round(float(boussinesq(force=1.0, distance=2.0, effective_modulus=1.0)), 12)
     0.159154943092
     """
     require_positive("boussinesq", force=force, effective_modulus=effective_modulus)
-    r = checked_load("distance", distance)
-    if (r == 0).any():
-        raise ValueError("boussinesq: distance must be positive, not 0")
-    return force / (math.pi * effective_modulus) / r
+    return force / (math.pi * effective_modulus) / _away("boussinesq", distance)
 
 
 def boussinesq_energy(
@@ -53,64 +35,26 @@ def boussinesq_energy(
     half-space outside a hemisphere. For r >> D, a flat punch of diameter D therefore has the
     fraction s D/r of its energy E* D d^2/2 farther than r.
 
-    Parameters
-    ----------
-    force, effective_modulus : float
-        F and E*, positive, in consistent units.
-    distance : array_like
-        r, positive.
-    poisson_ratio : float
-        ``-1 < nu <= 0.5``.
-
-    Raises
-    ------
-    ValueError
-        For values out of range.
-
-    Examples
-    --------
     >>> round(float(boussinesq_energy(1.0, 1.0, 1.0, 0.5)), 12) == round(1 / math.pi, 12)
     True
     """
     require_positive("boussinesq_energy", force=force, effective_modulus=effective_modulus)
     refuse([f"boussinesq_energy: {fault}" for fault in poisson_faults(poisson_ratio)])
-    r = checked_load("distance", distance)
-    if (r == 0).any():
-        raise ValueError("boussinesq_energy: distance must be positive, not 0")
     nu = poisson_ratio
     share = (2 / 3 + 5 / 3 * nu - 2 * nu**2 + (1 - 2 * nu) ** 2 * math.log(2)) / math.pi / (1 - nu)
-    return share * force**2 / (2 * effective_modulus) / r
+    return share * force**2 / (2 * effective_modulus) / _away("boussinesq_energy", distance)
+
+
+def _away(name: str, distance: ArrayLike) -> Array:
+    """Return distances, none of which is that of the force itself."""
+    r = checked_load("distance", distance)
+    if (r == 0).any():
+        raise ValueError(f"{name}: distance must be positive, not 0")
+    return r
 
 
 @dataclass(frozen=True)
-class WavyForm:
-    """The exact solution of a periodic line contact, as functions of the mean pressure.
-
-    Attributes
-    ----------
-    source : str
-        The primary source.
-    full_contact_pressure : float
-        Mean pressure of full contact.
-    contact_fraction : callable
-        A/A0 as a function of the mean pressure.
-    penetration : callable
-        Approach after first touch with the mean surface displacement zero.
-    mean_gap : callable
-        Mean gap of the surfaces: amplitude - penetration.
-    pressure : callable
-        ``pressure(x, mean_pressure)``, x from a crest.
-    """
-
-    source: str
-    full_contact_pressure: float
-    contact_fraction: Callable[[ArrayLike], Any]
-    penetration: Callable[[ArrayLike], Any]
-    mean_gap: Callable[[ArrayLike], Any]
-    pressure: Callable[[ArrayLike, ArrayLike], Any]
-
-
-def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -> WavyForm:
+class Westergaard:
     """Contact of the wavy surface h = D cos(2 pi x/l) with a half-space, in plane strain.
 
     p* = pi E* D/l,  A/A0 = (2/pi) arcsin sqrt(s),  s = p/p* <= 1,
@@ -128,38 +72,96 @@ def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -
 
     Examples
     --------
-    >>> wave = westergaard(amplitude=0.01, wavelength=1.0, effective_modulus=1.0)
+    >>> wave = Westergaard(amplitude=0.01, wavelength=1.0, effective_modulus=1.0)
     >>> round(float(wave.contact_fraction(0.5 * wave.full_contact_pressure)), 12)
     0.5
     """
-    require_positive(
-        "westergaard",
-        amplitude=amplitude,
-        wavelength=wavelength,
-        effective_modulus=effective_modulus,
-    )
-    full = math.pi * effective_modulus * (amplitude / wavelength)
 
-    def share(mean_pressure: ArrayLike) -> Any:
-        return np.minimum(checked_load("mean_pressure", mean_pressure) / full, 1.0)
+    amplitude: float
+    wavelength: float
+    effective_modulus: float
 
-    def penetration(mean_pressure: ArrayLike) -> Any:
-        s = share(mean_pressure)
-        return amplitude * s * (1 - np.log(np.where(s > 0, s, 1.0)))
+    source = "Westergaard 1939; Johnson 1985, section 13.2"
 
-    def pressure(x: ArrayLike, mean_pressure: ArrayLike) -> Any:
-        s = share(mean_pressure)
+    def __post_init__(self) -> None:
+        require_positive("westergaard", **vars(self))
+
+    @property
+    def full_contact_pressure(self) -> float:
+        """Mean pressure p* of full contact."""
+        return math.pi * self.effective_modulus * (self.amplitude / self.wavelength)
+
+    def contact_fraction(self, mean_pressure: ArrayLike) -> Any:
+        """A/A0 at a mean pressure."""
+        return 2 / np.pi * np.arcsin(np.sqrt(self._share(mean_pressure)))
+
+    def penetration(self, mean_pressure: ArrayLike) -> Any:
+        """Approach after first touch with the mean surface displacement zero."""
+        s = self._share(mean_pressure)
+        return self.amplitude * s * (1 - np.log(np.where(s > 0, s, 1.0)))
+
+    def mean_gap(self, mean_pressure: ArrayLike) -> Any:
+        """Mean gap of the surfaces: amplitude less penetration."""
+        return self.amplitude - self.penetration(mean_pressure)
+
+    def pressure(self, x: ArrayLike, mean_pressure: ArrayLike) -> Any:
+        """Pressure at places x from a crest."""
+        s, full = self._share(mean_pressure), self.full_contact_pressure
         excess = np.asarray(mean_pressure) - full * s
-        psi = np.pi * np.asarray(x, float) / wavelength
+        psi = np.pi * np.asarray(x, float) / self.wavelength
         # 2 p/sin(psi_a)^2 is 2 p*, as sin(psi_a)^2 = p/p*; cos is even about every crest.
         root = np.sqrt(np.maximum(s - np.sin(psi) ** 2, 0.0))
         return 2 * full * np.abs(np.cos(psi)) * root + excess
 
-    return WavyForm(
-        source="Westergaard 1939; Johnson 1985, section 13.2",
-        full_contact_pressure=full,
-        contact_fraction=lambda p: 2 / np.pi * np.arcsin(np.sqrt(share(p))),
-        penetration=penetration,
-        mean_gap=lambda p: amplitude - penetration(p),
-        pressure=pressure,
-    )
+    def _share(self, mean_pressure: ArrayLike) -> Any:
+        pressure = checked_load("mean_pressure", mean_pressure)
+        return np.minimum(pressure / self.full_contact_pressure, 1.0)
+
+
+@dataclass(frozen=True)
+class TransverselyIsotropic:
+    """A half-space of moduli c11, c13, c33, c44 whose axis of isotropy is the surface's normal.
+
+    H. A. Elliott (Proc. Camb. Phil. Soc. 44 (1948) 522; 45 (1949) 621): frictionless contact is
+    that of an isotropic half-space with one modulus, as every wave of pressure p cos(q x) sinks in
+    by 2 p/(E* q). Moduli with c13^2 >= c11 c33 are refused.
+
+    >>> steel = TransverselyIsotropic(1.4, 0.6, 1.4, 0.4)  # isotropic: (c11 - c13)/2 = c44
+    >>> round(steel.effective_modulus, 12) == round(4 * 0.4 * (1.4 - 0.4) / 1.4, 12)
+    True
+    """
+
+    c11: float
+    c13: float
+    c33: float
+    c44: float
+
+    def __post_init__(self) -> None:
+        wrong = positive_faults(c11=self.c11, c33=self.c33, c44=self.c44)
+        wrong += finite_faults(c13=self.c13)
+        if not wrong and self.c13**2 >= self.c11 * self.c33:
+            wrong.append("c13^2 must be below c11 c33")
+        refuse(wrong)
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = 2 sqrt((c11 c33 - c13^2)/c11 / (1/c44 + 2/(c13 + sqrt(c11 c33))))."""
+        stiff = (self.c11 * self.c33 - self.c13**2) / self.c11
+        soft = 1 / self.c44 + 2 / (self.c13 + math.sqrt(self.c11 * self.c33))
+        return 2 * math.sqrt(stiff / soft)
+
+    def modulus_of_a_wave(self) -> float:
+        """Return 2 p/(q u_z) of a wave of pressure, by equilibrium, from the two fields that decay.
+
+        u_x = i U exp(i x - l z), u_z = W exp(i x - l z), q = 1; no shear traction. Where the two
+        rates l coincide, as in isotropic bodies, there are no two fields.
+        """
+        c11, c13, c33, c44 = self.c11, self.c13, self.c33, self.c44
+        squares = [c33 * c44, (c13 + c44) ** 2 - c11 * c33 - c44**2, c11 * c44]
+        rates = np.sqrt(np.roots(squares).astype(complex))
+        rates = np.where(rates.real < 0, -rates, rates)
+        along, across = 1j * (c13 + c44) * rates, c44 * rates**2 - c11
+        shear = c44 * (1j * across - rates * along)
+        normal = 1j * c13 * along - c33 * rates * across
+        share = np.linalg.solve(np.array([shear, normal]), [0, -1])
+        return float((2 / (share @ across)).real)

@@ -51,12 +51,8 @@ def solve_increasing(
 
     ``function`` returns value and derivative of a law that increases like a power of t with slowly
     varying exponent: in logarithms it is nearly straight, so that steps are accurate over hundreds
-    of orders of magnitude, and the last step loses no digits. A target of 0 gives 0.
-
-    Raises
-    ------
-    ConvergenceError
-        After 60 steps; the history contains the largest relative change of every step.
+    of orders of magnitude, and the last step loses no digits. A target of 0 gives 0. A
+    ConvergenceError after 60 steps has the largest relative change of every step.
     """
     root = np.where(target > 0, guess, 1.0)
     aim = np.where(target > 0, target, function(np.ones(()))[0])

@@ -1,4 +1,4 @@
-"""Partial slip of a frictional contact from its normal solution, for any loading path.
+"""Partial slip of a frictional contact from its normal solution: along a path, and in torsion.
 
 Cattaneo (1938) and Mindlin (1949) for spheres, Jaeger (1995, 1998) and Ciavarella (1998) for every
 body of revolution: under a constant normal force the tangential tractions are mu times the
@@ -19,6 +19,7 @@ holds for every shape, also rough ones, because both operators are equal.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +27,7 @@ from scipy.special import ellipe, ellipk
 
 from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import Array, ClosedForm, require_positive
+from reference.closed_form.numerics import gauss_rule
 
 # A reversal smaller than the friction by this factor is below the rounding of the forces.
 _ROUNDING = 16 * np.finfo(float).eps
@@ -34,24 +36,15 @@ _ROUNDING = 16 * np.finfo(float).eps
 def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float:
     """Return k_x/k_z of a sticking elliptic contact without coupling (Mindlin 1949).
 
-    A traction ~ 1/sqrt(1 - (x/a)^2 - (y/b)^2) displaces the ellipse uniformly. At its centre, in
-    polar coordinates, pressure and traction differ by the factor (1 - nu + nu cos^2)/(1 - nu) only,
-    so
+    The semi-axes are a along the tangential force and b transverse to it. A traction ~
+    1/sqrt(1 - (x/a)^2 - (y/b)^2) displaces the ellipse uniformly. At its centre, in polar
+    coordinates, pressure and traction differ by the factor (1 - nu + nu cos^2)/(1 - nu) only, so
 
         k_x/k_z = (1 - nu)/(1 - nu + nu s),   s = <cos^2> = [K(m) - E(m)]/(m K(m)),
 
     m = 1 - b^2/a^2 for a >= b; for a < b, s is one minus the value of the exchanged axes. A circle
     has s = 1/2: (19.18).
 
-    Parameters
-    ----------
-    half_x, half_y : float
-        Semi-axes a along the tangential force and b transverse to it.
-    poisson_ratio : float
-        -1 < nu <= 1/2.
-
-    Examples
-    --------
     >>> round(stiffness_ratio(1.0, 1.0, 0.5), 12)  # 2 (1 - nu)/(2 - nu)
     0.666666666667
     """
@@ -65,15 +58,14 @@ def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float
     return (1 - poisson_ratio) / (1 - poisson_ratio + poisson_ratio * along)
 
 
-@dataclass(frozen=True)
-class Layer:
-    """One term of the superposition: sign * mu * factor * [p(d) - p(d_c)]."""
+class Term(NamedTuple):
+    """One term of the superposition, factor mu [p(d) - p(d_c)]; d_c has the force `inner`."""
 
-    sign: float
     factor: float
-    inner_force: float
+    inner: float
 
 
+@dataclass(frozen=True)
 class PartialSlip:
     """A contact under constant normal force and any tangential path.
 
@@ -81,17 +73,10 @@ class PartialSlip:
     ----------
     form : ClosedForm
         The normal contact; the result is exact for axisymmetric ones only.
-    penetration : float
-        d, positive.
-    friction : float
-        mu.
+    penetration, friction : float
+        d and mu, positive.
     modulus_ratio : float
         G*/E*, 2 (1 - nu)/(2 - nu) for one elastic body on a rigid one.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not positive and finite.
 
     Examples
     --------
@@ -103,15 +88,23 @@ class PartialSlip:
     0.5
     """
 
-    def __init__(
-        self, form: ClosedForm, penetration: float, friction: float, modulus_ratio: float
-    ) -> None:
+    form: ClosedForm
+    penetration: float
+    friction: float
+    modulus_ratio: float
+
+    def __post_init__(self) -> None:
         require_positive(
-            "partial slip", penetration=penetration, friction=friction, modulus_ratio=modulus_ratio
+            "partial slip",
+            penetration=self.penetration,
+            friction=self.friction,
+            modulus_ratio=self.modulus_ratio,
         )
-        self.form, self.penetration = form, float(penetration)
-        self.friction, self.modulus_ratio = float(friction), float(modulus_ratio)
-        self.force = float(form.force(penetration))
+
+    @property
+    def force(self) -> float:
+        """The normal force F."""
+        return float(self.form.force(self.penetration))
 
     @property
     def limit(self) -> float:
@@ -124,58 +117,41 @@ class PartialSlip:
         return self.friction * self.penetration / self.modulus_ratio
 
     def along(self, tangential_force: ArrayLike) -> PartialSlipPath:
-        """Return the response along a path of tangential forces.
+        """Return the response along a path of tangential forces (k,), monotone between them.
 
-        Parameters
-        ----------
-        tangential_force : array_like, shape (k,)
-            Values in order, at most mu F; the force is monotone between them.
-
-        Raises
-        ------
-        ValueError
-            If a force is not finite or above mu F.
+        A force that is not finite or above mu F raises ValueError.
         """
         path = np.atleast_1d(np.asarray(tangential_force, dtype=float))
-        if not (np.abs(path) <= self.limit * (1 + _ROUNDING)).all():
+        force, limit = self.force, self.limit
+        if not (np.abs(path) <= limit * (1 + _ROUNDING)).all():
             raise ValueError(
-                f"tangential forces must be finite and at most mu F = {self.limit!r}, "
+                f"tangential forces must be finite and at most mu F = {limit!r}, "
                 f"not {tangential_force!r}"
             )
-        states: list[tuple[Layer, ...]] = []
-        layers: tuple[Layer, ...] = ()
+        states: list[tuple[Term, ...]] = []
+        terms: list[Term] = []
         at = 0.0
-        for goal in np.clip(path, -self.limit, self.limit):
-            layers = self._loaded(layers, at, float(goal))
-            states.append(layers)
-            at = float(goal)
+        for goal in np.clip(path, -limit, limit).tolist():
+            if abs(goal - at) > _ROUNDING * limit:
+                sign = 1.0 if goal > at else -1.0
+                if terms and sign * terms[-1].factor > 0:  # the slip zone grows on
+                    terms.pop()
+                # The new slip zone grows into the stick zone from its rim. Where it reaches further
+                # in than the last term, that one and the one before are forgotten.
+                while True:
+                    carried = sum(t.factor * self.friction * (force - t.inner) for t in terms)
+                    factor = 2.0 if terms else 1.0
+                    inner = force - sign * (goal - carried) / (factor * self.friction)
+                    inner = max(inner, 0.0)
+                    if not terms or inner > terms[-1].inner:
+                        break
+                    terms.pop()
+                    if terms and sign * terms[-1].factor > 0:
+                        terms.pop()
+                terms.append(Term(sign * factor, inner))
+            states.append(tuple(terms))
+            at = goal
         return PartialSlipPath(self, path, tuple(states))
-
-    def _loaded(self, layers: tuple[Layer, ...], at: float, goal: float) -> tuple[Layer, ...]:
-        """Return the terms after a monotone change of the force from `at` to `goal`.
-
-        The new slip zone grows into the stick zone from its rim: older terms inside the new slip
-        zone are forgotten.
-        """
-        if abs(goal - at) <= _ROUNDING * self.limit:
-            return layers
-        sign = 1.0 if goal > at else -1.0
-        remaining = list(layers)
-        if remaining and remaining[-1].sign == sign:
-            remaining.pop()
-        while True:
-            factor = 1.0 if not remaining else 2.0
-            missing = sign * (goal - sum(self._carried(layer) for layer in remaining))
-            inner = max(self.force - missing / (factor * self.friction), 0.0)
-            if not remaining or inner > remaining[-1].inner_force:
-                return (*remaining, Layer(sign, factor, inner))
-            # extends further in than the last term: that one and the one before are forgotten
-            remaining.pop()
-            if remaining and remaining[-1].sign == sign:
-                remaining.pop()
-
-    def _carried(self, layer: Layer) -> float:
-        return layer.sign * layer.factor * self.friction * (self.force - layer.inner_force)
 
 
 @dataclass(frozen=True)
@@ -186,27 +162,23 @@ class PartialSlipPath:
     ----------
     contact : PartialSlip
     tangential_force : ndarray
-    layers : tuple of tuples of Layer
-        Terms of the tractions at the points.
+    terms : tuple of tuples of Term
+        Terms of the tractions at the points of the path.
     """
 
     contact: PartialSlip
     tangential_force: Array
-    layers: tuple[tuple[Layer, ...], ...]
+    terms: tuple[tuple[Term, ...], ...]
 
     @property
     def tangential_displacement(self) -> Array:
         """u, relative to the undeformed half-space."""
         contact = self.contact
-        scale = contact.friction / contact.modulus_ratio
+        scale, depth = contact.friction / contact.modulus_ratio, contact.penetration
         return np.array(
             [
-                scale
-                * sum(
-                    layer.sign * layer.factor * (contact.penetration - self._inner(layer))
-                    for layer in layers
-                )
-                for layers in self.layers
+                scale * sum(term.factor * (depth - self._inner_depth(term)) for term in terms)
+                for terms in self.terms
             ]
         )
 
@@ -216,20 +188,106 @@ class PartialSlipPath:
         form = self.contact.form
         if form.contact_radius is None:
             raise ValueError(f"{form.name}: the stick area is no circle")
-        inner = [self._inner(layers[-1]) if layers else None for layers in self.layers]
         depth = self.contact.penetration
-        return np.array([float(form.contact_radius(depth if d is None else d)) for d in inner])
+        inner = [self._inner_depth(terms[-1]) if terms else depth for terms in self.terms]
+        return np.array([float(form.contact_radius(d)) for d in inner])
 
     def traction(self, x: ArrayLike, y: ArrayLike, point: int = -1) -> Array:
         """Traction q along x at points, after the point of the path with this index."""
-        form, depth = self.contact.form, self.contact.penetration
-        pressure = form.pressure(x, y, depth)
+        form = self.contact.form
+        pressure = form.pressure(x, y, self.contact.penetration)
         total = np.zeros(np.shape(pressure))
-        for layer in self.layers[point]:
-            inner = form.pressure(x, y, self._inner(layer))
-            total += layer.sign * layer.factor * self.contact.friction * (pressure - inner)
+        for term in self.terms[point]:
+            inner = form.pressure(x, y, self._inner_depth(term))
+            total += term.factor * self.contact.friction * (pressure - inner)
         return total
 
-    def _inner(self, layer: Layer) -> float:
+    def _inner_depth(self, term: Term) -> float:
         """Return the penetration d_c whose contact area is the stick area of a term."""
-        return float(self.contact.form.penetration(layer.inner_force))
+        return float(self.contact.form.penetration(term.inner))
+
+
+# Gauss points of an integral over the slip annulus, smooth in the angle.
+_POINTS = 400
+
+
+@dataclass(frozen=True)
+class Torsion:
+    """A body of revolution under a constant penetration that is twisted once (Lubkin 1951).
+
+    Circumferential tractions have no divergence, so that they neither lift the surface nor depend
+    on Poisson's ratio. A disc of radius s that sticks and turns by an angle b carries (Reissner &
+    Sagoci 1944)
+
+        q = (4 G b/pi) r/sqrt(s^2 - r^2),    M = (16/3) G s^3 b.
+
+    With discs of radii from c to a, none of which turns points within c against each other, the
+    traction is mu p outside c if (an Abel equation)
+
+        b(c) = mu/(2 G) int_c^a p(r)/sqrt(r^2 - c^2) dr,
+
+    the angle by which the circle that sticks has turned; the torque is that of the discs.
+
+    Parameters
+    ----------
+    form : ClosedForm
+        The normal contact, round.
+    penetration, friction, shear_modulus : float
+        d; mu; G of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two.
+
+    Examples
+    --------
+    A ball that sticks in half its radius: b = mu p0/(2 G) [K(k) - E(k)], k^2 = 1 - (c/a)^2.
+
+    >>> from reference.closed_form import paraboloid
+    >>> ball = Torsion(paraboloid(1.0, 1.0), penetration=1.0, friction=0.3, shear_modulus=0.25)
+    >>> exact = 0.3 * (2 / np.pi) / (2 * 0.25) * (ellipk(0.75) - ellipe(0.75))
+    >>> round(float(ball.angle(0.5) / exact), 9)
+    1.0
+    """
+
+    form: ClosedForm
+    penetration: float
+    friction: float
+    shear_modulus: float
+
+    def __post_init__(self) -> None:
+        if self.form.contact_radius is None:
+            raise ValueError(f"{self.form.name}: torsion is known of round contacts only")
+        require_positive(
+            "torsion",
+            penetration=self.penetration,
+            friction=self.friction,
+            shear_modulus=self.shear_modulus,
+        )
+
+    @property
+    def contact_radius(self) -> float:
+        """The radius a."""
+        return float(self.form.semi_axes(self.penetration)[0])
+
+    def angle(self, stick_radius: float) -> float:
+        """Return the twist b in radians at which the circle of this radius sticks."""
+        return float(self._angles(np.array([stick_radius]))[0])
+
+    def torque(self, stick_radius: float) -> float:
+        """Return M = (16/3) G [c^3 b(c) + 3 int_c^a s^2 b(s) ds]."""
+        a = self.contact_radius
+        nodes, weights = gauss_rule(_POINTS)
+        s = stick_radius + (a - stick_radius) * (nodes + 1) / 2
+        outer = (a - stick_radius) / 2 * float(weights @ (s**2 * self._angles(s)))
+        inner = stick_radius**3 * self.angle(stick_radius)
+        return 16 / 3 * self.shear_modulus * (inner + 3 * outer)
+
+    def _angles(self, c: Array) -> Array:
+        a = self.contact_radius
+        if not ((c > 0) & (c <= a)).all():
+            raise ValueError(f"a stick radius lies between 0 and the contact radius {a!r}: {c}")
+        nodes, weights = gauss_rule(_POINTS)
+        t = np.pi / 4 * (nodes + 1)
+        width = np.sqrt((a - c) * (a + c))[:, None]
+        # r^2 = c^2 + (a^2 - c^2) sin^2 t
+        r = np.sqrt(c[:, None] ** 2 + (width * np.sin(t)) ** 2)
+        pressure = self.form.pressure(r, 0.0, self.penetration)
+        integral = np.pi / 4 * ((pressure * width * np.cos(t) / r) @ weights)
+        return np.asarray(self.friction / (2 * self.shear_modulus) * integral)

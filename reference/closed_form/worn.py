@@ -1,13 +1,6 @@
-"""Worn bodies in closed form: a flat punch that slides, and what fretting comes to in the end.
+"""Worn bodies in closed form: a flat punch that slides, and the end of fretting.
 
-A place loses k p ds (Archard's law, locally). Below a flat punch of radius b the pressure then
-decays mode by mode to the uniform one (Galin; Goryacheva 1998, ch. 7): with u = K p the
-displacement, K dp/ds + k p = dd/ds. In p = sum_n c_n P_n(2 r^2/b^2 - 1), whose transforms are
-Bessel functions, K is a table of Weber and Schafheitlin's integrals, and the first polynomial alone
-carries force.
-
-Small oscillations wear a round body outside its stick circle until no pressure is left there: its
-line is then g(x) for x < c and d beyond (Popov 2014), whatever k is.
+A place loses k p ds (Archard's law, locally).
 """
 
 from __future__ import annotations
@@ -27,17 +20,12 @@ _MODES = 200
 
 @dataclass(frozen=True)
 class WornPunch:
-    """A flat circular punch that slides on a half-space and wears.
+    """A flat circular punch of radius b that slides on a half-space and wears by the coefficient k.
 
-    Parameters
-    ----------
-    radius, effective_modulus, coefficient : float
-        b, E* and k.
-
-    Raises
-    ------
-    ValueError
-        If one of them is not positive.
+    The pressure below it decays mode by mode to the uniform one (Galin; Goryacheva 1998, ch. 7):
+    with u = K p the displacement, K dp/ds + k p = dd/ds. In p = sum_n c_n P_n(2 r^2/b^2 - 1), whose
+    transforms are Bessel functions, K is a table of Weber and Schafheitlin's integrals, and the
+    first polynomial alone carries force.
 
     Examples
     --------
@@ -54,12 +42,7 @@ class WornPunch:
     coefficient: float
 
     def __post_init__(self) -> None:
-        require_positive(
-            "worn punch",
-            radius=self.radius,
-            effective_modulus=self.effective_modulus,
-            coefficient=self.coefficient,
-        )
+        require_positive("worn punch", **vars(self))
 
     def under_force(self, force: float, distance: float) -> tuple[float, float, float]:
         """Return penetration, force and volume lost.
@@ -68,10 +51,9 @@ class WornPunch:
         """
         area = np.pi * self.radius**2
         mean = force / area
-        compliance, _, start = _tables()
-        part = start[1:] * mean
+        part = np.full(_MODES - 1, mean)
         decay, _ = self._decayed(1, part, distance)
-        change = compliance[0, 1:] @ (decay - part) * 2 * self._unit
+        change = _tables()[0][0, 1:] @ (decay - part) * 2 * self._unit
         worn = self.coefficient * mean * distance
         depth = force / (2 * self.effective_modulus * self.radius)
         return float(depth + change + worn), force, float(worn * area)
@@ -79,8 +61,8 @@ class WornPunch:
     def at_penetration(self, penetration: float, distance: float) -> tuple[float, float, float]:
         """Return penetration, force and volume lost: all modes decay."""
         area = np.pi * self.radius**2
-        start = _tables()[2] * 2 * self.effective_modulus * self.radius * penetration / area
-        decay, lost = self._decayed(0, start, distance)
+        mean = 2 * self.effective_modulus * self.radius * penetration / area
+        decay, lost = self._decayed(0, np.full(_MODES, mean), distance)
         return penetration, float(decay[0] * area), float(lost[0] * area)
 
     @property
@@ -89,7 +71,10 @@ class WornPunch:
         return 2 * self.radius / self.effective_modulus
 
     def _decayed(self, first: int, start: Array, distance: float) -> tuple[Array, Array]:
-        """Return coefficients of the pressure after a distance, and of the depth lost."""
+        """Return coefficients of the pressure after a distance, and of the depth lost.
+
+        A rigid punch's pressure begins with one in every polynomial, in units of the mean.
+        """
         values, vectors = _modes(first)
         rates = self.coefficient * distance / (self._unit * values)
         amplitude = vectors.T @ (_tables()[1][first:] * start)
@@ -99,45 +84,39 @@ class WornPunch:
 
 
 @lru_cache(maxsize=1)
-def _tables() -> tuple[Array, Array, Array]:
-    """Return <P_m, K P_n>, <P_m, P_m> and the coefficients of a rigid punch's pressure.
+def _tables() -> tuple[Array, Array]:
+    """Return <P_m, K P_n> and <P_m, P_m>, in units of b, E*/2 and the mean pressure.
 
-    In units of b, E*/2 and the mean pressure: <f, g> is the integral of f g r dr, and
-    int_0^1 P_n(2 r^2 - 1) J_0(q r) r dr = (-1)^n J_(2n+1)(q)/q.
+    <f, g> is the integral of f g r dr, and int_0^1 P_n(2 r^2 - 1) J_0(q r) r dr =
+    (-1)^n J_(2n+1)(q)/q.
     """
     n = np.arange(_MODES)
     both, apart = n[:, None] + n, n[:, None] - n
     gammas = np.exp(gammaln(both + 0.5) - gammaln(both + 2.5))
-    compliance = gammas / (np.pi * (1 - 4 * apart**2))
-    weights = 1 / (2 * (2 * n + 1))
-    return compliance, weights, np.ones(_MODES)
+    return gammas / (np.pi * (1 - 4 * apart**2)), 1 / (2 * (2 * n + 1))
 
 
 @lru_cache(maxsize=2)
 def _modes(first: int) -> tuple[Array, Array]:
     """Return the modes of K from a polynomial on: K v = value M v, v M v = 1."""
-    compliance, weights, _ = _tables()
+    compliance, weights = _tables()
     values, vectors = eigh(compliance[first:, first:], np.diag(weights[first:]))
     return values, vectors
 
 
 @dataclass(frozen=True)
 class FrettingLimit:
-    """What a small oscillation at constant penetration leaves of a round body in the end.
+    """The state in which small oscillations at constant penetration leave a round body.
+
+    They wear it outside its stick circle until no pressure is left there: its line is then g(x) for
+    x < c and d beyond (Popov 2014), whatever k is.
 
     Parameters
     ----------
     form : ClosedForm
         The unworn body.
-    penetration : float
-        d.
-    lag : float
-        G* U/(mu E*) < d, for the amplitude U.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not positive, or all of the contact slips.
+    penetration, lag : float
+        d and G* U/(mu E*) < d, for the amplitude U; else all of the contact slips.
 
     Examples
     --------
@@ -168,8 +147,7 @@ class FrettingLimit:
     @property
     def stick_radius(self) -> float:
         """Radius c that stays unworn."""
-        assert self.form.contact_radius is not None
-        return float(self.form.contact_radius(self.stuck))
+        return float(self.form.semi_axes(self.stuck)[0])
 
     @property
     def force(self) -> float:

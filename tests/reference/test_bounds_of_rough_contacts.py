@@ -216,7 +216,7 @@ def _wave(points):
 @pytest.mark.parametrize("share", [0.2, 0.7])
 def test_westergaards_wave_is_enclosed(share):
     # Pi = p* D s^2 (3/4 - ln(s)/2), the integral of D s (1 - ln s) over the pressure
-    wave = closed_form.westergaard(0.01, 1.0, 1.0)
+    wave = closed_form.Westergaard(0.01, 1.0, 1.0)
     mean = share * wave.full_contact_pressure
     surface = PeriodicSurface(_wave(8), (1.0, 0.5), 8)
     exact = wave.full_contact_pressure * 0.01 * share**2 * (0.75 - 0.5 * np.log(share))
@@ -268,7 +268,7 @@ def test_a_trigonometric_polynomial_is_nowhere_below_the_bounds_of_its_cells():
 def test_a_minimum_that_is_only_sampled_proves_a_falsehood():
     # the displacement that meets the body in the middles of the cells falls short between them;
     # with the least of its samples the formula exceeds the exact energy, with the bound it does not
-    wave = closed_form.westergaard(0.01, 1.0, 1.0)
+    wave = closed_form.Westergaard(0.01, 1.0, 1.0)
     mean = 0.1 * wave.full_contact_pressure
     exact = wave.full_contact_pressure * 0.01 * 0.1**2 * (0.75 - 0.5 * np.log(0.1))
     surface = PeriodicSurface(_wave(8), (1.0, 0.5), 4)

@@ -384,7 +384,7 @@ def test_wavy_surface_is_followed_in_the_contact(share):
     with s = a sin(q) and, for the logarithm, split at x.
     """
     amplitude, wavelength = 0.03, 2.2
-    wave = closed_form.westergaard(amplitude, wavelength, E_STAR)
+    wave = closed_form.Westergaard(amplitude, wavelength, E_STAR)
     load = share * wave.full_contact_pressure
     a = 0.5 * wavelength * float(wave.contact_fraction(load))
     assert float(wave.pressure(1.0001 * a, load)) == 0
@@ -415,7 +415,7 @@ def test_wavy_surface_is_followed_in_the_contact(share):
 
 def test_wavy_surface_in_full_contact():
     """Beyond p* the pressure is the load plus p* cos(2 pi x/l), and the gap is closed."""
-    wave = closed_form.westergaard(0.03, 2.2, E_STAR)
+    wave = closed_form.Westergaard(0.03, 2.2, E_STAR)
     load = 1.7 * wave.full_contact_pressure
     x = np.linspace(-2, 2, 41)
     expected = load + wave.full_contact_pressure * np.cos(2 * np.pi * x / 2.2)

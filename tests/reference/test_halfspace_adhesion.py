@@ -7,8 +7,8 @@ import pytest
 from scipy.linalg import solve_toeplitz
 from scipy.optimize import brentq, root
 
-from reference.closed_form import adhesive
-from reference.closed_form.maugis import MaugisForm, strength_of
+from reference import closed_form
+from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator, fft, kernels
 from reference.halfspace.cohesive import CohesiveProblem
@@ -85,7 +85,7 @@ def test_a_disc_pulls_off_as_kendall_says(control):
 
 def test_a_ball_pulls_off_as_johnson_kendall_roberts_say():
     """Printed rule, pull-off with 10 and 19 cells per radius: +17 % and +9 %, as dx."""
-    jkr = adhesive.paraboloid(1.0, 1.0, W)
+    jkr = AdhesiveForm(closed_form.paraboloid(1.0, 1.0), W)
     exact = float(jkr.force(jkr.pull_off()))
     errors = []
     for cells in (16, 32):

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference import surfaces
-from reference.closed_form import rough
-from reference.closed_form.random_field import line_peaks, surface_peaks
+from reference.closed_form import asperities, persson
+from reference.closed_form.asperities import line_peaks, surface_peaks
 from reference.summits import hessian, summits
 
 moments = st.floats(1e-6, 1e6)
@@ -109,13 +109,13 @@ def test_the_theory_of_persson_is_its_own_diffusion():
             sign * np.exp(-((grid - sign * load) ** 2) * 2) / math.sqrt(math.pi / 2)
             for sign in (1, -1)
         )
-        assert rough.persson_area(load) == pytest.approx(np.trapezoid(density, grid), rel=1e-7)
+        assert persson.persson_area(load) == pytest.approx(np.trapezoid(density, grid), rel=1e-7)
 
 
 def test_theories_order_as_known_and_refuse_negative_loads():
     """kappa: Persson sqrt(8/pi) = 1.60 below Bush, Gibson and Thomas sqrt(2 pi) = 2.51."""
-    assert rough.persson_area(1e-6) / 1e-6 == pytest.approx(1.5958, abs=1e-4)
-    assert rough.bush_gibson_thomas_area(1e-6) / 1e-6 == pytest.approx(2.5066, abs=1e-4)
-    for theory in (rough.persson_area, rough.bush_gibson_thomas_area):
+    assert persson.persson_area(1e-6) / 1e-6 == pytest.approx(1.5958, abs=1e-4)
+    assert asperities.bush_gibson_thomas_area(1e-6) / 1e-6 == pytest.approx(2.5066, abs=1e-4)
+    for theory in (persson.persson_area, asperities.bush_gibson_thomas_area):
         with pytest.raises(ValueError, match="relative_load"):
             theory(-1.0)

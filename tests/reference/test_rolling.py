@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from reference.closed_form.carter import Carter
+from reference.closed_form.rolling_cylinders import Carter
 from reference.errors import ConvergenceError
 from reference.fem import Material
 from reference.fem.columns import Layers, tensor

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from reference.closed_form.rolling_rubber import RubberCylinder
+from reference.closed_form.rolling_cylinders import RubberCylinder
 from reference.errors import ConvergenceError
 from reference.halfspace import fft
 from reference.halfspace import kernels as elastic

@@ -13,7 +13,7 @@ from comparisons.methods.adhesion.grid import (
     peeled_walk,
 )
 from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.closed_form import ClosedForm
+from comparisons.methods.normal.closed_form import ClosedForm, form_of
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.axisymmetric import PowerLaw
@@ -26,7 +26,7 @@ from reduced.adhesion.adhere import Adhesion, State, adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
-from reference.closed_form import adhesive
+from reference.closed_form.adhesive import AdhesiveForm
 
 PHYSICS = frozenset({"adhesion"})
 ONLY_INDENTERS = (
@@ -99,11 +99,10 @@ def _largest_pull(contact: Adhesion, strongest: State) -> float:
     return max(0.0, -min(forces))
 
 
-def adhesive_form_of(
-    indenter: Indenter, modulus: float, work: float
-) -> adhesive.AdhesiveForm | None:
+def adhesive_form_of(indenter: Indenter, modulus: float, work: float) -> AdhesiveForm | None:
     """Return the JKR solution of a shape, or None where there is none."""
-    return indenter.made_by(adhesive, effective_modulus=modulus, work=work)
+    form = form_of(indenter, modulus)
+    return AdhesiveForm(form, work) if form and form.by_radius else None
 
 
 class ClosedFormAdhesion(Solver[IndenterGeometry]):

@@ -14,10 +14,14 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import edges, wanted
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
+from reference.closed_form.asperities import (
+    BushGibsonThomas,
+    GreenwoodWilliamson,
+    Moments,
+    greenwood_williamson,
+)
 from reference.closed_form.persson import Persson as PerssonTheory
-from reference.closed_form.persson_xu import PerssonXu as XuTheory
-from reference.closed_form.rough import GreenwoodWilliamson
+from reference.closed_form.persson import PerssonXu as XuTheory
 
 EXACT = (1,)
 

@@ -24,7 +24,7 @@ from comparisons.questions.claims.record import ClaimRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from reference.closed_form.maugis import maugis_parameter
+from reference.closed_form.adhesive import maugis_parameter
 
 FILE = Path(__file__).with_name("measured.json")
 SAME = 1e-3  # relative distance along a parameter that is none

@@ -17,7 +17,7 @@ from comparisons.solving.shared import shared
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
-from reference.closed_form.maugis import MaugisForm, strength_of
+from reference.closed_form.adhesive import MaugisForm, strength_of
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem
 from reference.halfspace.cohesive_laws import exponential

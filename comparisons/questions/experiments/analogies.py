@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from comparisons.questions.experiments.running import Finding, above, experiment
-from reference.closed_form.transverse_isotropy import TransverselyIsotropic
+from reference.closed_form.infinite import TransverselyIsotropic
 from reference.halfspace.neighbours import pair_force
 
 _ROUNDING = 1e-9

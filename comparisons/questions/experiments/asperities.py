@@ -22,10 +22,13 @@ from comparisons.questions.experiments.running import (
     number_of,
     one_of,
 )
-from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
-from reference.closed_form.persson import Persson
-from reference.closed_form.persson_xu import PerssonXu
-from reference.closed_form.rough import GreenwoodWilliamson
+from reference.closed_form.asperities import (
+    BushGibsonThomas,
+    GreenwoodWilliamson,
+    Moments,
+    greenwood_williamson,
+)
+from reference.closed_form.persson import Persson, PerssonXu
 from reference.summits import summits
 from reference.surfaces import SelfAffine, amplitude_spectrum
 

@@ -19,7 +19,7 @@ from reduced.friction.stick_slip import StickingLine
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
-from reference.closed_form.torsion import Torsion
+from reference.closed_form.partial_slip import Torsion
 from reference.halfspace import fft, stick_slip
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep

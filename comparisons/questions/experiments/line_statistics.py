@@ -20,7 +20,7 @@ from comparisons.questions.experiments.running import (
 )
 from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
-from reference.closed_form import random_field
+from reference.closed_form.asperities import line_peaks, surface_peaks
 from reference.summits import hessian, summits
 
 MOMENTS = (
@@ -233,7 +233,7 @@ def _peaks(
     line_value = line / ratio if quantity == "mean_radius" else line * ratio
     coarse = values[4][0].mean() / values[4][1].mean()
     change = abs(coarse / (line.mean() / true.mean()) - 1)
-    gauss = random_field.line_peaks(1.0, 8 / 3), random_field.surface_peaks(0.5, 1.0)
+    gauss = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
     details: dict[str, float | str] = {
         "line over surface": float(line.mean() / true.mean()),
         "line over surface, Gaussian": getattr(gauss[0], quantity) / getattr(gauss[1], quantity),

@@ -10,7 +10,7 @@ from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of
 from reduced.rough.press import LineContact, press
 from reduced.rough.surface_spectrum import measured
-from reference.closed_form import westergaard
+from reference.closed_form import Westergaard
 
 QUANTITIES = ("contact_area", "mean_gap")
 _MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
@@ -29,7 +29,7 @@ def _ridges(
     count = int(above("ridges", ridges, 0.5))
     if not load < 1:
         raise ValueError(f"load must be below 1, where all is in contact, not {load!r}")
-    wave = westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
+    wave = Westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
     pressure = load * wave.full_contact_pressure
     true = {
         "contact_area": wave.contact_fraction(pressure),

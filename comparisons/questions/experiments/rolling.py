@@ -19,8 +19,7 @@ from reduced.friction.roll import RoughRoller
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
-from reference.closed_form.carter import Carter
-from reference.closed_form.rolling_rubber import RubberCylinder
+from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
 from reference.fem.shear_body import ShearBody
 from reference.halfspace import stick_slip

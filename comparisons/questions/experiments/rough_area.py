@@ -14,7 +14,8 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
-from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
+from reference.closed_form.asperities import bush_gibson_thomas_area
+from reference.closed_form.persson import persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 # Lines per surface and smallest number of lines; lines are cheap, so surfaces should limit the bar.

@@ -14,7 +14,7 @@ from comparisons.judging.verdicts import OUTSIDE, WITHIN
 from comparisons.questions.claims.nearest import FILE, PLACES, extract, in_words, measured, nearest
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.scene.scene import load_scene
-from reference.closed_form.maugis import strength_of
+from reference.closed_form.adhesive import strength_of
 from reports.cli.cli import run_command
 
 ROOT = Path(__file__).parents[3]

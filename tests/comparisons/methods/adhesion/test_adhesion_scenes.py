@@ -12,7 +12,7 @@ from comparisons.scene.scene import load_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.task import Task
-from reference.closed_form.maugis import MaugisForm
+from reference.closed_form.adhesive import MaugisForm
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")
 BALL = """

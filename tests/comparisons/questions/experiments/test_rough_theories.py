@@ -10,7 +10,7 @@ from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.asperities import _rings
 from comparisons.questions.experiments.rough_adhesion import largest
 from comparisons.questions.experiments.rough_ensemble import Surface
-from reference.closed_form.transverse_isotropy import TransverselyIsotropic
+from reference.closed_form.infinite import TransverselyIsotropic
 
 
 def measure(name, value=None, **parameters):
