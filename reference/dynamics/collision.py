@@ -18,8 +18,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import beta, betaincinv
 
-from reference.closed_form.shapes import power_law
 from reference.closed_form.form import ClosedForm, require_positive
+from reference.closed_form.shapes import power_law
 from reference.errors import ConvergenceError
 
 _SEARCH, _HALVINGS = 2000, 60
