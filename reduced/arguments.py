@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike
 def positive_faults(**values: object) -> list[str]:
     """Return a message for every value that is not finite and positive.
 
-    Examples
-    --------
     >>> positive_faults(radius=2.0, spacing=-1.0)
     ['spacing must be finite and positive, got -1.0']
     """
@@ -25,13 +23,7 @@ def positive_faults(**values: object) -> list[str]:
 
 
 def nonnegative_faults(**values: object) -> list[str]:
-    """Return a message for every value that is not finite and >= 0.
-
-    Examples
-    --------
-    >>> nonnegative_faults(load=0.0, damping=-1.0)
-    ['damping must be finite and >= 0, got -1.0']
-    """
+    """Return a message for every value that is not finite and >= 0."""
     return [
         f"{name} must be finite and >= 0, got {value!r}"
         for name, value in values.items()
@@ -40,13 +32,7 @@ def nonnegative_faults(**values: object) -> list[str]:
 
 
 def finite_faults(**values: object) -> list[str]:
-    """Return a message for every value that is not finite.
-
-    Examples
-    --------
-    >>> finite_faults(position=0.0, velocity=float("inf"))
-    ['velocity must be finite, got inf']
-    """
+    """Return a message for every value that is not finite."""
     return [
         f"{name} must be finite, got {value!r}"
         for name, value in values.items()
@@ -55,13 +41,7 @@ def finite_faults(**values: object) -> list[str]:
 
 
 def increasing_faults(**lists: ArrayLike) -> list[str]:
-    """Return a message for every list that is not finite, positive and strictly increasing.
-
-    Examples
-    --------
-    >>> increasing_faults(force=[1.0, 2.0], velocity=[2.0, 1.0])
-    ['velocity must be finite, positive and strictly increasing, got [2.0, 1.0]']
-    """
+    """Return a message for every list that is not finite, positive and strictly increasing."""
     wrong = []
     for name, values in lists.items():
         loads = np.array(values, dtype=float, ndmin=1)
@@ -79,13 +59,7 @@ def poisson_faults(poisson_ratio: object) -> list[str]:
 
 
 def count_faults(least: int = 1, **values: object) -> list[str]:
-    """Return a message for every value that is not an integer >= `least`.
-
-    Examples
-    --------
-    >>> count_faults(springs=float("nan"), threads=2)
-    ['springs must be an integer >= 1, got nan']
-    """
+    """Return a message for every value that is not an integer >= `least`."""
     return [
         f"{name} must be an integer >= {least}, got {value!r}"
         for name, value in values.items()
@@ -96,8 +70,6 @@ def count_faults(least: int = 1, **values: object) -> list[str]:
 def choice_faults(name: str, value: object, choices: Collection[str]) -> list[str]:
     """Return a message if a value is not among the choices.
 
-    Examples
-    --------
     >>> choice_faults("edges", "cell", ("sub_cell", "nodal"))
     ["edges must be one of 'sub_cell', 'nodal', got 'cell'"]
     """

@@ -6,15 +6,7 @@ from collections.abc import Sequence
 
 
 class ConvergenceError(RuntimeError):
-    """A solver stopped without a reliable answer.
-
-    Parameters
-    ----------
-    reason : str
-        The cause, in words that help the user.
-    history : sequence of float, optional
-        The convergence measure by iteration, for reports.
-    """
+    """A solver stopped without a reliable answer: cause, and convergence measure by iteration."""
 
     def __init__(self, reason: str, history: Sequence[float] = ()) -> None:
         super().__init__(reason)

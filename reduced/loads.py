@@ -15,17 +15,8 @@ EDGES = ("sub_cell", "nodal")
 
 @dataclass(frozen=True, eq=False, init=False)
 class LoadPath:
-    """Successive values of one prescribed quantity, of any sign.
+    """Successive finite values of one prescribed quantity, of any sign; a number is one point.
 
-    Parameters
-    ----------
-    control : str
-        The prescribed quantity: ``"penetration"``, ``"force"``, ``"tangential_displacement"``, ...
-    values : array_like, shape (k,)
-        Finite values; a number is a path of one point.
-
-    Examples
-    --------
     >>> LoadPath("force", [1, -2]).values
     array([ 1., -2.])
     """
@@ -54,14 +45,8 @@ class LoadPath:
 class Load(LoadPath):
     """Increasing loads of a contact: positive, strictly increasing.
 
-    Parameters
-    ----------
-    control : {"penetration", "force", "mean_gap"}
-        The prescribed quantity; a single contact has no mean gap.
-    values : array_like, shape (k,)
+    The control is "penetration", "force", or, of lines, "mean_gap".
 
-    Examples
-    --------
     >>> Load("force", [1, 2])
     Load(control='force', values=array([1., 2.]))
     """

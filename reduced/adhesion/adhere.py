@@ -39,21 +39,12 @@ class State:
 
 @dataclass(frozen=True)
 class Event:
-    """A jump of the contact, at or between loads of the path.
+    """A jump of the contact, at or between loads of the path: "snap_in", "pull_off" or "jump".
 
-    Attributes
-    ----------
-    kind : {"snap_in", "pull_off", "jump"}
-        Formation of contact, loss of contact, or a jump between two contact radii.
-    step : int
-        Index of the load towards which it happened.
-    before, after : State
-        After a pull-off under force control the penetration is that at which the surfaces separate.
-    dissipated : float
-        Free energy lost in the jump: U - pi w a^2 at given penetration, U - pi w a^2 - F d at given
-        force. Under force control no equilibrium follows a pull-off; the energy released by contact
-        and force until the surfaces separate, at the pull-off depth of penetration control, is
-        counted.
+    `step` is the index of the load towards which it happened. `dissipated` is the free energy lost:
+    U - pi w a^2 at given penetration, U - pi w a^2 - F d at given force. Under force control no
+    equilibrium follows a pull-off: the state after it is that of separation, at the pull-off depth
+    of penetration control, and the energy released until there is counted.
     """
 
     kind: str
@@ -67,19 +58,9 @@ class Event:
 class Adhesion:
     """An adhesive contact along a path; arrays have shape (k,).
 
-    Attributes
-    ----------
-    penetration, force, contact_radius, elastic_energy : ndarray
-        d, F, a and the energy of the springs; F < 0 pulls. The free energy is U - pi w a^2.
-    dissipated : ndarray
-        Energy lost in all jumps so far.
-    holds : ndarray of bool
-        False if no equilibrium with the load exists: a tensile force after pull-off. Force and
-        penetration are then zero.
-    events : tuple of Event
-        In the order of the path.
-    spacing : float
-        Distance dx of the springs.
+    F < 0 pulls. The free energy is U - pi w a^2, U the elastic energy; `dissipated` is lost in all
+    jumps so far. `holds` is False if no equilibrium with the load exists: a tensile force after
+    pull-off; force and penetration are then zero.
     """
 
     penetration: np.ndarray
@@ -104,22 +85,8 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     where this equilibrium ends: at the extrema of d(a) under penetration control, of F(a) under
     force control. First touch is at d = 0, F = 0. The extrema of the cubics are computed to
     rounding, so that the error of events is that of the cubics: zero for parabola, cone, cubic and
-    flat punch, dx^4 for other smooth profiles.
-
-    Parameters
-    ----------
-    springs : Springs
-        The profile and its springs, with ``edges="sub_cell"``; `per_radius` refers to the largest
-        contact of the path.
-    work : float
-        Work of adhesion w per area, energy/length^2.
-    path : LoadPath
-        ``"penetration"`` or ``"force"``, of either sign in the order of the path.
-
-    Raises
-    ------
-    ConvergenceError
-        If the profile is not monotone.
+    flat punch, dx^4 for other smooth profiles. The work of adhesion w is an energy per area;
+    `per_radius` refers to the largest contact of the path; edges are "sub_cell".
 
     Examples
     --------
@@ -141,15 +108,6 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
 def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
     """Return the pull-off event of a body placed on the surface at zero load.
 
-    Parameters
-    ----------
-    springs, work
-        As for `adhere`; `per_radius` refers to the contact radius at zero load.
-    control : {"force", "penetration"}
-        What is prescribed.
-
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import cylinder
     >>> event = pull_off(Springs(cylinder(2.0), 1.0), 0.1)
     >>> bool(abs(event.before.force + np.sqrt(8 * np.pi * 0.1 * 2.0**3)) < 1e-14)  # Kendall 1971

@@ -72,17 +72,10 @@ class Ball:
 class LineFilm:
     """The film on a line.
 
-    Attributes
-    ----------
-    film_central, film_minimum, load : float
-    penetration : float
-        How much closer the bodies are than at dry first touch.
-    shear, drag : float
-        Friction of sliding at a speed difference equal to the speed, over the width q/P that the
-        film of a spring stands for, and of the pressure's flow.
-    x, pressure, thickness, vapour : ndarray
-    error : float
-        Largest imbalance of mass in a cell, relative, or of forces.
+    `penetration` is how much closer the bodies are than at dry first touch. Shear is the friction
+    of sliding at a speed difference equal to the speed, over the width q/P that the film of a
+    spring stands for, drag that of the pressure's flow. The error is the largest imbalance of mass
+    in a cell, relative, or of forces.
     """
 
     film_central: float
@@ -108,22 +101,11 @@ class _State:
 
 
 def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
-    """Return the steady film at an entrainment speed.
+    """Return the steady film at an entrainment speed U, the mean of both surfaces'.
 
-    Parameters
-    ----------
-    speed : float
-        U, mean of both surfaces'.
-    resolution : int
-        Cells per l.
+    Cells have the width l/resolution. Raises ConvergenceError if the film is too thin for the
+    cells.
 
-    Raises
-    ------
-    ConvergenceError
-        If the film is too thin for the cells.
-
-    Examples
-    --------
     >>> film = entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 32)
     >>> bool(8e-6 < film.film_central < 14e-6)
     True
@@ -146,10 +128,7 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
 
 
 def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
-    """Return the film below a ball that comes from afar at a speed, when it carries the load.
-
-    Arguments and errors as for `entrain`.
-    """
+    """Return the film below a ball that comes from afar at a speed, when it carries the load."""
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = 6 * np.pi * ball.viscosity * ball.radius**2 * speed / ball.load
     reach = np.sqrt(2 * ball.radius * rigid)

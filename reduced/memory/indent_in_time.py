@@ -32,17 +32,11 @@ _STALLED = 1e-12  # below this, a residual that stops decreasing is rounding of 
 
 @dataclass(frozen=True)
 class History:
-    """Contact at k instants; all arrays have shape (k,).
+    """Contact at k instants; arrays of shape (k,).
 
-    Attributes
-    ----------
-    time, penetration, force, contact_radius : ndarray
-        The force at an instant is that for the velocity before it (relevant only with a parallel
-        dashpot). If a time occurs twice, the second entry is after the jump.
-    contact_length : ndarray
-        Length of the line in contact: 2 a unless the contact is a ring.
-    spacing : float
-        Distance dx of the springs.
+    The force at an instant is that for the velocity before it (relevant only with a parallel
+    dashpot). If a time occurs twice, the second entry is after the jump. `contact_length` is 2 a
+    unless the contact is a ring; `spacing` is dx.
     """
 
     time: np.ndarray
@@ -63,19 +57,9 @@ def harmonic_stiffness(
     """Return the complex stiffness 2 a E*(w) of a contact of constant size (19.30).
 
     Real part: force in phase with the depth; imaginary part over w: damping. It holds for a flat
-    punch, and for other shapes at amplitudes too small to change the contact radius.
+    punch, and for other shapes at amplitudes too small to change the contact radius. Radius a > 0
+    and angular frequency w >= 0 broadcast.
 
-    Parameters
-    ----------
-    material : Prony
-        Shear modulus.
-    contact_radius, frequency : float or ndarray
-        a > 0 and angular frequency w >= 0; they broadcast.
-    poisson_ratio : float
-        1/2 for rubber.
-
-    Examples
-    --------
     >>> from reduced.memory.materials import kelvin_voigt
     >>> complex(harmonic_stiffness(kelvin_voigt(1.0, 0.5), 1.0, 2.0))  # 8 G a (1 + i w eta/G)
     (8+8j)
@@ -87,30 +71,16 @@ def harmonic_stiffness(
 
 
 def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> History:
-    """Solve the indentation of a viscoelastic half-space along a history.
+    """Solve the indentation of a viscoelastic half-space along a history of depth or force.
 
-    There is no contact before the first time. Depth or force is linear between the times; a
-    repeated time is a jump, and so is a non-zero first value. Under prescribed depth every spring
-    is exact for any step, including loss and return of contact, so that only dx has to converge (as
-    dx^2). Under prescribed force the depth is linear in every step, with an error of dt^2; the
-    force is met at the ends of steps, or in the middle if a parallel dashpot hides jumps of the
-    velocity. (With a dashpot and a curved body the depth starts as t^(2/3), so the times should be
-    graded: `graded_times`.)
-
-    Parameters
-    ----------
-    springs : RelaxingSprings
-        The profile, and the springs under it; under force `per_radius` refers to the largest depth
-        of the history for a contact that never shrinks.
-    time : array_like, shape (k,)
-        Non-decreasing.
-    path : LoadPath
-        ``"penetration"`` of any sign, or ``"force"``, positive (the first may be 0), at the times.
-
-    Raises
-    ------
-    ConvergenceError
-        If a prescribed force cannot be reached.
+    There is no contact before the first time. Depth or force is linear between the times, which do
+    not decrease; a repeated time is a jump, and so is a non-zero first value. Under prescribed
+    depth (of any sign) every spring is exact for any step, including loss and return of contact, so
+    that only dx has to converge (as dx^2). Under prescribed force (positive, the first may be 0)
+    the depth is linear in every step, with an error of dt^2; the force is met at the ends of steps,
+    or in the middle if a parallel dashpot hides jumps of the velocity. (With a dashpot and a curved
+    body the depth starts as t^(2/3), so the times should be graded: `graded_times`.) Under force
+    `per_radius` refers to the largest depth of the history for a contact that never shrinks.
 
     Examples
     --------
@@ -165,8 +135,6 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
 def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarray:
     """Return T (k/n)^p, k = 0 ... n, fine at the start, where creep with a dashpot is singular.
 
-    Examples
-    --------
     >>> graded_times(8.0, 2).tolist()
     [0.0, 1.0, 8.0]
     """

@@ -28,14 +28,8 @@ _ROUNDING = 1e-12  # fraction of a datum that least squares cannot resolve
 class Creep:
     """Creep compliance J(t) = J_0 + t/eta + sum_i J_i (1 - exp(-t/lambda_i)): strain per stress.
 
-    Attributes
-    ----------
-    instantaneous : float
-        J_0, strain at once; 0 with a parallel dashpot.
-    fluidity : float
-        1/eta, rate of steady flow; 0 for solids.
-    compliances, times : ndarray, shape (m,)
-        J_i and retardation times lambda_i, longest first.
+    `instantaneous` is J_0, 0 with a parallel dashpot; `fluidity` 1/eta, 0 for solids; `compliances`
+    and `times` (m,) are J_i and retardation times lambda_i, longest first.
     """
 
     instantaneous: float
@@ -54,17 +48,8 @@ class Creep:
 class Prony:
     """Relaxation function G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t) in shear.
 
-    Make one with `prony`, `kelvin_voigt`, `standard_solid` or `fit`; these sort the arms, merge
-    equal times and drop arms with zero modulus.
-
-    Attributes
-    ----------
-    long_term : float
-        G_inf >= 0; 0 for fluids.
-    moduli, times : ndarray, shape (m,)
-        G_i > 0 and relaxation times tau_i > 0, longest first, all distinct.
-    viscosity : float
-        eta >= 0 of a parallel dashpot.
+    Make one with `prony`, `kelvin_voigt`, `standard_solid` or `fit`: arms `moduli`, `times` (m,)
+    are positive, distinct, longest first. G_inf = 0 for fluids; `viscosity` is eta.
     """
 
     long_term: float
@@ -83,26 +68,13 @@ class Prony:
         return float((self.moduli * self.times).sum()) + self.viscosity
 
     def relaxation(self, time: float | np.ndarray) -> np.ndarray:
-        """Return G(t) for t > 0 (without the pulse of the parallel dashpot), any shape.
-
-        Examples
-        --------
-        >>> float(prony(0.0, [2.0], [3.0]).relaxation(0.0))
-        2.0
-        """
+        """Return G(t) for t > 0 (without the pulse of the parallel dashpot), any shape."""
         t = _times(time)
         return self.long_term + (self.moduli * np.exp(-t[..., None] / self.times)).sum(axis=-1)
 
     def complex_modulus(self, frequency: float | np.ndarray) -> np.ndarray:
         """Return G'(w) + i G''(w) = G_inf + sum_i G_i i w tau_i/(1 + i w tau_i) + i w eta.
 
-        Parameters
-        ----------
-        frequency : array_like
-            Angular frequency w, any sign (G(-w) is the conjugate), any shape.
-
-        Examples
-        --------
         >>> complex(kelvin_voigt(2.0, 0.5).complex_modulus(4.0))
         (2+2j)
         """
@@ -114,21 +86,12 @@ class Prony:
         return storage + 1j * loss
 
     def advance(self, step: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the exact update of the arms over a time with linear strain.
+        """Return decay and gain of the arms over a time with linear strain, (..., m), exactly.
 
-        The stress of arm i goes from s_i to decay_i s_i + gain_i dgamma, with
-        decay_i = exp(-dt/tau_i), gain_i = G_i (tau_i/dt) (1 - exp(-dt/tau_i)), for any dt > 0
-        (Taylor, Pister & Goudreau 1970); the whole stress is
-        G_inf gamma + sum_i s_i + eta dgamma/dt.
-
-        Parameters
-        ----------
-        step : float or ndarray
-            dt >= 0, any shape; gain is G_i at dt = 0, a jump.
-
-        Returns
-        -------
-        decay, gain : ndarray, shape (..., m)
+        The stress of arm i goes from s_i to decay_i s_i + gain_i dgamma, with decay_i =
+        exp(-dt/tau_i), gain_i = G_i (tau_i/dt) (1 - exp(-dt/tau_i)), or G_i for a jump, dt = 0
+        (Taylor, Pister & Goudreau 1970); the whole stress is G_inf gamma + sum_i s_i + eta
+        dgamma/dt.
         """
         ratio = _times(step)[..., None] / self.times
         safe = np.where(ratio > 0, ratio, 1.0)
@@ -150,8 +113,6 @@ class Prony:
         1/lambda below all 1/tau_i, a parallel dashpot adds one above all; J_i =
         lambda_i/Q'(-1/lambda_i).
 
-        Examples
-        --------
         >>> solid = kelvin_voigt(2.0, 1.0).creep()  # J = (1 - exp(-G t/eta))/G
         >>> solid.compliances.tolist(), solid.times.tolist()
         ([0.5], [0.5])
@@ -198,17 +159,6 @@ def prony(
 ) -> Prony:
     """Return a Prony series with sorted arms, merged equal times, and no arms of zero modulus.
 
-    Parameters
-    ----------
-    long_term : float
-        G_inf >= 0.
-    moduli, times : sequence of float
-        G_i >= 0 and tau_i > 0, in equal number.
-    viscosity : float
-        eta >= 0 of a parallel dashpot.
-
-    Examples
-    --------
     >>> prony(1.0, [2.0, 3.0, 1.0], [0.1, 5.0, 0.1]).moduli.tolist()
     [3.0, 3.0]
     """
@@ -268,14 +218,7 @@ def standard_solid(
 
 @dataclass(frozen=True)
 class Fit:
-    """Prony series fitted to measured moduli.
-
-    Attributes
-    ----------
-    material : Prony
-    error : ndarray, shape (k,)
-        |G_fit - G|/|G| at the measured frequencies.
-    """
+    """Prony series fitted to measured moduli, and |G_fit - G|/|G| at their frequencies."""
 
     material: Prony
     error: np.ndarray
@@ -303,10 +246,8 @@ def fit(
 
     Parameters
     ----------
-    frequency : array_like, shape (k,)
-        Angular frequencies w > 0 in any order.
-    modulus : array_like of complex, shape (k,)
-        G' + i G'', neither of them negative.
+    frequency, modulus : array_like, shape (k,)
+        Angular frequencies w > 0 in any order, and G' + i G'', neither of them negative.
     times : array_like, optional
         Relaxation times; default: `per_decade` per decade over [1/w_max, 1/w_min].
     solid, dashpot : bool

@@ -339,22 +339,11 @@ def _sub_cell(places, heights, middles, row, rim):
 
 @dataclass(frozen=True)
 class RelaxingSprings:
-    """Viscoelastic springs E*(t) dx under a profile (19.30).
+    """Viscoelastic springs E*(t) dx (19.30) under an equivalent profile.
 
-    Parameters
-    ----------
-    profile : Profile
-        Equivalent profile g(x), see `profiles`.
-    material : Prony
-        Shear modulus in time.
-    poisson_ratio : float
-        Constant in time; 1/2 for rubber.
-    per_radius : int
-        Springs per contact radius at the largest depth.
-    spacing : float, optional
-        dx, instead of `per_radius`.
-    edges : {"sub_cell", "nodal"}
-        Contact edges inside cells, or whole springs at (i + 1/2) dx as printed.
+    `material` is the shear modulus in time, Poisson's ratio is constant (1/2 for rubber). There are
+    `per_radius` springs per contact radius at the largest depth, or one per `spacing`; contacts end
+    inside cells (``"sub_cell"``), or are whole springs at (i + 1/2) dx as printed (``"nodal"``).
     """
 
     profile: Profile

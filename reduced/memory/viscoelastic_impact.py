@@ -26,14 +26,8 @@ _ROUNDING = 4 * np.finfo(float).eps
 class ViscoelasticImpact:
     """Motion of the body from first touch to loss of contact.
 
-    Attributes
-    ----------
-    restitution : float
-        Ratio of the speeds after and before.
-    duration : float
-        Time in contact.
-    time, penetration, velocity, force : ndarray, shape (k,)
-        The motion; velocities are positive inwards.
+    `restitution` is the ratio of the speeds after and before, `duration` the time in contact; the
+    motion has shape (k,), velocities are positive inwards.
     """
 
     restitution: float
@@ -52,22 +46,11 @@ def impact(
     In a step the depth is linear with the velocity V, so that the springs are exact; V follows from
     the force in the middle of the step, m (2 V - 2 v) = -F dt (implicit midpoint rule: second
     order, stable at any step, also with a parallel dashpot). The last step ends when the last
-    spring loses contact.
+    spring loses contact. The speed at first touch is far below that of sound; there are `steps` in
+    three times d/v, about the duration of an elastic impact, d the depth estimated from the energy,
+    to which `per_radius` refers.
 
-    Parameters
-    ----------
-    springs : RelaxingSprings
-        The profile, and the springs under it; `per_radius` refers to the depth estimated from the
-        energy.
-    mass, velocity : float
-        m and the speed v > 0 at first touch, far below that of sound.
-    steps : int
-        Number of steps in three times that depth over v, about the duration of an elastic impact.
-
-    Raises
-    ------
-    ConvergenceError
-        If the body does not rebound within 200 times the elastic duration.
+    Raises ConvergenceError if the body does not rebound within 200 times the elastic duration.
 
     Examples
     --------

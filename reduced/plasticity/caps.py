@@ -35,12 +35,8 @@ _BISECTIONS = 200
 class Yielded:
     """A line of springs along a path of loads; arrays of shape (k,).
 
-    Attributes
-    ----------
-    penetration, force, contact_radius : ndarray
-        The radius is half the length of the springs that carry a force.
-    residual_depth : ndarray
-        Penetration at which the contact would be lost if it were unloaded from here.
+    The radius is half the length of the springs that carry a force; the residual depth is the
+    penetration at which the contact would be lost if it were unloaded from here.
     """
 
     penetration: np.ndarray
@@ -52,20 +48,8 @@ class Yielded:
 class YieldingSprings:
     """Half of a symmetric line of springs under a profile.
 
-    Parameters
-    ----------
-    profile : Profile
-        g(x), curved wherever it touches unless the reading is "none".
-    effective_modulus : float
-        E*.
-    hardness : float
-        H.
-    reading : {"stress", "elastic_root", "none"}
-        Of the yield criterion; "none" leaves the springs elastic.
-    reach : float
-        Largest penetration.
-    springs : int
-        Springs on half of the line at that penetration.
+    There are `springs` of them at the penetration `reach`. The profile is curved wherever it
+    touches, unless the reading of the yield criterion is "none", which leaves the springs elastic.
     """
 
     def __init__(

@@ -38,15 +38,10 @@ _DOUBLINGS = 60
 class YieldedLines:
     """Contact of m lines at k loads of a path; every array has shape (m, k).
 
-    Attributes
-    ----------
-    contact : LineContact
-        The elastic contact of the lines less what they have lost; its penetrations count from the
-        first touch of the lines as they were.
-    residual_depth : ndarray
-        Penetration at which contact would be lost if it were unloaded from here.
-    plastic_share : ndarray
-        Share of the points in contact whose springs carry all they can.
+    `contact` is the elastic contact of the lines less what they have lost; its penetrations count
+    from the first touch of the lines as they were. `residual_depth` is where contact would be lost
+    if it were unloaded from here, `plastic_share` the share of the points in contact whose springs
+    carry all they can.
     """
 
     contact: LineContact
@@ -56,19 +51,7 @@ class YieldedLines:
 
 @dataclass(frozen=True)
 class Yielding:
-    """How springs yield.
-
-    Parameters
-    ----------
-    effective_modulus, hardness : float
-        E* and H.
-    reading : {"stress", "elastic_root", "none"}
-        Of the yield criterion.
-    rule : {"own_curvature", "one_radius"}
-        For the radius of curvature.
-    edges : {"sub_cell", "nodal"}
-        As for `rough.press.press`.
-    """
+    """How springs yield: reading of the yield criterion, rule for the radius of curvature."""
 
     effective_modulus: float
     hardness: float
@@ -89,13 +72,6 @@ class Yielding:
 def walk(lines: RoughLines, springs: Yielding, path: LoadPath) -> YieldedLines:
     """Follow a path of penetrations or forces on every line.
 
-    Raises
-    ------
-    ConvergenceError
-        If the springs of a line never carry a force.
-
-    Examples
-    --------
     A parabola in full yield has the mean pressure (pi/4) H:
 
     >>> x = np.arange(-200, 200) / 100

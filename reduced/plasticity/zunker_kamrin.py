@@ -22,17 +22,7 @@ _ROUNDS = 200
 
 
 class ZunkerKamrin:
-    """An elastic-perfectly plastic ball, or paraboloid.
-
-    Parameters
-    ----------
-    radius : float
-        R.
-    effective_modulus, yield_stress : float
-        E*, Y.
-    sphere : bool
-        Whether the overlap of a sphere counts, 2 R d - d^2, or that of a paraboloid, 2 R d.
-    """
+    """An elastic-perfectly plastic ball: a sphere, overlap 2 R d - d^2, or a paraboloid, 2 R d."""
 
     def __init__(
         self, radius: float, effective_modulus: float, yield_stress: float, *, sphere: bool = False
@@ -72,13 +62,7 @@ class ZunkerKamrin:
         return float(np.sqrt(square))
 
     def at(self, penetration: float, deepest: float) -> tuple[float, float, float]:
-        """Return force, contact radius and residual depth at a penetration.
-
-        Parameters
-        ----------
-        penetration, deepest : float
-            Now, and the largest so far.
-        """
+        """Return force, contact radius, residual depth at a penetration and the largest so far."""
         if deepest <= self.yields_at:
             depth = max(penetration, 0.0)
             force = 4 / 3 * self.modulus * np.sqrt(self.radius * depth) * depth

@@ -41,13 +41,6 @@ __all__ = [
 def paraboloid(radius: float) -> Profile:
     """Paraboloid f = r^2/(2 R): g = x^2/R, the parabola of half the radius (19.17).
 
-    Parameters
-    ----------
-    radius : float
-        Radius of curvature R at the apex.
-
-    Examples
-    --------
     >>> float(paraboloid(4.0).contact_radius(1.0))  # Hertz: a = sqrt(R d)
     2.0
     """
@@ -94,15 +87,8 @@ def sphere(radius: float) -> Profile:
 
 
 def cone(slope: float) -> Profile:
-    """Cone f = r tan(theta): g = (pi/2) tan(theta) x (Sneddon 1965).
+    """Cone f = r tan(theta), tan(theta) its slope: g = (pi/2) tan(theta) x (Sneddon 1965).
 
-    Parameters
-    ----------
-    slope : float
-        Tangent of the angle between flank and surface.
-
-    Examples
-    --------
     >>> float(cone(2 / np.pi).contact_radius(3.0))
     3.0
     """
@@ -125,16 +111,10 @@ def cone(slope: float) -> Profile:
 
 
 def power_law(exponent: float, coefficient: float) -> Profile:
-    """Power law f = c r^n: g = kappa_n c x^n (Popov & Hess 2015; Galin 1946).
+    """Power law f = c r^n, n > 0: g = kappa_n c x^n (Popov & Hess 2015; Galin 1946).
 
-    kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2): pi/2, 2, 3 pi/4, 8/3 for n = 1 ... 4.
-
-    Parameters
-    ----------
-    exponent : float
-        n > 0. Below 1 the tip is a cusp and the springs converge only as dx^(1+n).
-    coefficient : float
-        c, in units of length^(1-n).
+    kappa_n = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2): pi/2, 2, 3 pi/4, 8/3 for n = 1 ... 4. Below
+    n = 1 the tip is a cusp and the springs converge only as dx^(1+n).
     """
     refuse(positive_faults(exponent=exponent, coefficient=coefficient))
     n = float(exponent)
@@ -178,11 +158,6 @@ def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
     """Punch flat to b, then f = (r - b)^2/(2 R) (Schubert 1942; Ciavarella et al. 1999).
 
     g = (x/R) [sqrt(x^2 - b^2) - b arccos(b/x)] for x > b, else 0.
-
-    Parameters
-    ----------
-    flat_radius, edge_radius : float
-        b and R, both positive.
     """
     refuse(positive_faults(flat_radius=flat_radius, edge_radius=edge_radius))
     b, radius = float(flat_radius), float(edge_radius)
@@ -254,13 +229,6 @@ def half_radius(section: Section) -> Profile:
     kappa_n, so the cone's d at equal a is 4/pi times too large. A separate function, so that the
     rule can be tested as printed.
 
-    Parameters
-    ----------
-    section : Section
-        The cross-section f(r), e.g. ``cone(0.1).section``.
-
-    Examples
-    --------
     >>> chapter = half_radius(cone(0.5).section)
     >>> float(chapter.height(np.array(3.0)))
     3.0

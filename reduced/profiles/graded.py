@@ -26,19 +26,8 @@ from reduced.profiles.transform import weighted
 
 @dataclass(frozen=True)
 class Grading:
-    """E = E0 (z/c0)^k of a half-space.
+    """E = E0 (z/c0)^k of a half-space, -1 < k < 1; `modulus` is E0/(1 - nu^2), `depth` c0.
 
-    Parameters
-    ----------
-    modulus : float
-        E0/(1 - nu^2), at the depth c0.
-    exponent : float
-        k, between -1 and 1.
-    depth : float
-        c0.
-
-    Examples
-    --------
     >>> round(Grading(1.0, 0.3, 0.0, 1.0).spring_modulus, 12)
     1.0
     """
@@ -75,13 +64,7 @@ class Grading:
         return self.depth * ((1 + k) * (np.asarray(even) / self.depth)) ** (1 / (1 + k))
 
     def profile(self, section: Section) -> Profile:
-        """Return g of an axisymmetric body over the coordinate in which springs are alike.
-
-        Parameters
-        ----------
-        section : Section
-            The cross-section f(r).
-        """
+        """Return g of a body of cross-section f(r) over the coordinate of alike springs."""
         curve = weighted(section, self.exponent)
 
         def slope(even: np.ndarray) -> np.ndarray:

@@ -62,14 +62,7 @@ def integrate_panels(
         Relative to the integral of the absolute value. Halving the step squares the error of the
         rule, so a step is accepted if it changes the result by less than the square root.
 
-    Returns
-    -------
-    ndarray, shape (k,)
-
-    Raises
-    ------
-    ConvergenceError
-        If the finest rule still changes the result, because of an unmarked breakpoint.
+    Raises ConvergenceError if the finest rule still changes the result (an unmarked breakpoint).
     """
     width = np.maximum(upper - lower, 0.0)[..., None]
     row = np.arange(lower.shape[0])[:, None, None]

@@ -18,20 +18,9 @@ _ITERATIONS = 200
 class Section:
     """Cross-section f(r) of an axisymmetric rigid body, r >= 0, f(0) = 0, nondecreasing.
 
-    Attributes
-    ----------
-    name : str
-        Name of the body in tables.
-    height, slope : callable
-        f(r) and f'(r) on arrays, r >= 0.
-    curvature : callable or None
-        f''(r); None if unknown.
-    length : float
-        A typical length of the body (radius, flat radius, ...), used only to start searches.
-    breakpoints : tuple of float
-        Radii r > 0 at which a derivative of f jumps (edges of flats, nodes of a table).
-    edge : float
-        Radius at which the body ends in a sharp edge, or inf.
+    Height, slope and curvature are f, f', f'' on arrays (None: unknown); `length` is typical of the
+    body and only starts searches; a derivative of f jumps at the `breakpoints` r > 0; at `edge` the
+    body ends in a sharp edge (inf: none).
     """
 
     name: str
@@ -48,17 +37,10 @@ class Profile(Section):
     """Equivalent one-dimensional profile g(x), x >= 0, of a three-dimensional body.
 
     With springs of stiffness E* dx (19.14) it has the contact radius and force of the body, d =
-    g(a) and F = 2 E* int_0^a (d - g(x)) dx (Popov & Hess 2015, ch. 3; Sneddon 1965). Lengths in
-    consistent units; `height`, `slope`, `curvature` are g, g', g''.
-
-    Attributes
-    ----------
-    inverse : callable or None
-        Closed form of a(d) with g(a) = d, without the limit by a sharp edge.
-    abel_integral : callable or None
-        Closed form of int_r^a g'(x)/sqrt(x^2 - r^2) dx as a function (r, a), for `stress.abel`.
-    section : Section or None
-        The cross-section f(r) of the body, if known, as needed by `half_radius`.
+    g(a) and F = 2 E* int_0^a (d - g(x)) dx (Popov & Hess 2015, ch. 3; Sneddon 1965). Closed forms,
+    if known: `inverse` of a(d) with g(a) = d, without the limit by a sharp edge, and
+    `abel_integral` of int_r^a g'(x)/sqrt(x^2 - r^2) dx as a function (r, a). `section` is the f(r)
+    of the body, if known.
     """
 
     inverse: Curve | None = None
@@ -66,23 +48,7 @@ class Profile(Section):
     section: Section | None = None
 
     def contact_radius(self, penetration: float | np.ndarray) -> np.ndarray:
-        """Return the contact radius a(d), the x at which g(x) = d, at most the sharp edge.
-
-        Parameters
-        ----------
-        penetration : float or array
-            Penetration d >= 0, any shape.
-
-        Returns
-        -------
-        ndarray
-            Contact radius of the same shape, to rounding; 0 for d = 0.
-
-        Raises
-        ------
-        ConvergenceError
-            If the search for the root fails (a profile that is not monotone).
-        """
+        """Return a(d), the x at which g(x) = d, at most the sharp edge; shape of d >= 0."""
         d = np.asarray(penetration, dtype=float)
         if not (np.all(np.isfinite(d)) and np.all(d >= 0)):
             raise ValueError(f"penetration must be finite and >= 0, got {penetration!r}")
@@ -97,27 +63,12 @@ class Profile(Section):
 def invert(
     function: Curve, derivative: Curve, value: np.ndarray, length: float, end: float = np.inf
 ) -> np.ndarray:
-    """Solve function(x) = value for nondecreasing `function` with function(0) = 0.
+    """Solve function(x) = value >= 0 for nondecreasing `function` with function(0) = 0, shape (k,).
 
     Newton's method in logarithms (exact for a power law) inside a shrinking bracket; if a step
-    leaves the bracket or is more than half of the previous step, the interval is bisected. All
-    operations are relative, so the units do not matter.
-
-    Parameters
-    ----------
-    function, derivative : callable
-        The function and its derivative on arrays.
-    value : ndarray, shape (k,)
-        Values >= 0; zero returns zero.
-    length : float
-        Start of the search for a bracket.
-    end : float
-        Largest x, returned if function(end) < value.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        The roots, to about two units in the last place.
+    leaves the bracket or is more than half of the previous step, the interval is bisected. The
+    roots are good to about two units in the last place, and at most `end`. The search for a bracket
+    starts at `length`; all operations are relative, so the units do not matter.
     """
     # bracket the roots, by doubling or halving from `length`
     upper = np.full(value.shape, float(min(length, end)))

@@ -20,23 +20,11 @@ _SAMPLES = 12  # samples per segment in the check for monotonicity
 def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Profile:
     """Return the equivalent profile of a tabulated axisymmetric body, with a sharp edge at its end.
 
-    Segments are polynomials; with r = x sin(t) their Abel integrals are trigonometric polynomials,
-    which a Gauss rule per segment integrates to rounding, without the cancellation of primitives.
+    The table starts at r = 0, f = 0, increases strictly in r, and does not decrease in f. Segments
+    are polynomials, monotone cubics ("pchip", continuous slope) or straight ("linear"); with
+    r = x sin(t) their Abel integrals are trigonometric polynomials, which a Gauss rule per segment
+    integrates to rounding, without the cancellation of primitives.
 
-    Parameters
-    ----------
-    r, f : array_like, shape (n,)
-        Radii from r[0] = 0, strictly increasing, and heights from f[0] = 0, nondecreasing.
-    interpolation : {"pchip", "linear"}
-        Monotone cubic (continuous slope) or straight segments.
-
-    Returns
-    -------
-    Profile
-        With `edge` at the last radius and the table's nodes as breakpoints.
-
-    Examples
-    --------
     >>> wedge = tabulated([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], "linear")
     >>> round(float(wedge.height(np.array(2.0))), 12)
     3.14159265359

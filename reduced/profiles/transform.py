@@ -38,24 +38,16 @@ def from_function(
 
     Parameters
     ----------
-    f_prime : callable
+    f_prime, f_second : callable
         f'(r) >= 0 on arrays; it may jump at breakpoints and be singular (integrably) there or at 0.
+        f''(r) is by default an eighth-order difference of f' (about 1e-11 relative), with a
+        stencil of 8 % of the distance to the nearest breakpoint or edge.
     length : float
         A typical radius of the body, to start searches for the contact radius.
     breakpoints : tuple of float
-        All r > 0 at which a derivative of f jumps.
-    f_second : callable, optional
-        f''(r). By default an eighth-order difference of f' is used (about 1e-11 relative), with a
-        stencil of 8 % of the distance to the nearest breakpoint or edge.
+        All r > 0 at which a derivative of f jumps; ConvergenceError if one is missing.
     edge : float
         Radius at which the body ends in a sharp edge.
-    name : str
-        Name of the profile.
-
-    Raises
-    ------
-    ConvergenceError
-        If f' has a kink that is not among the breakpoints.
 
     Examples
     --------
@@ -74,13 +66,7 @@ def from_function(
 
 
 def weighted(section: Section, power: float) -> Profile:
-    """Return the profile of a section by the same transform with the weight cos(t)^power.
-
-    Parameters
-    ----------
-    power : float
-        Above -1.
-    """
+    """Return the profile of a section by the transform with the weight cos(t)^power, power > -1."""
     marks = tuple(b for b in section.breakpoints if b < section.edge)
     slopes = section.slope, section.curvature
     return _profile(section.name, *slopes, section.length, marks, section.edge, power)
@@ -131,28 +117,10 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
 
     f(r) = (2/pi) int_0^r g(x)/sqrt(r^2 - x^2) dx = (2/pi) int_0^(pi/2) g(r sin t) dt
 
-    (Popov & Hess 2015, ch. 3; the Abel inversion of the transform). It needs only g, so it also
-    applies to profiles from other rules, such as half the radius or the Gaussian radius.
+    to about 1e-12 (Popov & Hess 2015, ch. 3; the Abel inversion of the transform); inf beyond the
+    profile's sharp edge. It needs only g, so it also applies to profiles from other rules, such as
+    half the radius or the Gaussian radius.
 
-    Parameters
-    ----------
-    profile : Profile
-        Equivalent profile g(x).
-    r : ndarray
-        Radii >= 0, any shape.
-
-    Returns
-    -------
-    ndarray
-        f(r) to about 1e-12, shape of r; inf beyond the profile's sharp edge.
-
-    Raises
-    ------
-    ConvergenceError
-        If g has a kink that is not among the profile's breakpoints.
-
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import cone, half_radius
     >>> f = inverse_transform(half_radius(cone(0.5).section), np.array([1.0]))
     >>> bool(abs(f[0] - 2 / np.pi) < 1e-12)  # the chapter's rule stands for a cone 4/pi as steep

@@ -23,14 +23,9 @@ _MEMORY = 2**26  # bytes of lines per worker
 
 @dataclass(frozen=True)
 class Statistics:
-    """Statistics of one quantity over the realisations, by load.
+    """Statistics of one quantity over m realisations, by load (k,).
 
-    Attributes
-    ----------
-    mean, standard_error : ndarray, shape (k,)
-        Mean, and its standard error s/sqrt(m) (0 for a single realisation).
-    quantiles : ndarray, shape (levels, k)
-        Quantiles at `LEVELS`.
+    The standard error is s/sqrt(m), 0 for a single one; quantiles (levels, k) are at `LEVELS`.
     """
 
     mean: np.ndarray
@@ -40,12 +35,9 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Load curves of all realisations, with statistics ``ensemble["contact_area"]``.
+    """Load curves of all realisations by quantity, (m, k).
 
-    Attributes
-    ----------
-    samples : dict of str to ndarray, shape (m, k)
-        Curves of all realisations by quantity, as in `press.LineContact`.
+    Statistics are ``ensemble["contact_area"]``.
     """
 
     samples: dict[str, np.ndarray]
@@ -66,22 +58,10 @@ def stream(seed: int, line: int) -> np.random.Generator:
 
 @dataclass(frozen=True)
 class RandomLines:
-    """Numbered realisations of a rough line; line k has its own child of the seed.
+    """Numbered realisations of a rough line, the same in every ensemble and any order.
 
-    Line k is therefore the same in every ensemble and any order.
-
-    Parameters
-    ----------
-    spectrum : LineSpectrum
-        Amplitudes, see `line_spectrum`.
-    points : int
-        Points per line.
-    count : int
-        Number of lines m, >= 1.
-    seed : int
-        Line k draws from ``SeedSequence(seed, spawn_key=(1, k))``.
-    length : float, optional
-        Period of the lines; default: that of the spectrum.
+    Line k draws from ``SeedSequence(seed, spawn_key=(1, k))``; `length` is the period, by default
+    that of the spectrum.
     """
 
     spectrum: LineSpectrum
@@ -104,15 +84,7 @@ class RandomLines:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Number of lines per surface, seed and threads.
-
-    Parameters
-    ----------
-    seed : int
-        As for `RandomLines`.
-    workers : int
-        Number of threads, without effect on the result.
-    """
+    """Number of lines per surface, seed of `RandomLines`, threads (no effect on the result)."""
 
     realisations: int = 100
     seed: int = 0
@@ -142,24 +114,10 @@ def press_ensemble(
     quantities: Sequence[str] = QUANTITIES,
     workers: int = 1,
 ) -> Ensemble:
-    """Solve the contact of many realisations of a rough line.
+    """Solve many realisations of a rough line; keep the named fields of `LineContact`.
 
     Lines are processed in blocks of at most 64 MiB per worker; only the requested curves grow with
-    the number of realisations. The result is independent of workers and blocks.
-
-    Parameters
-    ----------
-    effective_modulus, load, edges
-        As for `rough.press.press`.
-    quantities : sequence of str
-        Fields of `press.LineContact` to keep.
-    workers : int
-        Threads.
-
-    Raises
-    ------
-    ConvergenceError
-        If a load could not be inverted.
+    the number of realisations. The result is independent of workers (threads) and blocks.
 
     Examples
     --------

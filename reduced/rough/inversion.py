@@ -54,22 +54,16 @@ def press_lines(
     heights : ndarray, shape (all, n)
         Heights, positive towards the half-space.
     orders : ndarray, shape (m, n) or (m, 0)
-        Indices that sort the heights of m lines in increasing order, or empty for inversion without
-        sorting.
-    first : int
-        Index of the first of these m lines.
-    control : int
-        PENETRATION, FORCE or MEAN_GAP.
+        Indices that sort the heights of m lines, from the one with index `first` on, in increasing
+        order, or empty for inversion without sorting.
     goals : ndarray, shape (k,)
-        Increasing penetrations, forces over E* dx, or mean gaps.
+        Increasing penetrations, forces over E* dx, or mean gaps, by `control`.
     units : ndarray, shape (FIELDS,)
         Units of the fields.
-    fields : ndarray, shape (FIELDS, all, k)
+    fields, counts : ndarray, shape (FIELDS, all, k) and (all, k)
         The rows of the m lines are filled: penetrations, forces (E* dx is their unit), sums of
         squared contact lengths, contact lengths, longest contacts, mean gaps, energies (E* dx) and
-        contact lengths once more, for the stiffness.
-    counts : ndarray of int, shape (all, k)
-        Numbers of contacts, filled.
+        contact lengths once more, for the stiffness; and the numbers of contacts.
     """
     lines, n, k = orders.shape[0], heights.shape[1], goals.size
     steps = np.zeros(lines)

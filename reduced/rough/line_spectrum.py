@@ -33,16 +33,10 @@ RULES = ("rings", "split", "printed")
 
 @dataclass(frozen=True)
 class LineSpectrum:
-    """Spectrum of a rough line, positive modes only.
+    """Spectrum of a rough line of period L, positive modes only, arrays of shape (m,).
 
-    Attributes
-    ----------
-    wavenumber : ndarray, shape (m,)
-        q_k = 2 pi k/length, k = 1 ... m, in radians per unit length.
-    power : ndarray, shape (m,)
-        B1D(q_k)^2, the squared amplitude of one mode of the pair +-q_k: <h^2> = 2 sum power.
-    length : float
-        Period L of the line.
+    `wavenumber` is q_k = 2 pi k/L, k = 1 ... m, and `power` B1D(q_k)^2, the squared amplitude of
+    one mode of the pair +-q_k: <h^2> = 2 sum power.
     """
 
     wavenumber: np.ndarray
@@ -75,14 +69,9 @@ class LineSpectrum:
 
 @dataclass(frozen=True)
 class SumRules:
-    """Root mean squares of surface and line under a rule, and their ratios.
+    """Root mean squares of surface and line under a rule: height, slope, curvature, shape (3,).
 
-    Attributes
-    ----------
-    surface, line : ndarray, shape (3,)
-        Height, slope (surface: full gradient) and curvature (surface: Laplacian).
-    ratio : ndarray, shape (3,)
-        Line over surface: one for conserved quantities; in the continuum all are.
+    Slope and curvature of the surface are those of the full gradient and the Laplacian.
     """
 
     surface: np.ndarray
@@ -90,15 +79,13 @@ class SumRules:
 
     @property
     def ratio(self) -> np.ndarray:
-        """line/surface."""
+        """line/surface: one for conserved quantities; in the continuum all are."""
         return self.line / np.where(self.surface > 0, self.surface, 1.0)
 
 
 def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
     """Compare the moments of a surface with those of a line made from it.
 
-    Examples
-    --------
     >>> surface = self_affine(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
     >>> for rule in ("rings", "split", "printed"):
     ...     print(rule, np.round(sum_rules(surface, line_of(surface, rule)).ratio, 3))
@@ -115,28 +102,20 @@ def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
 def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
     """Return the line spectrum of a surface.
 
-    Parameters
-    ----------
-    surface : SurfaceSpectrum
-        Measured or prescribed.
-    rule : {"rings", "split", "printed"}
-        - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k containing the modes
-          nearest to q_k = 2 pi k/L, modes midway between two rings counting half. <h^2> is
-          conserved exactly, the slope up to the rounding of |q|.
-        - ``"split"``: each mode is shared between its two neighbours k <= |q| L/2 pi < k + 1 so
-          that <h^2> and <|grad h|^2> are both conserved exactly; the curvature is high by O(1/k^2).
-          Not in the chapter.
-        - ``"printed"``: C1D = pi q C2D (19.26) with the ring average of C2D (Problem 1, steps 3 and
-          4), sampled at the modes below the Nyquist wavenumber of the coarser direction, beyond
-          which rings are incomplete. <h^2> is not conserved: ring 1 has 8 modes instead of 2 pi,
-          and a steep spectrum varies across it.
+    - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k containing the modes
+      nearest to q_k = 2 pi k/L, modes midway between two rings counting half. <h^2> is
+      conserved exactly, the slope up to the rounding of |q|.
+    - ``"split"``: each mode is shared between its two neighbours k <= |q| L/2 pi < k + 1 so
+      that <h^2> and <|grad h|^2> are both conserved exactly; the curvature is high by O(1/k^2).
+      Not in the chapter.
+    - ``"printed"``: C1D = pi q C2D (19.26) with the ring average of C2D (Problem 1, steps 3 and
+      4), sampled at the modes below the Nyquist wavenumber of the coarser direction, beyond
+      which rings are incomplete. <h^2> is not conserved: ring 1 has 8 modes instead of 2 pi,
+      and a steep spectrum varies across it.
 
-    Returns
-    -------
-    LineSpectrum
-        With the longer side L as period: with the wider rings of the shorter side, modes along the
-        longer side would be lost in the mean. Rings include all modes, also those in the corners
-        beyond the Nyquist wavenumber of one direction.
+    The period is the longer side L: with the wider rings of the shorter side, modes along the
+    longer side would be lost in the mean. Rings include all modes, also those in the corners
+    beyond the Nyquist wavenumber of one direction.
     """
     refuse(choice_faults("rule", rule, RULES))
     if rule == "printed":
@@ -167,14 +146,8 @@ def prescribed(
 
     The surface has fixed amplitudes B2D, see `surface_spectrum.self_affine`. Its rms slope is the
     rms of the full gradient summed over its modes; that of the line differs by the rounding to
-    rings (2 % low for 64 points without roll-off, where mode (1, 1) counts as ring 1).
-
-    Parameters
-    ----------
-    points, size, roughness
-        As for `surface_spectrum.self_affine`.
-    rule : {"rings", "split", "printed"}
-        As for `line_of`, but C1D = pi q C2D is sampled from the power law.
+    rings (2 % low for 64 points without roll-off, where mode (1, 1) counts as ring 1). Rules as of
+    `line_of`, but C1D = pi q C2D is sampled from the power law.
     """
     refuse(choice_faults("rule", rule, RULES))
     surface = self_affine(points, size, roughness)
@@ -196,25 +169,21 @@ def synthesise(
 ) -> np.ndarray:
     """Return realisations of a rough line: fixed amplitudes, random phases (19.24).
 
+    Heights at x = j length/points, mean zero, (points,), or (lines, points) from several
+    generators; the digits of a line do not depend on the others.
+
     Parameters
     ----------
-    spectrum : LineSpectrum
-        Amplitudes.
     points : int, optional
         Points of the line, more than twice the highest mode with power; default: the smallest such
         even number with a fast transform.
     rng : numpy.random.Generator or iterable of them
         Source of the phases; one uniform number per mode, lowest mode first, so that more points
-        from an equal generator resolve the same line better. Several generators: a line of each.
+        from an equal generator resolve the same line better.
     length : float, optional
         Period of the line; default: that of the spectrum. For another length the density C1D is
         kept and integrated over the new modes, which also conserves <h^2> (on a shorter line except
         for the waves that do not fit).
-
-    Returns
-    -------
-    ndarray, shape (points,) or (lines, points)
-        Heights at x = j length/points, mean zero; the digits of a line do not depend on the others.
     """
     if length is not None and length != spectrum.length:
         spectrum = resample(spectrum, length)

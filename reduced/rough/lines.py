@@ -12,21 +12,10 @@ from reduced.arguments import positive_faults, refuse
 
 @dataclass(frozen=True, eq=False)
 class RoughLines:
-    """Rigid rough lines, one or many.
+    """Rigid rough lines, one or many: heights (m, n) or (n,), positive towards the half-space.
 
     A free line of n points is n dx long, half a cell beyond its outer points.
 
-    Parameters
-    ----------
-    heights : ndarray, shape (m, n) or (n,)
-        Positive towards the half-space, n >= 2; a single line becomes (1, n).
-    spacing : float
-        dx.
-    periodic : bool
-        Whether the lines are periodic.
-
-    Examples
-    --------
     >>> RoughLines([0.0, 1.0, 0.0, 0.0], 0.5).length
     2.0
     """
@@ -65,14 +54,10 @@ class RoughLines:
 
 
 class Ends(NamedTuple):
-    """Treatment of the ends of contacts and lines.
+    """Ends of contacts and of lines.
 
-    Attributes
-    ----------
-    sub_cell : bool
-        Linear between points with contact edges inside cells; False: whole springs.
-    periodic : bool
-        Whether the last point is a neighbour of the first.
+    With `sub_cell` the line is linear between points and contacts end inside cells, else they are
+    whole springs; with `periodic` the last point is a neighbour of the first.
     """
 
     sub_cell: bool

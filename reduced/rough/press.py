@@ -35,18 +35,12 @@ class LineContact:
         F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
     contact_area : ndarray
         A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 for full contact.
-    contact_length : ndarray
-        sum l_j.
-    contact_count : ndarray of int
-        Number of connected contacts.
-    longest_contact : ndarray
-        max l_j.
+    contact_length, contact_count, longest_contact : ndarray
+        sum l_j, their number, max l_j.
     mean_gap : ndarray
         Mean of the open gap (z - h)_+ over the line.
-    stiffness : ndarray
-        dF/dd on the fixed contact set, E* sum l_j.
-    energy : ndarray
-        Elastic energy, the integral of F over d.
+    stiffness, energy : ndarray
+        dF/dd on the fixed contact set, E* sum l_j; the integral of F over d.
     """
 
     penetration: np.ndarray
@@ -76,26 +70,11 @@ def press(
     (linear) in d, so Newton's method reaches the root.
 
     A contact across the seam of a periodic line is one contact. A free line of n points is n dx
-    long, half a cell beyond its outer points, where contacts end. Every operation is
-    homogeneous in heights, spacing and modulus, every tolerance relative: units do not matter.
-    Values beyond the range of floating point (energies at loads above 1e150) are inf.
-
-    Parameters
-    ----------
-    effective_modulus : float
-        E*.
-    load : Load
-        Forces on the line, penetrations or mean gaps, shape (k,), equal for all lines. A mean gap
-        above that at first touch leaves a line out of contact.
-    edges : {"sub_cell", "nodal"}
-        The discrete law.
-    threads : int
-        Number of threads, without effect on the result.
-
-    Raises
-    ------
-    ConvergenceError
-        If a load could not be inverted.
+    long, half a cell beyond its outer points, where contacts end. Every operation is homogeneous in
+    heights, spacing and modulus, every tolerance relative: units do not matter. Values beyond the
+    range of floating point (energies at loads above 1e150) are inf. Loads are those of one line; a
+    mean gap above that at first touch leaves a line out of contact. The number of threads has no
+    effect on the result.
 
     Examples
     --------

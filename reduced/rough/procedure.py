@@ -18,18 +18,9 @@ from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
 class Variant:
     """A variant of the procedure.
 
-    Attributes
-    ----------
-    name : str
-        Name in tables.
-    spectrum : str
-        Rule from two to one dimension, see `line_spectrum.line_of`.
-    edges : str
-        Discrete law of the springs, see `rough.press.press`.
-    stress : str
-        Rule of the stress, see `regions.line_stress`.
-    refinement : int
-        Points of the line per point of the map's longer side.
+    `spectrum` is a rule of `line_spectrum.line_of`, `edges` a discrete law of `rough.press.press`,
+    `stress` a rule of `regions.line_stress`; `refinement` is the number of points of the line per
+    point of the map's longer side.
     """
 
     name: str
@@ -52,21 +43,16 @@ class Procedure:
 
     Attributes
     ----------
-    variant : Variant
-        The variant.
     surface, radial, line, sums : SurfaceSpectrum, RadialAverage, LineSpectrum, SumRules
         Steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, and the sum
         rules.
     ensemble : Ensemble
         Step 7: force, area, length, ... of all lines at all loads.
-    contact_sizes : tuple of ndarray, one per load
-        Lengths l_j of all contacts of all lines: their distribution.
-    pressures : tuple of ndarray, one per load
-        Stresses at all contact points of all lines at which the rule has a real value.
-    undefined_share : ndarray, shape (k,)
-        Fraction of contact points at which it has none.
-    mean_pressure : ndarray, shape (k,)
-        F/A, as a mean over the lines.
+    contact_sizes, pressures : tuple of ndarray, one per load
+        Lengths l_j of all contacts of all lines, and stresses at all their contact points at which
+        the rule has a real value: the distributions.
+    undefined_share, mean_pressure : ndarray, shape (k,)
+        Fraction of contact points at which it has none; F/A as a mean over the lines.
     """
 
     variant: Variant
@@ -91,28 +77,10 @@ def calculate(
     """Carry out steps 3-5 and 7 of section 19.7 on the spectrum of a prepared map (steps 1, 2).
 
     The spectrum of the map becomes that of a line of the map's longer side (19.26), lines are
-    synthesised from it (19.24) and pressed on springs of stiffness E* dx (19.14) with the force
+    synthesised from it (19.24) and pressed on springs of stiffness E* dx (19.14) with the forces
     that the map carries; area (19.29), contact length, stress (19.37) and their distributions
     follow. Step 6, sliding, is not part of this. The result depends on L/lambda_l and
     lambda_l/lambda_s: a line of another length with the same nominal pressure gives another area.
-
-    Parameters
-    ----------
-    surface : SurfaceSpectrum
-        Spectrum of the prepared map, `surface_spectrum.measured`.
-    effective_modulus : float
-        E*.
-    force : array_like, shape (k,)
-        Forces on the map: positive, strictly increasing.
-    variant : Variant
-        `LITERAL`, `CORRECTED` or another one.
-    sampling : Sampling
-        Number of lines and seed.
-
-    Raises
-    ------
-    ConvergenceError
-        If a load could not be inverted.
 
     Examples
     --------

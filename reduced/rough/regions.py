@@ -21,12 +21,8 @@ class Regions:
     ----------
     lengths : ndarray, shape (regions,)
         Lengths l_j; (pi/4) l_j^2 is the area of a region (19.29).
-    points : ndarray of int, shape (m,)
-        Indices of the points in contact.
-    region : ndarray of int, shape (m,)
-        Regions of these points.
-    deflection : ndarray, shape (m,)
-        Spring deflections delta there.
+    points, region, deflection : ndarray, shape (m,)
+        Indices of the points in contact, their regions, and spring deflections delta there.
     """
 
     lengths: np.ndarray
@@ -37,18 +33,9 @@ class Regions:
 
 @dataclass(frozen=True)
 class LineStress:
-    """Stress (19.37) at the points of a rough line in contact.
+    """Stress (19.37) at the m points of a rough line in contact, 0 without a real value.
 
-    Attributes
-    ----------
-    pressure : ndarray, shape (m,)
-        Stress if the rule has a real value, else 0.
-    valid : ndarray of bool, shape (m,)
-        Whether the rule has a real value.
-    undefined_share : float
-        Fraction of contact points without a real value; 0 without contact.
-    regions : Regions
-        The contact regions.
+    `undefined_share` is the fraction of contact points without a real value; 0 without contact.
     """
 
     pressure: np.ndarray
@@ -60,18 +47,9 @@ class LineStress:
 def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") -> Regions:
     """Return the connected contacts of a line, as counted by `rough.press.press`.
 
-    Parameters
-    ----------
-    line : RoughLines
-        A single line.
-    penetration : float
-        d after first touch of the highest point; d <= 0 is no contact.
-    edges : {"sub_cell", "nodal"}
-        Contacts end where the linear interpolant meets the surface, or half a cell beyond the last
-        spring.
+    Contacts at d after first touch end where the linear interpolant meets the surface ("sub_cell"),
+    or half a cell beyond the last spring ("nodal").
 
-    Examples
-    --------
     >>> regions(RoughLines([0.0, 1.0, 0.0, 0.0], 1.0), 0.5).lengths
     array([1.])
     """
@@ -110,17 +88,10 @@ def line_stress(
 ) -> LineStress:
     """Return the stress on a rough line by (19.37), sigma = E* sqrt(2 delta/R1)/pi.
 
-    Parameters
-    ----------
-    line, penetration, edges
-        As for `regions`.
-    effective_modulus : float
-        E*.
-    rule : {"own_curvature", "one_radius"}
-        R1 = -1/h'' at the point, by second differences: without a real value where the line is
-        straight or concave, which on rough lines is a large part of the contact, and at the ends of
-        a free line. Or one radius per region, that of the parabola of the same length and depth, R1
-        = l^2/(8 delta_max), which is always defined.
+    By the rule ``"own_curvature"`` R1 = -1/h'' at the point, by second differences: without a real
+    value where the line is straight or concave, which on rough lines is a large part of the
+    contact, and at the ends of a free line. By ``"one_radius"`` it is one radius per region, that
+    of the parabola of the same length and depth, R1 = l^2/(8 delta_max), which is always defined.
     """
     refuse(
         choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)

@@ -23,19 +23,12 @@ ROUNDING = 1e-7
 
 @dataclass(frozen=True)
 class RadialAverage:
-    """C2D over circles: mean, number and spread of the modes by ring.
+    """C2D over circles: mean, number and spread of the modes by ring, shape (m,).
 
-    Attributes
-    ----------
-    wavenumber : ndarray, shape (m,)
-        q_k = 2 pi k/L, k = 1 ... m, L the longer side; ring k holds the modes nearest to q_k.
-    density : ndarray, shape (m,)
-        Mean of C2D over the ring; 0 for an empty ring.
-    count : ndarray, shape (m,)
-        Modes in the ring; those midway between two rings count half in both.
-    spread : ndarray, shape (m,)
-        Standard deviation of C2D within the ring: about the mean for a measured map (a periodogram
-        does not average out), otherwise due to the anisotropy and the width of the ring.
+    Ring k = 1 ... m holds the modes nearest to q_k = 2 pi k/L, L the longer side; those midway
+    between two rings count half in both. The density of an empty ring is 0. The spread is the
+    standard deviation of C2D within the ring: about the mean for a measured map (a periodogram does
+    not average out), otherwise due to the anisotropy and the width of the ring.
     """
 
     wavenumber: np.ndarray
@@ -46,14 +39,9 @@ class RadialAverage:
 
 @dataclass(frozen=True)
 class SurfaceSpectrum:
-    """Two-dimensional power spectrum.
+    """Two-dimensional power spectrum on sides Lx, Ly.
 
-    Attributes
-    ----------
-    power : ndarray, shape (nx, ny)
-        |B2D|^2 of every mode, in the order of the FFT; zero for the mean.
-    size : (float, float)
-        Sides Lx, Ly.
+    `power` is |B2D|^2 of every mode, (nx, ny), in the order of the FFT; zero for the mean.
     """
 
     power: np.ndarray
@@ -103,16 +91,12 @@ class SurfaceSpectrum:
 
     @property
     def rings(self) -> np.ndarray:
-        """Return two rings per mode, in which it counts half; usually both are the nearest one.
+        """Two rings per mode, (2, nx ny), in which it counts half; usually both are the nearest.
 
         Modes midway between two rings belong to both. They occur if the ratio of the sides is odd
         to even (at 3 : 2 every odd wave along the shorter side), but not on a square, where (|q|
         L/2 pi)^2 is an integer. Midway is decided to `ROUNDING`, far above the error of |q|, so
         that no ring depends on the rounding of a side.
-
-        Returns
-        -------
-        ndarray of int, shape (2, nx ny)
         """
         place = self.place.ravel()
         below = np.floor(place)
@@ -130,8 +114,6 @@ class SurfaceSpectrum:
     def radial_average(self) -> RadialAverage:
         """Return C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
 
-        Examples
-        --------
         >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
         >>> average = measured(h, 1.0, periodic=True).radial_average()
         >>> average.count[:2]  # (1, 0) and (1, 1) with their signs; then (2, 0), (2, 1)
@@ -152,18 +134,11 @@ class SurfaceSpectrum:
 def measured(
     height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
 ) -> SurfaceSpectrum:
-    """Return the power spectrum of a height map.
+    """Return the power spectrum of a height map (nx, ny) without its mean.
 
-    Parameters
-    ----------
-    height : ndarray, shape (nx, ny)
-        Heights; the mean is removed. Pixels need not be square.
-    size : float or (float, float)
-        Sides Lx, Ly.
-    periodic : bool
-        True for a periodic map. False (a measured map) applies a Hann window in both
-        directions, removes the windowed mean and rescales the result to the <h^2> of the map, so
-        that the jump between opposite sides does not fill the spectrum.
+    Pixels need not be square. A map that is not periodic (a measured one) gets a Hann window in
+    both directions, without the windowed mean and rescaled to the <h^2> of the map, so that the
+    jump between opposite sides does not fill the spectrum.
     """
     h = np.asarray(height, dtype=float)
     sides = _pair(size, "size")
@@ -191,18 +166,9 @@ class SelfAffine:
     """Self-affine roughness: C2D ~ q^-power for q_l <= q <= q_s, a plateau below q_l.
 
     q_l = 2 pi/long_cutoff and q_s = 2 pi/short_cutoff; C2D is zero beyond q_s. Cutoffs are circles
-    in q, and modes on a circle are kept.
-
-    Parameters
-    ----------
-    hurst, power : float
-        Exactly one: H in [0, 1] with power = 2 (1 + H), or the exponent of C2D.
-    rms_slope, rms_height : float
-        Exactly one, positive: the rms of the full gradient, or of the height.
-    long_cutoff : float, optional
-        Roll-off wavelength; by default the power law extends to the longest mode.
-    short_cutoff : float, optional
-        Shortest wavelength; default: two cells (of the coarser direction).
+    in q, and modes on a circle are kept. By default the power law extends to the longest mode, and
+    to two cells (of the coarser direction). Exactly one of `hurst`, H in [0, 1] with power = 2 (1 +
+    H), and `power` is given, and one of `rms_slope`, of the full gradient, and `rms_height`.
     """
 
     hurst: float | None = None
@@ -250,15 +216,7 @@ class SelfAffine:
 
 @dataclass(frozen=True, init=False)
 class Grid:
-    """Points and sides of a map.
-
-    Parameters
-    ----------
-    points : int or (int, int)
-        Points per side, at least 2.
-    size : float or (float, float)
-        Sides.
-    """
+    """Points, at least 2, and sides of a map: one number or one per side."""
 
     points: tuple[int, int]
     size: tuple[float, float]
@@ -285,14 +243,7 @@ def self_affine(
 ) -> SurfaceSpectrum:
     """Return the spectrum of a synthetic self-affine surface, with zero Nyquist modes.
 
-    Parameters
-    ----------
-    points : int or (int, int)
-        Points of the surface per side.
-    size : float or (float, float)
-        Sides of the surface.
-    roughness : SelfAffine
-        The rms slope is that of the full gradient summed over the modes of the surface.
+    The rms slope is that of the full gradient summed over the modes of the surface.
     """
     grid = Grid(points, size)
     magnitude = _magnitude(grid.points, grid.size)

@@ -49,26 +49,19 @@ _ROUNDING = 1e-14  # error of a contact position, relative to the step
 
 @dataclass(frozen=True)
 class SlidingHistory:
-    """Sliding of m lines in k steps; arrays have shape (m, k).
+    """Sliding of m lines in k steps; arrays have shape (m, k), `distance` (at the ends) (k,).
 
     Attributes
     ----------
-    distance : ndarray, shape (k,)
-        Sliding distance at the end of the steps.
     level : ndarray
         Z0 during the step, relative to the zero of the heights.
     force, tangential_force : ndarray
         Means over the step; F_x is the work over the distance.
-    contact_count : ndarray of int
-        Springs in contact at the end of the step.
-    contact_length : ndarray
-        Mean over the step of dx times the number in contact.
-    dissipation : ndarray
-        Energy dissipated in the step by sliding (without shifts of the level).
-    stored : ndarray
-        Elastic energy at the end of the step.
-    period, spacing : float
-        Length of the line, and dx.
+    contact_count, contact_length : ndarray
+        Springs in contact at the end of the step; mean over the step of dx times their number.
+    dissipation, stored : ndarray
+        Energy dissipated in the step by sliding (without shifts of the level), and the elastic
+        energy at its end.
     """
 
     distance: np.ndarray
@@ -125,23 +118,8 @@ def slide_in_time(
 ) -> SlidingHistory:
     """Solve the sliding of periodic lines on a Kelvin-Voigt foundation, Problem 1 as corrected.
 
-    Parameters
-    ----------
-    lines : RoughLines
-        Periodic lines; the spring at x is under h(x + v t).
-    material : Prony
-        `materials.kelvin_voigt`: G and eta of (19.30) with f = 4 dx (G w + eta dw/dt).
-    speed, force : float
-        v and the force on every line.
-    steps : int
-        Number of steps.
-    step_length : float, optional
-        v dt, of any length; default: dx.
-
-    Raises
-    ------
-    ConvergenceError
-        If the force of a step could not be met.
+    The spring at x is under h(x + v t) and carries f = 4 dx (G w + eta dw/dt) (19.30); the force is
+    that on every line. `step_length` is v dt, of any length, by default dx.
 
     Examples
     --------
@@ -189,18 +167,9 @@ def slide_in_time(
 def _march(line, spacing, way, memory, goal, level, springs, rows):
     """Take all steps of one line; return the number of steps that met the force.
 
-    Parameters
-    ----------
-    line : ndarray, shape (2 n + 1,)
-        Heights of a periodic line, repeated once.
-    spacing, way, memory : float
-        dx, length of a step, and l.
-    goal, level : float
-        Impulse per step, and initial level.
-    springs : ndarray, shape (n,)
-        Initial deflections w, overwritten.
-    rows : ndarray, shape (8, steps)
-        Output: sums of the steps, levels, and finally stored energy.
+    The heights of the line (2 n + 1) are one period, repeated once; `way` is the length of a step,
+    `memory` is l, `goal` the impulse per step. `springs` (n,) are the initial deflections w,
+    overwritten; `rows` (8, steps) receives sums of the steps, levels, stored energies.
     """
     n = springs.size
     moved, sums, cells = np.empty(n), np.empty(_SUMS), way / spacing

@@ -37,13 +37,10 @@ class PrintedSliding:
         F_x of step 13, forces times the central difference.
     conjugate_force : ndarray
         The same forces times dz/dx of their springs: their work over the distance.
-    level : ndarray
-        Z0.
-    contact_count : ndarray of int
-        N.
+    level, contact_count : ndarray
+        Z0 and N.
     tensile_count : ndarray of int
-        Springs in tension after the shift of the level, because the contact set is that of the old
-        level.
+        Springs in tension after the shift of the level, as the contact set is that of the old one.
     relaxation_number : float
         G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above 1
         and diverge above 2.
@@ -63,10 +60,7 @@ class PrintedSliding:
     def friction_coefficient(self, steps: int | None = None) -> float:
         """Return step 14: mean of F_x/F_N over the last steps; the print includes the transient.
 
-        Raises
-        ------
-        ConvergenceError
-            If no step was completed.
+        Raises ConvergenceError if no step was completed.
         """
         part = self.tangential_force[-steps:] if steps else self.tangential_force
         if part.size == 0:
@@ -85,26 +79,14 @@ def slide_as_printed(
     steps: int,
     level: float | None = None,
 ) -> PrintedSliding:
-    """Solve the sliding of a rough line under Kelvin-Voigt springs as printed in Problem 1.
+    """Solve the sliding of one periodic line under Kelvin-Voigt springs as printed in Problem 1.
 
-    Step 10: Z0 = 3 times the rms height by default; z_i = h_i where h_i >= Z0 and (not stated in
-    the print) z_i = Z0 elsewhere. Step 11: dt = dx/v. Step 12: points with h_i >= z_i join, those
-    in contact remain while their force is positive, the others relax by one explicit step towards
-    the old level; then the level is shifted for the points in contact. Step 13 takes the forces
-    after the shift, which add up to F_N, and the line's central difference.
-
-    Parameters
-    ----------
-    line : RoughLines
-        A single periodic line, heights relative to its mean.
-    material : Prony
-        `materials.kelvin_voigt`: G and eta.
-    speed, force : float
-        v, F_N.
-    steps : int
-        Number of steps.
-    level : float, optional
-        Initial Z0 instead of 3 rms, above which many lines have no point.
+    Step 10: Z0 = 3 times the rms height above the mean by default (many lines have no point there);
+    z_i = h_i where h_i >= Z0 and (not stated in the print) z_i = Z0 elsewhere. Step 11: dt = dx/v.
+    Step 12: points with h_i >= z_i join, those in contact remain while their force is positive, the
+    others relax by one explicit step towards the old level; then the level is shifted for the
+    points in contact. Step 13 takes the forces after the shift, which add up to F_N, and the line's
+    central difference.
 
     Examples
     --------

@@ -43,16 +43,12 @@ class SteadySliding:
 
     Attributes
     ----------
-    friction_coefficient : ndarray
-        F_x/F.
-    force, tangential_force : ndarray
-        F and F_x on the whole line.
+    friction_coefficient, force, tangential_force : ndarray
+        F_x/F, F and F_x on the whole line.
     penetration : ndarray
         Depth of the line's highest point below the level of the rubber.
-    contact_length, contact_area : ndarray
-        sum l_j and (pi/4) sum l_j^2 (19.29) over the connected contacts.
-    contact_count : ndarray of int
-        Their number.
+    contact_length, contact_area, contact_count : ndarray
+        sum l_j and (pi/4) sum l_j^2 (19.29) over the connected contacts, and their number.
     dissipation : ndarray
         Energy that the material dissipates over one period, summed from its dashpots.
     energy_error : ndarray
@@ -81,7 +77,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     ----------
     lines : RoughLines
         Heights in the order in which a point of the rubber passes them. A free line meets rubber at
-        rest; its contact must be inside the line.
+        rest; its contact must be inside the line, else ConvergenceError.
     material : Prony
         Shear modulus with G_inf > 0 (a fluid cannot carry a steady load); nu = 1/2.
     speed : array_like, shape (k,) or float
@@ -89,11 +85,6 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     load : LoadPath
         ``"force"`` F > 0 on the line, or ``"penetration"``, the depth of its highest point below
         the level of the rubber: one value for all speeds, or one per speed.
-
-    Raises
-    ------
-    ConvergenceError
-        If a force could not be met, or the contact of a free line reaches its end.
 
     Examples
     --------

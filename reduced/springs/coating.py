@@ -23,17 +23,9 @@ from reduced.arguments import poisson_faults, positive_faults, refuse
 class Coatings:
     """Layers from the surface down, on a half-space.
 
-    Parameters
-    ----------
-    moduli : sequence of float
-        E* of each layer.
-    base : float
-        E* of the half-space below; inf for a rigid base.
-    poisson_ratio : float
-        Of the uppermost layer.
+    E* of the layers and of the base below (inf: rigid); Poisson's ratio is that of the uppermost
+    layer.
 
-    Examples
-    --------
     >>> coated = Coatings([1.0], [4.0], 1.0, 0.3)
     >>> np.round(coated.modulus(np.array([1e-6, 1e6])), 4)
     array([4., 1.])

@@ -21,16 +21,10 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 class Half(NamedTuple):
-    """Cubics of a half line from the axis outwards, n knots.
+    """Cubics of a half line from the axis outwards: n knots x with heights g, n - 1 cells.
 
-    Attributes
-    ----------
-    x, heights : ndarray, shape (n,)
-        Knots from x = 0, and g there.
-    start, end : ndarray, shape (n - 1,)
-        Slopes m_0, m_1 at the ends of the cells.
-    first, second : ndarray, shape (n,)
-        int g dx and int g^2 dx from 0 to every knot.
+    `start` and `end` are the slopes m_0, m_1 of the cells, `first` and `second` int g dx and
+    int g^2 dx from 0 to every knot.
     """
 
     x: np.ndarray
@@ -60,15 +54,7 @@ def half_line(x: np.ndarray, heights: np.ndarray, slopes: np.ndarray) -> Half:
 
 @njit(cache=True)
 def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
-    """Add contact length, F/E* and energy/E* of the half line at penetrations d > 0 to `out`.
-
-    Parameters
-    ----------
-    d : ndarray, shape (k,)
-        Penetrations.
-    out : ndarray, shape (3, k)
-        Length, force, energy.
-    """
+    """Add contact length, F/E* and energy/E* of the half line at d > 0 (k,) to `out` (3, k)."""
     x, heights, starts, ends, first, second = half  # read once, not for every load
     last = starts.size - 1
     for k in range(d.size):

@@ -20,18 +20,9 @@ _NEWTON = 100
 class Indentation:
     """Load curve of a single contact on springs; all arrays have shape (k,).
 
-    Attributes
-    ----------
-    penetration, force, contact_radius : ndarray
-        d, F and half the contact length.
-    stiffness : ndarray
-        dF/dd on the fixed contact set, 2 E* a ((19.13), (19.14)).
-    energy : ndarray
-        Elastic energy of the springs, the integral of F over d.
-    spacing : float
-        Distance dx of the springs.
-    springs : int
-        Number of springs in contact at the largest load.
+    Stiffness is dF/dd on the fixed contact set, 2 E* a ((19.13), (19.14)); energy that of the
+    springs, the integral of F over d. `spacing` is dx, `springs` the number in contact at the
+    largest load.
     """
 
     penetration: np.ndarray
@@ -44,22 +35,10 @@ class Indentation:
 
 
 def indent(springs: Springs, load: Load) -> Indentation:
-    """Solve the contact of a profile on springs, for all loads at once.
+    """Solve the contact of a profile on springs, for all penetrations or forces at once.
 
     A prescribed force is met by the discrete law, not by its continuum limit. Every operation is
     homogeneous in length and modulus and every tolerance relative, so units do not matter.
-
-    Parameters
-    ----------
-    springs : Springs
-        The profile, and the springs under it.
-    load : Load
-        Penetrations or forces, shape (k,).
-
-    Raises
-    ------
-    ConvergenceError
-        If the profile is not monotone, or the inversion of the force fails.
 
     Examples
     --------

@@ -30,20 +30,7 @@ class Springs:
     - ``"nodal"``: the chapter's sums, F = E* dx sum (d - g_i) over springs with g_i < d, and
       a = dx/2 times their number: dx^2 in F and dx in a.
 
-    Parameters
-    ----------
-    profile : Profile
-        Equivalent profile g(x), see `profiles`.
-    effective_modulus : float
-        E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
-    per_radius : int
-        Springs per contact radius at the largest load, >= 1.
-    spacing : float, optional
-        dx, instead of `per_radius`; at most the contact radius at the largest load.
-    edges : {"sub_cell", "nodal"}
-        The discrete law.
-    offset : float
-        Position of the first spring right of the axis, in [0, 1) spacings.
+    E*, the effective modulus, is 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
     """
 
     profile: Profile
@@ -81,16 +68,8 @@ def row_faults(
 class NodalLine:
     """Springs at (i + offset) dx without interpolation, for the chapter's sums.
 
-    A spring is in contact if g(x_i) < d, not if it is only touched.
-
-    Parameters
-    ----------
-    profile : Profile
-        Equivalent profile.
-    spacing, offset : float
-        dx, and the position of the first spring right of the axis in units of dx.
-    largest : float
-        Contact radius at the largest load; a few more springs are kept.
+    A spring is in contact if g(x_i) < d, not if it is only touched. Springs reach a few beyond
+    `largest`, the contact radius at the largest load.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:

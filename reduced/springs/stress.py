@@ -12,7 +12,7 @@ from reduced.profiles.section import Profile
 def abel(
     profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
 ) -> np.ndarray:
-    """Return the pressure under an axisymmetric body, exact for every profile.
+    """Return the pressure at radii r under an axisymmetric body, exact for every profile.
 
     p(r) = (E*/pi) [ int_r^a g'(x)/sqrt(x^2 - r^2) dx + (d - g(a))/sqrt(a^2 - r^2) ]
 
@@ -21,29 +21,6 @@ def abel(
     cylinder use closed forms, tables elliptic kernels per segment, all others the substitution
     x^2 = r^2 + w^2 and double-exponential panels between the breakpoints (1e-12).
 
-    Parameters
-    ----------
-    profile : Profile
-        Equivalent profile g(x).
-    effective_modulus : float
-        E*.
-    penetration : float
-        d > 0.
-    r : ndarray
-        Radii >= 0, any shape; the pressure is 0 for r >= a.
-
-    Returns
-    -------
-    ndarray
-        Pressure, shape of r.
-
-    Raises
-    ------
-    ConvergenceError
-        If the quadrature fails.
-
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import paraboloid
     >>> p = abel(paraboloid(1.0), 1.0, 0.01, np.array([0.0, 0.1]))
     >>> bool(abs(p[0] - 2 * 0.1 / np.pi) < 1e-15), float(p[1])  # p0 = 2 E* a/(pi R)
@@ -90,23 +67,11 @@ def local_rule(
     """Return the pressure by the local rule (19.37), sigma = f sqrt(2)/(pi dx sqrt(delta R1)).
 
     f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r) the
-    radius of curvature of the one-dimensional profile at the spring. Exact for the paraboloid only;
-    for f ~ r^4 it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. The rule is
-    undefined where the profile is straight or concave or its curvature is unknown.
-
-    Parameters
-    ----------
-    profile, effective_modulus, penetration, r
-        As for `abel`.
-    spacing : float
-        dx; it cancels, and is included to show the rule as printed.
-
-    Returns
-    -------
-    pressure : ndarray
-        Shape of r; 0 outside the contact and where the rule is undefined.
-    valid : ndarray of bool
-        False inside the contact where the rule is undefined.
+    radius of curvature of the one-dimensional profile at the spring; dx cancels, and is included to
+    show the rule as printed. Exact for the paraboloid only; for f ~ r^4 it gives 0.18 of the
+    pressure at r = 0.05 a and 1.7 times it at 0.9 a. Returns also where it is defined: not where
+    the profile is straight or concave or its curvature is unknown (pressure 0), everywhere out of
+    contact.
     """
     r, a = _check(profile, effective_modulus, penetration, r)
     refuse(positive_faults(spacing=spacing))
@@ -133,16 +98,6 @@ def one_radius_rule(
     paraboloid, and for the flat punch gives the uniform mean pressure 2 E* d/(pi a); the chapter
     does not say which radius applies if the curvature varies.
 
-    Parameters, errors
-        As for `abel`, except that the tip of a cone is no error.
-
-    Returns
-    -------
-    ndarray
-        Pressure, shape of r; 0 for r >= a.
-
-    Examples
-    --------
     >>> from reduced.profiles.equivalents import cylinder
     >>> p = one_radius_rule(cylinder(1.0), 1.0, 0.5, np.array([0.3]))
     >>> bool(abs(p[0] - 1 / np.pi) < 1e-15)
