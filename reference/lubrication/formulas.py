@@ -25,8 +25,8 @@ long cylinder, and carried through (Snoeijer, Eggers & Venner, Phys. Fluids 25 (
 
 so that h_c/R goes as 3.55 (eta U/(E' R))^0.6 (W/(E' R^2))^-0.133.
 
-**Rough plane**, flow factors of `lubrication.plane` for heights of rms s times the mean gap whose
-waves have <cos^2> = c with the flow, to second order (Elrod 1979, Tripp 1983): pressure
+**Rough plane**, flow factors of `lubrication.rough_planes` for heights of rms s times the mean gap
+whose waves have <cos^2> = c with the flow, to second order (Elrod 1979, Tripp 1983): pressure
 1 + 3 s^2 (1 - 3 c), sliding 1 - 3 s^2 c. From div h^3 grad p = 0 with h = 1 + d, p = -x + p1:
 p1 = -3i q_x d/q^2, and <h^3 dp/dx> = -(1 + 3 <d^2> - 9 <d^2 cos^2>). A fit, isotropic: 1 - 0.90
 exp(-0.56/s) (Patir & Cheng 1978). An effective medium of conductances h^3, which closes where half
@@ -57,13 +57,6 @@ SMALLEST = 3.0
 @dataclass(frozen=True)
 class SoftFit:
     """Hamrock & Dowson's film of a soft ball.
-
-    Parameters
-    ----------
-    radius, effective_modulus : float
-        R and E*.
-    viscosity : float
-    load : float
 
     Examples
     --------
@@ -111,10 +104,7 @@ def contact_length(
 ) -> float:
     """Return l = a + sqrt(2 R h0), within which a film carries its load.
 
-    Raises
-    ------
-    ValueError
-        If the ball is no paraboloid as far as that: where it is less than three lengths large.
+    Refused where the ball is no paraboloid as far as that: less than three lengths large.
     """
     length = hertz_radius(radius, effective_modulus, load) + np.sqrt(2 * radius * rigid_film)
     if length * SMALLEST > radius:
@@ -158,18 +148,8 @@ def squeezed_film(radius: float, viscosity: float, speed: float, load: float) ->
 def second_order_factors(roughness: float, along: float = 0.5) -> tuple[float, float]:
     """Return the flow factors of pressure and of sliding, to second order in the heights.
 
-    Parameters
-    ----------
-    roughness : float
-        Rms height over mean gap.
-    along : float
-        Mean cos^2 of the angle between waves and flow: one half where isotropic, one for crests
-        across the flow.
-
-    Raises
-    ------
-    ValueError
-        If `roughness` is negative, or `along` not in [0, 1].
+    `roughness` is rms height over mean gap, `along` the mean cos^2 of the angle between waves and
+    flow: one half where isotropic, one for crests across the flow.
     """
     faults = [] if 0 <= roughness < np.inf else ["roughness must be finite and not negative"]
     faults += [] if 0 <= along <= 1 else [f"along must lie in [0, 1], not {along!r}"]
@@ -179,12 +159,9 @@ def second_order_factors(roughness: float, along: float = 0.5) -> tuple[float, f
 
 
 def patir_cheng_factor(roughness: float) -> float:
-    """Return the pressure factor of an isotropic Gaussian surface, a fit for s up to 2.
+    """Return the pressure factor of an isotropic Gaussian surface, a fit.
 
-    Raises
-    ------
-    ValueError
-        If s, rms height over mean gap, is not positive.
+    For rms heights up to twice the mean gap.
     """
     refuse(positive_faults(roughness=roughness))
     return 1 - 0.90 * float(np.exp(-0.56 / roughness))
@@ -193,15 +170,7 @@ def patir_cheng_factor(roughness: float) -> float:
 def effective_medium_factor(gaps: ArrayLike) -> float:
     """Return the pressure factor of gaps that lie beside each other at random.
 
-    Parameters
-    ----------
-    gaps : array_like
-        Of areas of one size, in any unit; zero in contact.
-
-    Raises
-    ------
-    ValueError
-        If there are none, or one is negative or not finite.
+    Gaps are those of areas of one size, in any unit; zero in contact.
 
     Examples
     --------

@@ -14,15 +14,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import LinearOperator, SuperLU, gmres, splu
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.errors import ConvergenceError
-from reference.lubrication.reynolds import Film
-from reference.lubrication.surface import Surface
-from reference.lubrication.transport import Entrainment, State, Transport
+from reference.halfspace.operators import FreeOperator
+from reference.lubrication.film_cells import FilmCells
+from reference.lubrication.reynolds import Film, FilmState, Transport, factors
 
 Field = NDArray[np.float64]
 
+# How far pressure on a cell bends the surface in `BentSurface.near`, in cells.
+_NEXT = 1
 # Of its thickness anywhere, the film keeps at least this share in one step of Newton's method.
 _KEPT = 0.35
 _ROUNDS = 30
@@ -38,49 +40,77 @@ _STALLED = 8
 _NEAR = 1e-6
 
 
-def rigid_film_at(film: Film, separation: float, speed: float, tolerance: float = 1e-12) -> State:
-    """Return the film between rigid bodies at a given distance, drawn along at L.
+class BentSurface:
+    """The elastic half-space below the equal cells of a film; beyond them a point load bends it.
 
-    With the gap given the equations are linear but for where the film ruptures: each round solves
-    them for the cells that were full in the one before. It ends where none switches, or where only
-    pressures do that are zero to round-off.
-
-    Raises
-    ------
-    ConvergenceError
-        If full and ruptured cells do not settle.
+    compliance : float
+        1/E*; zero for a rigid surface.
+    load : float
+        What the film carries, which bends the surroundings as u = F/(pi E* r).
     """
-    rigid = np.zeros(film.gap.shape)
-    flow = Entrainment(speed)
-    gap = film.thickness(separation, rigid)
-    full = (film.cells.centres[0] < 0) & (gap < film.inlet)
-    state = State(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), separation, rigid)
-    history: list[float] = []
-    # oil that does not fit through fills the gap upstream, a cell in each round
-    for rounds in range(_ROUNDS + film.gap.shape[0]):
-        slopes = flow.slopes(film, state)
-        change = _factors(slopes.s).solve(flow.balance(film, state).ravel())
-        s = state.s - change.reshape(rigid.shape)
-        switched = np.count_nonzero((s > 0) != (state.s > 0))
-        state = replace(state, s=s)
-        error = float(np.abs(flow.balance(film, state) / flow.carried(film, state)).max())
-        history.append(error)
-        if not switched or error <= tolerance:
-            return replace(state, error=error, rounds=rounds + 1, history=history)
-    raise ConvergenceError("full and ruptured film do not settle", history)
+
+    def __init__(self, cells: FilmCells, compliance: float, load: float) -> None:
+        self.cells, self.compliance, self.load = cells, compliance, load
+        self.far = np.zeros(cells.shape)
+        if not compliance:
+            return
+        nx, ny = cells.core_shape
+        self.body = FreeOperator((nx, ny * cells.copies), cells.spacing, 1 / compliance)
+        x, y = cells.centres
+        self.far = load * compliance / (np.pi * np.hypot(x, y))
+        self.far[cells.core] = 0.0
+
+    def under(self, load: float) -> BentSurface:
+        """Return the same surface under another load."""
+        other = copy(self)
+        other.load, other.far = load, self.far * (load / self.load)
+        return other
+
+    def displacement(self, pressure: Field) -> Field:
+        """Return the displacement of all cells under a pressure."""
+        return self.far + self.respond(pressure)
+
+    def respond(self, pressure: Field) -> Field:
+        """Return the displacement of the equal cells under the pressure on them."""
+        result = np.zeros(self.cells.shape)
+        if not self.compliance:
+            return result
+        core = pressure[self.cells.core]
+        if not self.cells.mirrored:
+            result[self.cells.core] = self.body.apply(core)
+            return result
+        whole = self.body.apply(np.concatenate([core[:, ::-1], core], axis=1))
+        result[self.cells.core] = whole[:, core.shape[1] :]
+        return result
+
+    def near(self) -> sparse.csr_matrix:
+        """Return the displacement under pressure on the next cells only, as a matrix."""
+        size = self.far.size
+        if not self.compliance:
+            return sparse.csr_matrix((size, size))
+        index = np.arange(size).reshape(self.cells.shape)[self.cells.core]
+        weights = self.body.coefficients((_NEXT + 1, _NEXT + 1))
+        if self.cells.mirrored:
+            # rows of images beyond the axis: the pressure of row k lies at -1 - k, too
+            index = np.concatenate([index[:, _NEXT - 1 :: -1], index], axis=1)
+        first = _NEXT if self.cells.mirrored else 0
+        rows, columns, values = [], [], []
+        nx, ny = index.shape
+        for i in range(-_NEXT, _NEXT + 1):
+            for j in range(-_NEXT, _NEXT + 1):
+                x, y = np.arange(max(0, -i), nx - max(0, i)), np.arange(first, ny - max(0, j))
+                y = y[y + j >= 0]
+                rows.append(index[np.ix_(x, y)].ravel())
+                columns.append(index[np.ix_(x + i, y + j)].ravel())
+                values.append(np.full(rows[-1].size, weights[abs(i), abs(j)]))
+        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+        return sparse.coo_matrix(entries, shape=(size, size)).tocsr()
 
 
 class LoadedFilm:
-    """A film between bodies pressed together by a load.
+    """A film between bodies pressed together by a load."""
 
-    Parameters
-    ----------
-    film : Film
-    surface : Surface
-    load : float
-    """
-
-    def __init__(self, film: Film, surface: Surface, load: float) -> None:
+    def __init__(self, film: Film, surface: BentSurface, load: float) -> None:
         self.film, self.surface, self.load = film, surface, load
         self.near = surface.near()
 
@@ -93,7 +123,7 @@ class LoadedFilm:
 
     # overflows are detected in the error and reported
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
-    def solve(self, flow: Transport, start: State, tolerance: float = 1e-10) -> State:
+    def solve(self, flow: Transport, start: FilmState, tolerance: float = 1e-10) -> FilmState:
         """Return the film that flows so, from a state nearby.
 
         Raises
@@ -101,146 +131,91 @@ class LoadedFilm:
         ConvergenceError
             With the history of errors.
         """
+        film, cells = self.film, self.film.cells
+
+        def jacobian(vector: Field) -> Field:
+            change, rise = vector[:-1], vector[-1]
+            pressed = (positive * change).reshape(cells.shape)
+            bent = slopes.displacement @ self.surface.respond(pressed).ravel()
+            mass = slopes.s @ change + bent + slopes.separation * rise
+            return np.append(mass, push @ change) / scale
+
+        def precondition(vector: Field) -> Field:
+            """Eliminate the separation by the force."""
+            right = vector * scale
+            part = solver.solve(right[:-1])
+            rise = (push @ part - right[-1]) / weight
+            return np.append(part - rise * response, rise)
+
         state = replace(start, displacement=self.surface.displacement(start.pressure))
         history: list[float] = []
-        step: _Step | None = None
+        factored: Field | None = None
+        counts: list[float] = []
         for rounds in range(_ROUNDS):
-            mass = flow.balance(self.film, state)
-            force = float((state.pressure * self.film.cells.area).sum() - self.load)
-            imbalance = float(np.abs(mass / self.through(flow, state)).max())
-            error = max(imbalance, abs(force) / self.load)
+            # Balances of mass and of forces. Mass is compared with what flows through a cell: far
+            # out, where the gap is wide, pressures that are zero to round-off drive more than the
+            # surfaces carry.
+            mass = flow.balance(film, state)
+            force = float((state.pressure * cells.area).sum() - self.load)
+            through = flow.carried(film, state) + film.driven(state)
+            error = max(float(np.abs(mass / through).max()), abs(force) / self.load)
             history.append(error)
             if error <= tolerance:
                 return replace(state, error=error, rounds=rounds, history=history)
             stalled = len(history) > _STALLED and error > history[-1 - _STALLED] > 1
             if stalled or not error <= _LOST * min(history):
                 break
-            if step is None or step.stale(state):
-                step = _Step(self, flow, state)
-            else:
-                step.renew(state)
-            change = step.solve(mass, force, min(1e-2, 0.1 * error), 0.1 * tolerance)
-            state = self._moved(flow, state, *change)
+            # Derivatives. Rows count as their errors do: flows of far cells are larger by digits.
+            slopes = flow.slopes(film, state)
+            scale = np.append(through.ravel(), self.load)
+            positive = (state.s > 0).ravel().astype(float)
+            push = cells.area.ravel() * positive
+            # The factorisation is renewed where GMRES is slow, and where cells rupture or heal.
+            slow = len(counts) > _PATIENCE
+            if factored is None or slow or np.count_nonzero(positive != factored) > _SWITCHED:
+                near = slopes.displacement @ self.near @ sparse.diags(positive)
+                solver, factored = factors(slopes.s + near), positive
+                response = solver.solve(slopes.separation)
+                weight = float(push @ response)
+            # GMRES ends at its preconditioned residual, so that the true one may miss the accuracy:
+            # the next round makes up for it, the factorisation is no worse.
+            counts, size = [], mass.size + 1
+            step, _ = gmres(
+                LinearOperator((size, size), jacobian),
+                -np.append(mass.ravel(), force) / scale,
+                M=LinearOperator((size, size), precondition),
+                rtol=min(1e-2, 0.1 * error),
+                atol=0.1 * tolerance,
+                restart=_MOST,
+                maxiter=1,
+                callback=counts.append,
+                callback_type="pr_norm",
+            )
+            state = self._moved(flow, state, step[:-1].reshape(mass.shape), float(step[-1]))
+        near_the_end = min(history) < _NEAR
+        reason = "stagnates at round-off" if near_the_end else "too thin for its cells"
         raise ConvergenceError(
             f"the film is balanced to {history[-1]:.1e}, not to {tolerance:.0e}, after "
-            f"{len(history)} rounds: {_reason(history)}",
+            f"{len(history)} rounds: {reason}",
             history,
         )
 
-    def through(self, flow: Transport, state: State) -> Field:
-        """Return what flows through each cell, which its balance is compared with.
-
-        Far out, where the gap is wide, pressures that are zero to round-off drive more than the
-        surfaces carry.
-        """
-        driven = self.film.driven(state.pressure, state.separation, state.displacement)
-        return flow.carried(self.film, state) + driven
-
-    def _moved(self, flow: Transport, state: State, change: Field, rise: float) -> State:
+    def _moved(self, flow: Transport, state: FilmState, change: Field, rise: float) -> FilmState:
         """Return the state after a step, shortened where the film would become too thin."""
-        before = self.film.thickness(state.separation, state.displacement)
-        share = 1.0
+        before, share = self.film.thickness(state), 1.0
         for _ in range(30):
-            s, separation = (
-                _crossed(state.s, state.s + share * change),
-                state.separation + share * rise,
+            s = state.s + share * change
+            # A cell that ruptures or heals halts at zero. A slope of p says nothing of theta, nor
+            # the reverse: far before the contact p is 1e-9 of theta.
+            s = np.where((state.s > 0) != (s > 0), np.copysign(np.finfo(float).tiny, s), s)
+            moved = replace(
+                state,
+                s=s,
+                separation=state.separation + share * rise,
+                displacement=self.surface.displacement(np.maximum(s, 0.0)),
             )
-            displacement = self.surface.displacement(np.maximum(s, 0.0))
-            thick = (self.film.thickness(separation, displacement) > _KEPT * before).all()
-            if thick and flow.admits(separation):
+            thick = (self.film.thickness(moved) > _KEPT * before).all()
+            if thick and flow.admits(moved.separation):
                 break
             share /= 2
-        return replace(state, s=s, separation=separation, displacement=displacement)
-
-
-def _crossed(before: Field, after: Field) -> Field:
-    """Return a step's s, halted at zero where a cell ruptures or heals.
-
-    A slope of p says nothing of theta, nor the reverse: far before the contact p is 1e-9 of theta.
-    """
-    return np.where((before > 0) != (after > 0), np.copysign(np.finfo(float).tiny, after), after)
-
-
-def _reason(history: list[float]) -> str:
-    """Return why Newton's method ended: it came near and stands still, or never did."""
-    return "stagnates at round-off" if min(history) < _NEAR else "too thin for its cells"
-
-
-class _Step:
-    """A step of Newton's method, and the factorisation that finds it."""
-
-    def __init__(self, loaded: LoadedFilm, flow: Transport, state: State) -> None:
-        self.loaded, self.flow = loaded, flow
-        self.slow = False
-        self.renew(state)
-        near = self.slopes.displacement @ loaded.near @ sparse.diags(self.positive)
-        self.factors = _factors(self.slopes.s + near)
-        self.factored = self.positive
-        self.response = self.factors.solve(self.slopes.separation)
-        self.weight = float(self.push @ self.response)
-
-    def stale(self, state: State) -> bool:
-        """Whether the factorisation is of a film too different from a state."""
-        switched = np.count_nonzero((state.s > 0).ravel() != (self.factored > 0))
-        return self.slow or bool(switched > _SWITCHED)
-
-    def renew(self, state: State) -> None:
-        """Take the derivatives of another state; the factorisation stays."""
-        self.slopes = self.flow.slopes(self.loaded.film, state)
-        # rows count as their errors do: a far cell's flow is larger by many digits
-        self.scale = np.append(self.loaded.through(self.flow, state).ravel(), self.loaded.load)
-        self.positive = (state.s > 0).ravel().astype(float)
-        self.push = self.loaded.film.cells.area.ravel() * self.positive
-
-    def solve(
-        self, mass: Field, force: float, accuracy: float, floor: float
-    ) -> tuple[Field, float]:
-        """Return the changes of s and of the separation.
-
-        `accuracy` is relative, `floor` what the errors need not fall below. GMRES ends at its
-        preconditioned residual, so that the true one may miss the accuracy: the next round of
-        Newton's method makes up for it, the factorisation is no worse.
-        """
-        size = mass.size + 1
-        counts: list[float] = []
-        answer, _ = gmres(
-            LinearOperator((size, size), self._apply),
-            -np.append(mass.ravel(), force) / self.scale,
-            M=LinearOperator((size, size), self._precondition),
-            rtol=accuracy,
-            atol=floor,
-            restart=_MOST,
-            maxiter=1,
-            callback=counts.append,
-            callback_type="pr_norm",
-        )
-        self.slow = len(counts) > _PATIENCE
-        return answer[:-1].reshape(mass.shape), float(answer[-1])
-
-    def _apply(self, vector: Field) -> Field:
-        change, rise = vector[:-1], vector[-1]
-        pressed = (self.positive * change).reshape(self.loaded.film.cells.shape)
-        displacement = self.loaded.surface.respond(pressed).ravel()
-        mass = (
-            self.slopes.s @ change
-            + self.slopes.displacement @ displacement
-            + self.slopes.separation * rise
-        )
-        return np.append(mass, self.push @ change) / self.scale
-
-    def _precondition(self, vector: Field) -> Field:
-        """Eliminate the separation by the force."""
-        right = vector * self.scale
-        part = self.factors.solve(right[:-1])
-        rise = (self.push @ part - right[-1]) / self.weight
-        return np.append(part - rise * self.response, rise)
-
-
-def _factors(matrix: sparse.spmatrix) -> SuperLU:
-    """Factorise a matrix whose pattern is symmetric; its ordering halves time and memory."""
-    return splu(
-        matrix.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.01,
-        options={"SymmetricMode": True},
-    )
+        return moved

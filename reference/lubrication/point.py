@@ -1,4 +1,4 @@
-"""A ball on a lubricated half-space: entrained steadily, or approaching it.
+"""A smooth or rough ball on a lubricated half-space: entrained steadily, or approaching it.
 
 Everything is solved in units of the contact: lengths in l = a + c with Hertz's radius a and the
 reach c = sqrt(2 R h0) of a rigid ball's pressure, films in l^2/R, pressure in F/l^2. Two numbers
@@ -7,7 +7,7 @@ are left: 12 eta U R^2/(F l), of an approach 12 eta V R^3/(F l^2), and F R/(E* l
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +16,9 @@ from scipy.interpolate import Akima1DInterpolator
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
-from reference.lubrication.cells import Cells, around_point
-from reference.lubrication.loaded import LoadedFilm, rigid_film_at
-from reference.lubrication.reynolds import Film
-from reference.lubrication.surface import Surface
-from reference.lubrication.transport import Approach, Entrainment, State
-from reference.lubrication.waves import Waves, faded
+from reference.lubrication.film_cells import around_point
+from reference.lubrication.loaded import BentSurface, LoadedFilm
+from reference.lubrication.reynolds import Approach, Entrainment, Film, FilmState, rigid_film_at
 
 Field = NDArray[np.float64]
 
@@ -46,25 +43,78 @@ _BALANCED, _ROUGHLY = 1e-10, 1e-3
 _TINY = float(np.finfo(float).tiny)
 # Film of the start, in units of the displacement of the surface.
 _STIFF = 8.0
+# The shortest wave is one of the lattice whatever the unit of both lengths makes of their ratio.
+_ROUNDED = 1e-12
+
+
+@dataclass(frozen=True)
+class SurfaceWaves:
+    """Heights sum a cos(k x + m y + phase), positive towards the other body.
+
+    All of shape (n,), k and m in radians per length; exact at every point of any grid.
+
+    Examples
+    --------
+    >>> float(waviness(1e-6, 1e-3).at(np.zeros((1, 1)), np.zeros((1, 1)))[0, 0])
+    1e-06
+    """
+
+    heights: Field = field(repr=False)
+    along: Field = field(repr=False)
+    across: Field = field(repr=False)
+    phases: Field = field(repr=False)
+
+    @property
+    def shortest(self) -> float:
+        """The shortest wavelength."""
+        return float(2 * np.pi / np.hypot(self.along, self.across).max())
+
+    @property
+    def even(self) -> bool:
+        """Whether the heights are even in y."""
+        return bool((self.across == 0).all() or ((self.along == 0) & (self.phases == 0)).all())
+
+    def at(self, x: Field, y: Field) -> Field:
+        """Return the heights on an open mesh: x of shape (nx, 1), y of shape (1, ny)."""
+        along = self.heights * np.exp(1j * (np.outer(x, self.along) + self.phases))
+        across = np.exp(1j * np.outer(self.across, y))
+        return np.real(along @ across)
+
+
+def waviness(amplitude: float, wavelength: float, crests: str = "across") -> SurfaceWaves:
+    """Return a single wave with a crest in the middle, across the flow (along y) or along it."""
+    refuse(positive_faults(amplitude=amplitude, wavelength=wavelength))
+    number = 2 * np.pi / wavelength
+    along, across = (number, 0.0) if crests == "across" else (0.0, number)
+    return SurfaceWaves(*(np.array([v]) for v in (amplitude, along, across, 0.0)))
+
+
+def self_affine(
+    rms_height: float, hurst: float, longest: float, shortest: float, seed: int = 0
+) -> SurfaceWaves:
+    """Return waves on a lattice of period `longest`, of height q^-(1 + H) and random phase."""
+    refuse(positive_faults(rms_height=rms_height, longest=longest, shortest=shortest))
+    ratio = longest / shortest * (1 + _ROUNDED)
+    most = int(ratio)
+    i, j = np.meshgrid(np.arange(0, most + 1), np.arange(-most, most + 1), indexing="ij")
+    # one of each pair q, -q
+    chosen = (i**2 + j**2 <= ratio**2) & ((i > 0) | (j > 0))
+    i, j = i[chosen].astype(np.float64), j[chosen].astype(np.float64)
+    refuse([] if i.size else [f"longest must be at least shortest = {shortest!r}, not {longest!r}"])
+    heights = np.hypot(i, j) ** -(1 + hurst)
+    heights *= rms_height / np.sqrt((heights**2).sum() / 2)
+    phases = np.random.default_rng(seed).uniform(0, 2 * np.pi, i.size)
+    unit = 2 * np.pi / longest
+    return SurfaceWaves(heights, np.multiply(unit, i), np.multiply(unit, j), phases)
 
 
 @dataclass(frozen=True)
 class Ball:
-    """A ball of radius R on an elastic half-space under oil.
+    """A ball of radius R on an elastic half-space (E* infinite: rigid) under oil.
 
-    Parameters
-    ----------
-    radius : float
-    effective_modulus : float
-        E*; infinite for rigid bodies.
-    viscosity : float
-    load : float
-        F.
-    meniscus : float
-        Distance from the middle at which the oil before the ball begins to fill the gap, more than
-        Hertz's radius; by default the ball is flooded as far as it reaches.
-    waves : Waves, optional
-        What makes it rough, up to 1.5 l: heights over the ball, which is at rest.
+    `meniscus` is the distance from the middle at which the oil before the ball begins to fill the
+    gap, more than Hertz's radius; by default the ball is flooded as far as it reaches. `waves` make
+    it rough, up to 1.5 l: heights over the ball, which is at rest.
     """
 
     radius: float
@@ -72,7 +122,7 @@ class Ball:
     viscosity: float
     load: float
     meniscus: float = np.inf
-    waves: Waves | None = None
+    waves: SurfaceWaves | None = None
 
     def __post_init__(self) -> None:
         faults = positive_faults(radius=self.radius, viscosity=self.viscosity, load=self.load)
@@ -98,8 +148,6 @@ class PointFilm:
 
     Attributes
     ----------
-    speed : float
-    film_central, film_minimum : float
     load : float
         Integral of the pressure.
     penetration : float
@@ -108,13 +156,9 @@ class PointFilm:
         Friction on the half-space: of sliding at a speed difference equal to `speed`, over r < R,
         and of the pressure's flow.
     x, y : ndarray
-        Centres of the cells.
-    core : (slice, slice)
-        The equal ones.
-    pressure, thickness, vapour, area : ndarray, shape (nx, ny)
+        Centres of the cells; `core` are the equal ones. Fields have the shape (nx, ny).
     error : float
         Largest imbalance of mass, relative, or of forces.
-    rounds : int
     """
 
     speed: float
@@ -136,23 +180,14 @@ class PointFilm:
 
 
 def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
-    """Return the steady film at one entrainment speed.
+    """Return the steady film at one entrainment speed U, the mean of both surfaces'.
 
-    The speed is lowered from where the ball is as good as rigid, on coarse cells; finer ones start
-    from the coarse film.
-
-    Parameters
-    ----------
-    ball : Ball
-    speed : float
-        U, mean of both surfaces'.
-    resolution : int
-        Cells per l = a + c.
+    On `resolution` cells per l = a + c. The speed is lowered from where the ball is as good as
+    rigid, on coarse cells; finer ones start from the coarse film. The ball must be large beside the
+    contact.
 
     Raises
     ------
-    ValueError
-        If an argument is out of range, or the ball is not large beside the contact.
     ConvergenceError
         If the film is too thin for the cells.
 
@@ -164,14 +199,37 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     13.7
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
-    rigid = formulas.sphere_film(ball.radius, ball.viscosity, speed, ball.load)
-    problem = _Scaled(ball, rigid)
+    rigid_film = formulas.sphere_film(ball.radius, ball.viscosity, speed, ball.load)
+    problem = _Scaled(ball, rigid_film)
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * problem.length)
-    levels = _doubled(resolution, problem.coarsest(resolution))
+    # cells per l, from the fewest on which a film can start to those asked for
+    coarsest: float = _COARSEST
+    if ball.waves is not None:
+        waves = problem.length / ball.waves.shortest
+        if resolution < FEWEST_PER_WAVE * waves:
+            raise ValueError(
+                f"waves of {ball.waves.shortest:.3g} need {FEWEST_PER_WAVE} cells, "
+                f"{int(np.ceil(FEWEST_PER_WAVE * waves))} per {problem.length:.3g}, "
+                f"not {resolution}"
+            )
+        coarsest = max(_COARSEST, _COARSE_WAVE * waves)
+    levels = [resolution]
+    while levels[0] >= 2 * coarsest:
+        levels.insert(0, levels[0] // 2)
+    # The film of a rigid ball at that speed or a higher one, thicker than its displacement,
+    # F/(pi E* c) with c = sqrt(2 h0); crests stay in the oil.
     grid = problem.on(levels[0])
-    films, failure = _lowered(
-        grid, [_rigid_start(grid, number)], number, finest=levels[0] == resolution
+    separation = max(
+        (number * formulas.HALF_SOMMERFELD / 12) ** 2,
+        (_STIFF * (grid.surface.compliance / np.pi) / np.sqrt(2)) ** (2 / 3),
     )
+    separation += max(0.0, -float(grid.film.gap.min()))
+    rigid = rigid_film_at(grid.film, separation, 1.0)
+    carried = float((rigid.pressure * grid.film.cells.area).sum())
+    s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)
+    start = 1 / carried, FilmState(s, separation, rigid.displacement)
+    # the speed is lowered on the coarsest cells; finer ones follow
+    films, failure = _lowered(grid, [start], number, finest=levels[0] == resolution)
     for per_length in levels[1:]:
         coarse, grid = grid, problem.on(per_length)
         starts = [(at, _prolonged(coarse, film, grid)) for at, film in films]
@@ -185,23 +243,14 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
 
 
 def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
-    """Return the film below a ball that comes from afar at a speed, when it carries the load.
+    """Return the film below a ball that comes from afar at a speed V, when it carries the load.
 
     The load grows from where the ball is as good as rigid, step by step; the film is a function of
-    it, for there is no other time.
-
-    Parameters
-    ----------
-    ball : Ball
-    speed : float
-        V, constant, at which the bodies approach far from the contact.
-    resolution : int
-        Cells per l; steps of the load are finer with it.
+    it, for there is no other time. V is constant, far from the contact; steps of the load are finer
+    with the cells per l. The ball must be large beside the contact.
 
     Raises
     ------
-    ValueError
-        If an argument is out of range, or the ball is not large beside the contact.
     ConvergenceError
         If the film is too thin for the cells.
 
@@ -218,36 +267,27 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
     problem = _Scaled(ball, rigid)
     number = 12 * ball.viscosity * speed * ball.radius**3 / (ball.load * problem.length**2)
     ratio = 1 - _FALL / resolution
-    # a rigid film thick beside what it bends, w/(pi E* c): w^(3/2) < ...
+    # a rigid film thick beside its displacement, w/(pi E* c): w^(3/2) < ...
     displacement = max(_STIFF * problem.compliance / np.pi, np.finfo(float).tiny)
     share = float(min(ratio**4, (np.pi * number / 2) ** 0.6 / displacement**0.4))
     full = problem.on(resolution, _SQUEEZED, _SQUEEZED_REACH)
+
+    def squeezed(loaded: LoadedFilm) -> FilmState:
+        """Return the film of a rigid ball under a load: p = 3 eta V R/h^2."""
+        separation = np.pi * number / (2 * loaded.load)
+        s = number / 4 / (loaded.film.gap + separation) ** 2
+        return FilmState(s, separation, loaded.surface.displacement(s))
+
     grid = full.under(share)
-    state, before = _squeezed(grid, number), _squeezed(full.under(share * ratio), number)
-    earlier: State | None = None
+    state, before = squeezed(grid), squeezed(full.under(share * ratio))
     while share < 1:
         share = min(1.0, share / ratio)
-        earlier, before, state = before, state, state
+        earlier, before = before, state
         grid = full.under(share)
         guess = before.separation - 0.8 * (earlier.separation - before.separation)
-        start = State(before.s, guess, before.displacement)
+        start = FilmState(before.s, guess, before.displacement)
         state = grid.solve(Approach(number, before, earlier), start)
     return problem.film_of(grid, state, speed)
-
-
-def _squeezed(loaded: LoadedFilm, number: float) -> State:
-    """Return the film of a rigid ball under a load: p = 3 eta V R/h^2."""
-    separation = np.pi * number / (2 * loaded.load)
-    s = number / 4 / (loaded.film.gap + separation) ** 2
-    return State(s, separation, loaded.surface.displacement(s))
-
-
-def _doubled(resolution: int, coarsest: float) -> list[int]:
-    """Return cells per l, from coarse to those asked for."""
-    levels = [resolution]
-    while levels[0] >= 2 * coarsest:
-        levels.insert(0, levels[0] // 2)
-    return levels
 
 
 class _Scaled:
@@ -260,75 +300,56 @@ class _Scaled:
         self.pressure = ball.load / length**2
         self.compliance = ball.load * ball.radius / (ball.effective_modulus * length**3)
 
-    def coarsest(self, resolution: int) -> float:
-        """Return the fewest cells per l on which a film can start.
-
-        Raises
-        ------
-        ValueError
-            If those asked for do not resolve the waves.
-        """
-        if self.ball.waves is None:
-            return _COARSEST
-        waves = self.length / self.ball.waves.shortest
-        if resolution < FEWEST_PER_WAVE * waves:
-            raise ValueError(
-                f"waves of {self.ball.waves.shortest:.3g} need {FEWEST_PER_WAVE} cells, "
-                f"{int(np.ceil(FEWEST_PER_WAVE * waves))} per {self.length:.3g}, not {resolution}"
-            )
-        return max(_COARSEST, _COARSE_WAVE * waves)
-
     def gap(self, x: Field, y: Field) -> Field:
         """Return the gap of the undeformed bodies where the smooth ball touches."""
         gap: Field = (x**2 + y**2) / 2
         if self.ball.waves is None:
             return gap
         heights = self.ball.waves.at(x * self.length, y * self.length) / self.thickness
-        return gap - faded(np.hypot(x, y)) * heights
+        # one up to l, falling smoothly to zero at 1.5 l, where the gap is wide: farther out cells
+        # grow, and would not resolve the waves
+        faded = 0.5 + 0.5 * np.cos(np.pi * np.clip(2 * np.hypot(x, y) - 2, 0, 1))
+        return gap - faded * heights
 
     def on(
         self, per_length: int, along: tuple[float, float] = _ALONG, reach: float = _REACH
     ) -> LoadedFilm:
         """Return the problem on cells, with a flooded inlet."""
         begins = self.ball.meniscus / self.length
-        rigid = 1 - self.ball.hertz_radius / self.length
-        reach = max(_AROUND, reach * rigid)
+        reach = max(_AROUND, reach * (1 - self.ball.hertz_radius / self.length))
         even = self.ball.waves is None or self.ball.waves.even
         cells = around_point(per_length, along, _ACROSS, reach, begins, even)
-        film = Film(cells, self.gap)
-        return LoadedFilm(film, Surface(cells, self.compliance, 1.0), 1.0)
+        return LoadedFilm(Film(cells, self.gap), BentSurface(cells, self.compliance, 1.0), 1.0)
 
-    def _shear(self, cells: Cells, rate: Field) -> float:
-        """Return the integral of a rate of shear over r < R, of cells that R cuts their share."""
-        x, y = cells.centres
-        end = self.ball.radius / self.length
-        inside = np.clip((end - np.hypot(x, y)) / np.maximum(*cells.widths) + 0.5, 0.0, 1.0)
-        # beyond the last cells full film before the ball alone, h = r^2/2R, where there is oil
-        full = min(end, self.ball.meniscus / self.length)
-        rest = 2 * np.pi * max(0.0, float(np.log(full / cells.x[-1])))
-        return float((cells.area * inside * rate).sum()) + rest
-
-    def film_of(self, loaded: LoadedFilm, state: State, speed: float) -> PointFilm:
+    def film_of(self, loaded: LoadedFilm, state: FilmState, speed: float) -> PointFilm:
         """Return a film in the units of the ball."""
-        cells = loaded.film.cells
-        thickness = loaded.film.thickness(state.separation, state.displacement)
-        shear = self._shear(cells, (1 - state.vapour) / thickness)
-        slope = np.diff(loaded.film.along.gap, axis=0) / cells.widths[0]
+        cells, ball = loaded.film.cells, self.ball
+        x, y = cells.centres
+        # The rate of shear over r < R, of cells that R cuts their share. Beyond the last cells
+        # there is full film before the ball alone, h = r^2/2R, where there is oil.
+        thickness = loaded.film.thickness(state)
+        end = ball.radius / self.length
+        inside = np.clip((end - np.hypot(x, y)) / np.maximum(*cells.widths) + 0.5, 0.0, 1.0)
+        full = min(end, ball.meniscus / self.length)
+        rest = 2 * np.pi * max(0.0, float(np.log(full / cells.x[-1])))
+        shear = float((cells.area * inside * ((1 - state.vapour) / thickness)).sum()) + rest
+        slope = np.diff(loaded.film.face_gaps[0], axis=0) / cells.widths[0]
         drag = 0.5 * abs(float((state.pressure * cells.area * slope).sum()))
-        shear_unit = self.ball.viscosity * speed * self.ball.radius
-        x, y = cells.centres[0], cells.whole(cells.centres[1], odd=True)
+        # at x = y = 0: across by the cubic of four cells, along by the line of two
         thickness = cells.whole(thickness)
-        centre, least = _centre(cells, thickness), _least(thickness[cells.whole_core])
+        first = thickness.shape[1] // 2 - 2
+        middle = thickness[:, first : first + 4] @ np.array([-1, 9, 9, -1]) / 16
+        centre = float(np.interp(0.0, x.ravel(), middle))
         return PointFilm(
             speed=speed,
             film_central=float(centre * self.thickness),
-            film_minimum=float(least * self.thickness),
-            load=float((state.pressure * cells.area).sum()) * self.ball.load,
+            film_minimum=float(_least(thickness[cells.whole_core]) * self.thickness),
+            load=float((state.pressure * cells.area).sum()) * ball.load,
             penetration=float(-state.separation * self.thickness),
-            shear=shear * shear_unit,
-            drag=float(drag) * self.ball.load * self.length / self.ball.radius,
+            shear=shear * (ball.viscosity * speed * ball.radius),
+            drag=float(drag) * ball.load * self.length / ball.radius,
             x=x.ravel() * self.length,
-            y=y.ravel() * self.length,
+            y=cells.whole(y, odd=True).ravel() * self.length,
             core=cells.whole_core,
             pressure=cells.whole(state.pressure) * self.pressure,
             thickness=thickness * self.thickness,
@@ -339,44 +360,21 @@ class _Scaled:
         )
 
 
-def _rigid_start(loaded: LoadedFilm, number: float) -> tuple[float, State]:
-    """Return the speed of a film of a rigid ball, that asked for or a higher one, and the film.
-
-    The film must be thicker than what it bends, F/(pi E* c) with c = sqrt(2 h0).
-    """
-    displacement = loaded.surface.compliance / np.pi
-    separation = max(
-        (number * formulas.HALF_SOMMERFELD / 12) ** 2,
-        (_STIFF * displacement / np.sqrt(2)) ** (2 / 3),
-    )
-    separation += max(0.0, -float(loaded.film.gap.min()))  # crests stay in the oil
-    rigid = rigid_film_at(loaded.film, separation, 1.0)
-    carried = float((rigid.pressure * loaded.film.cells.area).sum())
-    s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)
-    return 1 / carried, State(s, separation, rigid.displacement)
-
-
 def _lowered(
-    loaded: LoadedFilm, starts: list[tuple[float, State]], number: float, *, finest: bool
-) -> tuple[list[tuple[float, State]], ConvergenceError | None]:
+    loaded: LoadedFilm, starts: list[tuple[float, FilmState]], number: float, *, finest: bool
+) -> tuple[list[tuple[float, FilmState]], ConvergenceError | None]:
     """Lower the speed to a number, or as far as films go that the cells resolve; and what ended it.
 
-    Parameters
-    ----------
-    loaded : LoadedFilm
-    starts : list of (float, State)
-        Films nearby, at falling speeds: the slowest that leads to a film is taken.
-    number : float
-    finest : bool
-        Whether the last film is the answer; all others are starts, balanced roughly.
+    `starts` are films nearby, at falling speeds: the slowest that leads to a film is taken. On the
+    `finest` cells the last film is the answer; all others are starts, balanced roughly.
     """
     closest = _CLOSEST if finest else _NEAR_ENOUGH
 
-    def solved(speed: float, start: State) -> State:
+    def solved(speed: float, start: FilmState) -> FilmState:
         flow = Entrainment(speed)
         return loaded.solve(flow, start, _BALANCED if finest and speed == number else _ROUGHLY)
 
-    films: list[tuple[float, State]] = []
+    films: list[tuple[float, FilmState]] = []
     ratio, failure = _RATIO, None
     while not films and starts:
         reached, start = starts.pop()
@@ -396,41 +394,34 @@ def _lowered(
     return films, failure
 
 
-def _prolonged(coarse: LoadedFilm, state: State, fine: LoadedFilm) -> State:
+def _prolonged(coarse: LoadedFilm, state: FilmState, fine: LoadedFilm) -> FilmState:
     """Return a film between coarse cells on finer ones, lifted where it would be too thin.
 
     Pressure and vapour are interpolated apart, by Akima's curves, which neither overshoot where the
     film ruptures nor kink: straight lines kink at every coarse cell, where thin films are lost.
     """
-    pressure, vapour, full = (
-        _between(coarse.film.cells, values, fine.film.cells)
-        for values in (state.pressure, state.vapour, np.sign(state.s))
-    )
-    s = np.where(full > 0, np.maximum(pressure, _TINY), -np.clip(vapour, _TINY, 1.0))
-    displacement = fine.surface.displacement(np.maximum(s, 0.0))
-    least = 0.7 * float(coarse.film.thickness(state.separation, state.displacement).min())
-    short = least - float(fine.film.thickness(state.separation, displacement).min())
-    return State(s, state.separation + max(0.0, short), displacement)
+    grids = coarse.film.cells, fine.film.cells
 
+    def between(values: Field) -> Field:
+        whole = grids[0].whole(values)
+        for axis in (0, 1):
+            source, target = (
+                cells.whole(cells.centres[axis], odd=True).ravel()
+                if axis
+                else cells.centres[0].ravel()
+                for cells in grids
+            )
+            curve = Akima1DInterpolator(source, whole, axis=axis)
+            whole = curve(np.clip(target, source[0], source[-1]))
+        return np.asarray(whole)[:, -grids[1].shape[1] :]
 
-def _between(coarse: Cells, values: Field, fine: Cells) -> Field:
-    """Return values in the middle of coarse cells in the middle of finer ones."""
-    whole = coarse.whole(values)
-    for axis in (0, 1):
-        source, target = (
-            cells.whole(cells.centres[axis], odd=True).ravel() if axis else cells.centres[0].ravel()
-            for cells in (coarse, fine)
-        )
-        curve = Akima1DInterpolator(source, whole, axis=axis)
-        whole = curve(np.clip(target, source[0], source[-1]))
-    return np.asarray(whole)[:, -fine.shape[1] :]
-
-
-def _centre(cells: Cells, thickness: Field) -> float:
-    """Return the film at x = y = 0: across by the cubic of four cells, along by the line of two."""
-    first = thickness.shape[1] // 2 - 2
-    middle = thickness[:, first : first + 4] @ np.array([-1, 9, 9, -1]) / 16
-    return float(np.interp(0.0, cells.centres[0].ravel(), middle))
+    pressure, vapour = between(state.pressure), between(state.vapour)
+    full = between(np.sign(state.s)) > 0
+    s = np.where(full, np.maximum(pressure, _TINY), -np.clip(vapour, _TINY, 1.0))
+    film = FilmState(s, state.separation, fine.surface.displacement(np.maximum(s, 0.0)))
+    least = 0.7 * float(coarse.film.thickness(state).min())
+    short = least - float(fine.film.thickness(film).min())
+    return replace(film, separation=state.separation + max(0.0, short))
 
 
 def _least(thickness: Field) -> float:

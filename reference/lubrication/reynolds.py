@@ -8,160 +8,160 @@ as a complementarity problem Bertocchi, Dini, Giacopini, Fowell & Baldini, Tribo
 cell. One unknown s per cell is both: p = max(s, 0), theta = max(-s, 0).
 
 The flow through a face is h^3 dp/dn at the face's own gap; the film that a surface carries along is
-of second order where the gap is full, and what vapour displaces is taken from upstream.
+of second order where the gap is full, and the vapour that takes its place is that upstream.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.linalg import SuperLU, splu
 
-from reference.lubrication.cells import Cells
+from reference.arguments import count_faults, positive_faults, refuse
+from reference.errors import ConvergenceError
+from reference.lubrication import formulas
+from reference.lubrication.film_cells import FilmCells, around_line
 
 Field = NDArray[np.float64]
 Gap = Callable[[Field, Field], Field]
 
+# Rounds in which full and ruptured cells of a rigid film may settle.
+_ROUNDS = 30
+
 
 @dataclass(frozen=True)
-class Faces:
-    """Faces between cells along one axis, with a boundary at either end.
+class FilmState:
+    """A film: pressure and vapour, and the gap.
 
     Attributes
     ----------
-    gap : ndarray, shape (n + 1, m)
-        Of the rigid shape in the middle of the faces.
-    conductance : ndarray, same shape
-        Area over distance; zero where nothing flows through.
+    s : ndarray
+        p where positive, -theta where negative.
+    separation : float
+        Height that is added to the gap of the undeformed bodies at first touch.
+    displacement : ndarray
+        Displacement of the surface.
+    error : float
+        Largest imbalance: of mass in a cell, relative to what is carried through its faces, or of
+        forces, relative to the load.
+    rounds : int
+        Of Newton's method; `history` has the errors.
     """
 
-    gap: Field
-    conductance: Field
+    s: Field = field(repr=False)
+    separation: float
+    displacement: Field = field(repr=False)
+    error: float = np.inf
+    rounds: int = 0
+    history: list[float] = field(default_factory=list, repr=False)
+
+    @property
+    def pressure(self) -> Field:
+        """Pressure in the cells."""
+        return np.maximum(self.s, 0.0)
+
+    @property
+    def vapour(self) -> Field:
+        """Share of the gap that vapour fills."""
+        return np.maximum(-self.s, 0.0)
 
 
 class Film:
-    """The film over cells, under a rigid gap that a uniform height and a displacement add to.
+    """The film over cells, under a rigid gap (zero at first touch).
 
-    Parameters
-    ----------
-    cells : Cells
-    gap : callable
-        Gap of the undeformed bodies at (x, y), zero at first touch.
-    inlet : float
-        Thickness of the oil that arrives; infinite where the inlet is flooded.
+    `inlet` is the thickness of the oil that arrives; infinite where the inlet is flooded.
     """
 
-    def __init__(self, cells: Cells, gap: Gap, inlet: float = np.inf) -> None:
+    def __init__(self, cells: FilmCells, gap: Gap, inlet: float = np.inf) -> None:
         self.cells, self.inlet = cells, inlet
         x, y = cells.centres
         dx, dy = cells.widths
         self.gap = gap(x, y)
-        self.along = Faces(gap(cells.x[:, None], y), _inverse_distances(cells.x)[:, None] * dy)
+        # gap of the rigid shape and conductance (area over distance) of the faces along x and y
+        self.face_gaps = gap(cells.x[:, None], y), gap(x, cells.y[None, :])
         across = _inverse_distances(cells.y)[None, :] * dx
         if cells.mirrored or cells.closed:
             across[:, 0] = 0.0
         if cells.closed:
             across[:, -1] = 0.0
-        self.across = Faces(gap(x, cells.y[None, :]), across)
+        self.conductances = _inverse_distances(cells.x)[:, None] * dy, across
 
-    def balance(self, s: Field, separation: float, displacement: Field, speed: float) -> Field:
-        """Return what flows out of each cell, per time.
+    def thickness(self, state: FilmState) -> Field:
+        """Return the gap in the middle of the cells."""
+        return self.gap + state.separation + state.displacement
 
-        Parameters
-        ----------
-        s : ndarray
-            p where positive, -theta where negative.
-        separation : float
-            Height that is added to the gap.
-        displacement : ndarray
-            Displacement of the surface, which is added to the gap.
-        speed : float
-            L.
-        """
-        p, vapour = np.maximum(s, 0.0), np.maximum(-s, 0.0)
-        hx, hy = self.faces(separation, displacement)
-        along = -self.along.conductance * hx**3 * _steps(p, 0)
-        across = -self.across.conductance * hy**3 * _steps(p, 1)
-        along += speed * self.cells.widths[1] * self.carried(vapour, separation, displacement, hx)
-        return np.diff(along, axis=0) + np.diff(across, axis=1)
+    def faces(self, state: FilmState) -> tuple[Field, Field]:
+        """Return the gap in the faces along x and y; ends have the displacement of their cell."""
+        u = state.displacement
+        ux = np.pad(u, ((1, 1), (0, 0)), mode="edge")
+        uy = np.pad(u, ((0, 0), (1, 1)), mode="edge")
+        return (
+            self.face_gaps[0] + state.separation + (ux[1:] + ux[:-1]) / 2,
+            self.face_gaps[1] + state.separation + (uy[:, 1:] + uy[:, :-1]) / 2,
+        )
 
-    def driven(self, p: Field, separation: float, displacement: Field) -> Field:
-        """Return how much a pressure in a cell would drive out of it, were there none around."""
-        hx, hy = self.faces(separation, displacement)
-        along, across = self.along.conductance * hx**3, self.across.conductance * hy**3
-        return p * (along[1:] + along[:-1] + across[:, 1:] + across[:, :-1])
+    def driven(self, state: FilmState) -> Field:
+        """Return how much each pressure would drive out of its cell, were there none around."""
+        (kx, ky), (hx, hy) = self.conductances, self.faces(state)
+        along, across = kx * hx**3, ky * hy**3
+        return state.pressure * (along[1:] + along[:-1] + across[:, 1:] + across[:, :-1])
 
-    def carried(self, vapour: Field, separation: float, displacement: Field, hx: Field) -> Field:
+    def carried(self, state: FilmState) -> Field:
         """Return the thickness of oil that is carried through the faces along x."""
-        oil = hx.copy()
-        oil[1:] -= vapour * (self.gap + separation + displacement)
+        oil = self.faces(state)[0]
+        oil[1:] -= state.vapour * self.thickness(state)
         oil[0] = np.minimum(oil[0], self.inlet)
         return oil
 
-    def faces(self, separation: float, displacement: Field) -> tuple[Field, Field]:
-        """Return the gap in the faces along x and y."""
-        return self.along.gap + separation + _middles(
-            displacement, 0
-        ), self.across.gap + separation + _middles(displacement, 1)
-
-    def thickness(self, separation: float, displacement: Field) -> Field:
-        """Return the gap in the middle of the cells."""
-        return self.gap + separation + displacement
-
-    @cached_property
-    def _index(self) -> NDArray[np.intp]:
-        return np.arange(self.gap.size).reshape(self.gap.shape)
+    def balance(self, state: FilmState, speed: float) -> Field:
+        """Return what flows out of each cell, per time, where surfaces move at L = `speed`."""
+        (kx, ky), (hx, hy), p = self.conductances, self.faces(state), state.pressure
+        along = -kx * hx**3 * _steps(p, 0)
+        across = -ky * hy**3 * _steps(p, 1)
+        along += speed * self.cells.widths[1] * self.carried(state)
+        return np.diff(along, axis=0) + np.diff(across, axis=1)
 
     def derivatives(
-        self, s: Field, separation: float, displacement: Field, speed: float
+        self, state: FilmState, speed: float
     ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
         """Return the derivatives of the balance by s and by the displacement of each cell.
 
         That by the separation is the sum of the columns of the second.
         """
-        p, vapour = np.maximum(s, 0.0), np.maximum(-s, 0.0)
-        hx, hy = self.faces(separation, displacement)
-        dy = self.cells.widths[1]
-        by_p = self._differences(0, -self.along.conductance * hx**3)
-        by_p = by_p + self._differences(1, -self.across.conductance * hy**3)
-        slope_x = -3 * self.along.conductance * hx**2 * _steps(p, 0)
-        slope_y = -3 * self.across.conductance * hy**2 * _steps(p, 1)
+        (kx, ky), (hx, hy), p = self.conductances, self.faces(state), state.pressure
+        drawn = speed * self.cells.widths[1]
+        along, across = kx * hx**3, ky * hy**3
+        by_p = self._flow(0, along, -along) + self._flow(1, across, -across)
         full = np.ones(hx.shape)
         full[0] = hx[0] < self.inlet
-        by_u = self._means(0, slope_x + speed * dy * full) + self._means(1, slope_y)
-        upstream = np.zeros(hx.shape)
-        upstream[1:] = speed * dy * self.thickness(separation, displacement)
-        by_vapour = self._upstream(-upstream)
-        upstream[1:] = speed * dy * vapour
-        by_u = by_u + self._upstream(-upstream)
-        positive = (s > 0).ravel()
-        by_s = by_p @ sparse.diags(positive.astype(float)) - by_vapour @ sparse.diags(
-            (~positive).astype(float)
-        )
+        by_u = self._means(0, -3 * kx * hx**2 * _steps(p, 0) + drawn * full)
+        by_u = by_u + self._means(1, -3 * ky * hy**2 * _steps(p, 1))
+        # vapour is taken from upstream
+        none, upstream = np.zeros(hx.shape), np.zeros(hx.shape)
+        upstream[1:] = drawn * self.thickness(state)
+        by_vapour = self._flow(0, -upstream, none)
+        upstream[1:] = drawn * state.vapour
+        by_u = by_u + self._flow(0, -upstream, none)
+        positive = (state.s > 0).ravel()
+        by_s = by_p @ sparse.diags(positive.astype(float))
+        by_s = by_s - by_vapour @ sparse.diags((~positive).astype(float))
         return by_s.tocsr(), by_u.tocsr()
 
-    def _differences(self, axis: int, factor: Field) -> sparse.csr_matrix:
-        """Return the matrix of diff(factor * steps(p)) along an axis."""
-        return self._flow(axis, -factor, factor)
-
     def _means(self, axis: int, factor: Field) -> sparse.csr_matrix:
-        """Return the matrix of diff(factor * middles(u)) along an axis; ends have the cell's u."""
+        """Return the matrix of diff(factor * mean u of a face) along an axis."""
         before, after = factor / 2, factor / 2
         np.moveaxis(after, axis, 0)[0] *= 2
         np.moveaxis(before, axis, 0)[-1] *= 2
         return self._flow(axis, before, after)
 
-    def _upstream(self, factor: Field) -> sparse.csr_matrix:
-        """Return the matrix of diff(factor * value of the cell before) along x."""
-        return self._flow(0, factor, np.zeros(factor.shape))
-
     def _flow(self, axis: int, before: Field, after: Field) -> sparse.csr_matrix:
         """Return the balance of flows before * (cell before) + after * (cell after) per face."""
-        index = np.moveaxis(self._index, axis, 0)
+        index = np.moveaxis(np.arange(self.gap.size).reshape(self.gap.shape), axis, 0)
         before, after = np.moveaxis(before, axis, 0), np.moveaxis(after, axis, 0)
         rows, columns, values = [], [], []
         # the flow through face k leaves cell k - 1 and enters cell k
@@ -176,7 +176,7 @@ class Film:
                 columns.append(source.ravel())
                 values.append(value.ravel())
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        size = self._index.size
+        size = self.gap.size
         return sparse.coo_matrix(entries, shape=(size, size)).tocsr()
 
 
@@ -193,11 +193,206 @@ def _steps(p: Field, axis: int) -> Field:
     return np.diff(np.pad(p, width), axis=axis)
 
 
-def _middles(u: Field, axis: int) -> Field:
-    """Return means across the faces; at the ends the value of the cell."""
-    width = [(0, 0), (0, 0)]
-    width[axis] = (1, 1)
-    padded = np.pad(u, width, mode="edge")
-    if axis == 0:
-        return (padded[1:] + padded[:-1]) / 2
-    return (padded[:, 1:] + padded[:, :-1]) / 2
+class Slopes(NamedTuple):
+    """Derivatives of the balance by s, by the displacement of each cell, and by the separation."""
+
+    s: sparse.csr_matrix
+    displacement: sparse.csr_matrix
+    separation: Field
+
+
+class Transport(Protocol):
+    """What drives the flow besides pressure."""
+
+    def balance(self, film: Film, state: FilmState) -> Field:
+        """Return the volume of oil that leaves each cell per time."""
+
+    def slopes(self, film: Film, state: FilmState) -> Slopes:
+        """Return its derivatives."""
+
+    def carried(self, film: Film, state: FilmState) -> Field:
+        """Return the flow that the balance of each cell is compared with."""
+
+    def admits(self, separation: float) -> bool:
+        """Whether this flow is possible at this separation."""
+
+
+@dataclass(frozen=True)
+class Entrainment:
+    """Surfaces that draw the film along x at the mean speed U: L = 12 eta U."""
+
+    speed: float
+
+    def balance(self, film: Film, state: FilmState) -> Field:
+        """Return the volume of oil that leaves each cell per time."""
+        return film.balance(state, self.speed)
+
+    def slopes(self, film: Film, state: FilmState) -> Slopes:
+        """Return its derivatives."""
+        by_s, by_displacement = film.derivatives(state, self.speed)
+        return Slopes(by_s, by_displacement, np.asarray(by_displacement.sum(axis=1)).ravel())
+
+    def carried(self, film: Film, state: FilmState) -> Field:
+        """Return what is carried through a face of each cell."""
+        return self.speed * film.cells.widths[1] * film.thickness(state)
+
+    def admits(self, separation: float) -> bool:
+        """Return True: it is possible at any separation."""
+        return True
+
+
+@dataclass(frozen=True)
+class Approach:
+    """Bodies that approach at a speed V, L = 12 eta V: one step in time.
+
+    `before` is the film one step ago, `earlier` two steps ago. The separation is the clock: it
+    falls by V dt. Its derivative is a backward difference of second order on steps of any size (of
+    first order where only one earlier film is known).
+    """
+
+    speed: float
+    before: FilmState
+    earlier: FilmState | None = None
+
+    def balance(self, film: Film, state: FilmState) -> Field:
+        """Return the volume of oil that leaves each cell per time, and what it stores."""
+        flow = film.balance(state, 0.0)
+        fall = self.before.separation - state.separation
+        own, *others = self._weights(fall)
+        kept = own * _oil(film, state)
+        for weight, past in zip(others, (self.before, self.earlier), strict=False):
+            assert past is not None
+            kept = kept + weight * _oil(film, past)
+        return flow + self.speed * film.cells.area / film.cells.copies * kept
+
+    def slopes(self, film: Film, state: FilmState) -> Slopes:
+        """Return its derivatives; that by the separation includes the weights of the difference."""
+        by_s, by_displacement = film.derivatives(state, 0.0)
+        fall = self.before.separation - state.separation
+        step = 1e-6 * fall
+        area = (self.speed * film.cells.area / film.cells.copies).ravel()
+        own, *_ = self._weights(fall)
+        oil = [_oil(film, past) for past in (state, self.before, self.earlier) if past is not None]
+        later, sooner = self._weights(fall + step), self._weights(fall - step)
+        turned = sum((a - b) / (2 * step) * q for a, b, q in zip(later, sooner, oil, strict=True))
+        by_oil = area * own
+        empty = (state.s <= 0).ravel()
+        thickness = film.thickness(state).ravel()
+        by_s = by_s + sparse.diags(np.where(empty, by_oil * thickness, 0.0))
+        stored = sparse.diags(by_oil * (1 - state.vapour).ravel())
+        by_displacement = by_displacement + stored
+        by_separation = np.asarray(by_displacement.sum(axis=1)).ravel() - area * np.ravel(turned)
+        return Slopes(by_s.tocsr(), by_displacement.tocsr(), by_separation)
+
+    def carried(self, film: Film, state: FilmState) -> Field:
+        """Return the volume that the approach displaces from each cell per time."""
+        return np.broadcast_to(self.speed * film.cells.area / film.cells.copies, film.gap.shape)
+
+    def admits(self, separation: float) -> bool:
+        """Whether the bodies have come closer."""
+        return separation < self.before.separation
+
+    def _weights(self, fall: float) -> tuple[float, ...]:
+        """Return the weights of this film and earlier ones in d(oil)/dt over V."""
+        if self.earlier is None:
+            return 1 / fall, -1 / fall
+        last = self.earlier.separation - self.before.separation
+        both = fall + last
+        return (fall + both) / (fall * both), -both / (fall * last), fall / (last * both)
+
+
+def _oil(film: Film, state: FilmState) -> Field:
+    """Return the thickness of oil in each cell."""
+    return (1 - state.vapour) * film.thickness(state)
+
+
+def rigid_film_at(
+    film: Film, separation: float, speed: float, tolerance: float = 1e-12
+) -> FilmState:
+    """Return the film between rigid bodies at a given distance, drawn along at L.
+
+    With the gap given the equations are linear but for where the film ruptures: each round solves
+    them for the cells that were full in the one before. It ends where none switches, or where only
+    pressures do that are zero to round-off.
+    """
+    rigid = np.zeros(film.gap.shape)
+    flow = Entrainment(speed)
+    gap = film.gap + separation
+    full = (film.cells.centres[0] < 0) & (gap < film.inlet)
+    state = FilmState(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), separation, rigid)
+    history: list[float] = []
+    # oil that does not fit through fills the gap upstream, a cell in each round
+    for rounds in range(_ROUNDS + film.gap.shape[0]):
+        slopes = flow.slopes(film, state)
+        change = factors(slopes.s).solve(flow.balance(film, state).ravel())
+        s = state.s - change.reshape(rigid.shape)
+        switched = np.count_nonzero((s > 0) != (state.s > 0))
+        state = replace(state, s=s)
+        error = float(np.abs(flow.balance(film, state) / flow.carried(film, state)).max())
+        history.append(error)
+        if not switched or error <= tolerance:
+            return replace(state, error=error, rounds=rounds + 1, history=history)
+    raise ConvergenceError("full and ruptured film do not settle", history)
+
+
+@dataclass(frozen=True)
+class LineFilm:
+    """The film below a rigid cylinder; lengths over sqrt(2 R h0).
+
+    `load` is W h0/(eta U R), per length. The film ruptures where p = 0 by the line through the last
+    two cells of sqrt p, which falls linearly there. `x` are centres of cells, `pressure` is over
+    12 eta U sqrt(2 R h0)/h0^2, and `flow`, of oil through the faces between cells, over U h0.
+    """
+
+    load: float
+    rupture: float
+    x: Field = field(repr=False)
+    pressure: Field = field(repr=False)
+    flow: Field = field(repr=False)
+
+
+def rigid_cylinder(resolution: int, *, inlet: float = np.inf, reach: float = 1e3) -> LineFilm:
+    """Return the film below a rigid cylinder on a rigid plane, at its least thickness h0.
+
+    It judges the cells: its load and its rupture are known in closed form.
+
+    On so many cells per sqrt(2 R h0), and as far as `reach` of these lengths to either side.
+    `inlet` is the thickness of the arriving layer over h0, from 1 to 1.226, the most that fits
+    through a gap which is full as far as one can see; infinite where flooded.
+
+    Examples
+    --------
+    >>> film = rigid_cylinder(32)
+    >>> round(film.load, 2), round(film.rupture, 2)
+    (4.9, 0.47)
+    """
+    faults = count_faults(2, resolution=resolution) + positive_faults(reach=reach)
+    fits = 1 + formulas.RUPTURE**2
+    if not (1 < inlet < fits or inlet == np.inf):
+        faults.append(f"inlet must lie between 1 and {fits:.3f}, what fits through, not {inlet!r}")
+    refuse(faults)
+    cells = around_line(resolution, reach)
+    film = Film(cells, lambda x, y: x**2 + 0 * y, inlet)
+    state = rigid_film_at(film, 1.0, 1.0)
+    x, pressure = cells.centres[0].ravel(), state.pressure.ravel()
+    last = int(np.flatnonzero(pressure)[-1])
+    before, root = np.sqrt(pressure[last - 1]), np.sqrt(pressure[last])
+    driven = (film.conductances[0] * film.faces(state)[0] ** 3).ravel()
+    falls = np.diff(np.concatenate([[0.0], pressure, [0.0]]))
+    return LineFilm(
+        load=24 * float(pressure @ cells.area.ravel()),
+        rupture=float(x[last] + (x[last] - x[last - 1]) * root / (before - root)),
+        x=x,
+        pressure=pressure,
+        flow=film.carried(state).ravel() - driven * falls,
+    )
+
+
+def factors(matrix: sparse.spmatrix) -> SuperLU:
+    """Factorise a matrix whose pattern is symmetric; its ordering halves time and memory."""
+    return splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.01,
+        options={"SymmetricMode": True},
+    )

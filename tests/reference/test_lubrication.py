@@ -6,13 +6,17 @@ from scipy.sparse.linalg import spsolve
 
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
-from reference.lubrication.cells import Cells, around_point, stretched
-from reference.lubrication.line import rigid_cylinder
-from reference.lubrication.loaded import LoadedFilm, rigid_film_at
+from reference.lubrication.film_cells import FilmCells, around_point, stretched
+from reference.lubrication.loaded import BentSurface, LoadedFilm
 from reference.lubrication.point import Ball, approach, entrain
-from reference.lubrication.reynolds import Film
-from reference.lubrication.surface import Surface
-from reference.lubrication.transport import Approach, Entrainment, State
+from reference.lubrication.reynolds import (
+    Approach,
+    Entrainment,
+    Film,
+    FilmState,
+    rigid_cylinder,
+    rigid_film_at,
+)
 
 SOFT = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
@@ -26,7 +30,7 @@ def random_state(cells, seed=0):
     """Full and empty cells at random, on a surface that is displacement at random."""
     rng = np.random.default_rng(seed)
     s = np.where(rng.random(cells.shape) < 0.5, rng.random(cells.shape), -rng.random(cells.shape))
-    return State(s, 0.5, rng.random(cells.shape))
+    return FilmState(s, 0.5, rng.random(cells.shape))
 
 
 @pytest.mark.parametrize("inlet", [np.inf, 3.0])
@@ -39,7 +43,9 @@ def test_derivatives_are_those_of_the_balance(kind, inlet):
     flow = Entrainment(0.8)
     if kind == "squeezed":
         flow = Approach(
-            0.8, State(state.s, 0.8, state.displacement), State(state.s, 1.3, state.displacement)
+            0.8,
+            FilmState(state.s, 0.8, state.displacement),
+            FilmState(state.s, 1.3, state.displacement),
         )
     slopes = flow.slopes(film, state)
     rng = np.random.default_rng(1)
@@ -51,7 +57,7 @@ def test_derivatives_are_those_of_the_balance(kind, inlet):
         ((0.0, dl, 0.0), slopes.separation * dl),
     ):
         sides = [
-            State(
+            FilmState(
                 state.s + k * change[0],
                 state.separation + k * change[1],
                 state.displacement + k * change[2],
@@ -66,7 +72,7 @@ def test_derivatives_are_those_of_the_balance(kind, inlet):
 def test_next_cells_bend_as_on_the_half_space():
     """The preconditioner's surface: a pressure on one cell, with its image beyond the axis."""
     cells = around_point(3, (-2.0, 2.0), 2.0, 8.0)
-    surface = Surface(cells, 1.3, 1.0)
+    surface = BentSurface(cells, 1.3, 1.0)
     rows, _ = cells.core
     for column in (0, 1, 3):
         p = np.zeros(cells.shape)
@@ -116,9 +122,9 @@ def test_half_of_sommerfelds_pressure_below_a_rigid_sphere():
     growth = 1.12
     x = stretched(-2.0, 0.0, 2 * n, (-reach, 0.0), growth)
     y = stretched(0.0, 2.0, 2 * n, (0.0, reach), growth)
-    cells = Cells(x, y, (slice(0, x.size - 1), slice(0, y.size - 1)))
+    cells = FilmCells(x, y, (slice(0, x.size - 1), slice(0, y.size - 1)))
     film = Film(cells, lambda x, y: x**2 + y**2)
-    full = State(np.ones(cells.shape), 1.0, np.zeros(cells.shape))
+    full = FilmState(np.ones(cells.shape), 1.0, np.zeros(cells.shape))
     flow = Entrainment(1.0)
     # nothing ruptures: the equations are linear
     pressure = 1 - spsolve(flow.slopes(film, full).s.tocsc(), flow.balance(film, full).ravel())
@@ -249,8 +255,8 @@ def test_the_inlet_of_a_long_cylinder_has_the_film_of_the_soft_limit():
 def test_cells_that_rupture_or_heal_halt_at_zero_in_a_step():
     """A slope of p says nothing of theta: s = 1e5 from a cell that heals would be its pressure."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 0.01, 1.0), 1.0)
-    start = State(np.full(cells.shape, -0.5), 1.0, np.zeros(cells.shape))
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
+    start = FilmState(np.full(cells.shape, -0.5), 1.0, np.zeros(cells.shape))
     start.s[:2] = 0.5
     wild = np.full(cells.shape, 1e5)
     wild[:2] = -3.0
@@ -299,7 +305,7 @@ def test_too_thin_films_are_told_with_their_history():
 def test_every_cell_keeps_its_oil_below_a_soft_ball():
     """Out of a cell flows 1e-10 of what surfaces carry through it, pressure's flow left out."""
     cells = around_point(8, (-2.5, 1.5), 2.0, 20.0)
-    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 0.01, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
     start = rigid_film_at(loaded.film, 1.0, 1.0)
     flow = Entrainment(1 / float((start.pressure * cells.area).sum()))
     state = loaded.solve(flow, start)
@@ -311,7 +317,7 @@ def test_every_cell_keeps_its_oil_below_a_soft_ball():
 def test_stagnation_is_not_called_a_thin_film():
     """Asked for more than round-off allows, Newton's method says so."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 0.01, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
     start = rigid_film_at(loaded.film, 1.0, 1.0)
     carried = float((start.pressure * cells.area).sum())
     with pytest.raises(ConvergenceError, match="stagnates at round-off"):
@@ -341,8 +347,8 @@ def test_arguments_are_refused_all_at_once():
 def test_a_solver_that_starts_beside_itself_gives_up():
     """Negative films: an error with a finite reason, never NaN."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), Surface(cells, 1.0, 1.0), 1.0)
-    wild = State(np.ones(cells.shape), -100.0, np.zeros(cells.shape))
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 1.0, 1.0), 1.0)
+    wild = FilmState(np.ones(cells.shape), -100.0, np.zeros(cells.shape))
     with pytest.raises(ConvergenceError) as caught:
         loaded.solve(Entrainment(1.0), wild)
     assert caught.value.history

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reference.lubrication import formulas
-from reference.lubrication.plane import plane_flow
+from reference.lubrication.rough_planes import plane_flow
 
 
 def wave(points):

@@ -7,8 +7,7 @@ import pytest
 
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
-from reference.lubrication.point import Ball, entrain
-from reference.lubrication.waves import self_affine, waviness
+from reference.lubrication.point import Ball, entrain, self_affine, waviness
 
 SOFT = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 LONG = 1e-3

@@ -12,7 +12,7 @@ from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.lubrication.formulas import contact_length, sphere_film, squeezed_film
-from reference.lubrication.waves import Waves, self_affine, waviness
+from reference.lubrication.point import SurfaceWaves, self_affine, waviness
 
 PHYSICS = frozenset({"lubrication"})
 
@@ -101,7 +101,7 @@ class LubricatedBall:
         return max(lengths)
 
     @property
-    def waves(self) -> Waves | None:
+    def waves(self) -> SurfaceWaves | None:
         """What makes the ball rough."""
         wavy, rough = self.table.waviness, self.table.roughness
         if wavy is not None:

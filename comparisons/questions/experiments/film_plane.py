@@ -17,7 +17,7 @@ from reference.lubrication.formulas import (
     patir_cheng_factor,
     second_order_factors,
 )
-from reference.lubrication.plane import plane_flow
+from reference.lubrication.rough_planes import plane_flow
 
 # Surfaces, and lines for each: in groups, whose gaps are pooled.
 _QUICK, _GROUP, _GROUPS = 12, 30, 12

@@ -17,9 +17,8 @@ from reference.lubrication.formulas import (
     sphere_film,
     wave_amplitude,
 )
-from reference.lubrication.line import rigid_cylinder
-from reference.lubrication.point import Ball, entrain
-from reference.lubrication.waves import waviness
+from reference.lubrication.point import Ball, entrain, waviness
+from reference.lubrication.reynolds import rigid_cylinder
 
 _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 

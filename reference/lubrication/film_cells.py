@@ -23,20 +23,13 @@ LEAST = 0.12
 
 
 @dataclass(frozen=True)
-class Cells:
-    """A tensor grid.
+class FilmCells:
+    """A tensor grid of cells with increasing edges x and y.
 
-    Parameters
-    ----------
-    x, y : ndarray
-        Edges of the cells, increasing.
-    core : (slice, slice)
-        The equal cells, where the elastic body gives way.
-    mirrored : bool
-        Whether the cells are one half (y > 0) of a film that is even in y: nothing flows through
-        the edge of smallest y. Else, and at all other edges, p = 0.
-    closed : bool
-        Whether nothing flows through the edges across y at all: a film of infinite width.
+    The elastic body gives way below the `core` of equal cells. If `mirrored`, the cells are one
+    half (y > 0) of a film that is even in y: nothing flows through the edge of smallest y. If
+    `closed`, nothing flows through the edges across y at all: a film of infinite width. At all
+    other edges p = 0.
     """
 
     x: Field
@@ -109,18 +102,15 @@ def stretched(
     """Return edges: `steps` equal ones from start to stop, growing ones on to the ends."""
     inner = np.linspace(start, stop, steps + 1)
     step = inner[1] - inner[0]
-    before = start - _growing(step, start - ends[0], growth)
-    after = stop + _growing(step, ends[1] - stop, growth)
-    return np.concatenate([before[::-1], inner, after])
-
-
-def _growing(step: float, length: float, growth: float) -> Field:
-    """Return distances of edges whose steps grow, the last at `length`; none where it is zero."""
-    if length <= 0:
-        return np.empty(0)
-    count = max(1, int(np.ceil(np.log1p(length / step * (growth - 1)) / np.log(growth))) - 1)
-    edges = step * np.cumsum(growth ** np.arange(1, count + 1))
-    return edges * (length / edges[-1])
+    growing = []
+    for length in (start - ends[0], ends[1] - stop):
+        count = 0
+        if length > 0:
+            ratio = np.log1p(length / step * (growth - 1)) / np.log(growth)
+            count = max(1, int(np.ceil(ratio)) - 1)
+        edges = step * np.cumsum(growth ** np.arange(1, count + 1))
+        growing.append(edges * (length / edges[-1]) if count else np.empty(0))
+    return np.concatenate([(start - growing[0])[::-1], inner, stop + growing[1]])
 
 
 def around_point(
@@ -130,23 +120,12 @@ def around_point(
     reach: float,
     begins: float = np.inf,
     mirrored: bool = True,
-) -> Cells:
+) -> FilmCells:
     """Return the cells around a point contact, or one half of them.
 
-    Parameters
-    ----------
-    per_unit : int
-        Equal cells per unit of length.
-    along : (float, float)
-        Where they begin and end along x.
-    across : float
-        Half of their width.
-    reach : float
-        Half-width of the whole grid.
-    begins : float
-        Distance of its first edge along x, where that is less.
-    mirrored : bool
-        Whether the film is even in y, so that one half does.
+    `per_unit` equal cells per unit of length lie `along` x from a beginning to an end, and `across`
+    in y to either side; the whole grid has the half-width `reach`, and `begins` no farther than
+    that distance along x.
     """
     refuse([] if per_unit >= 2 else [f"per_unit must be at least 2, not {per_unit!r}"])
     first, last = max(along[0], -begins), along[1]
@@ -158,14 +137,16 @@ def around_point(
     before = int(np.searchsorted(x, first - 0.5 / per_unit))
     rows = slice(before, before + nx)
     if mirrored:
-        return Cells(x, y, (rows, slice(0, ny)))
+        return FilmCells(x, y, (rows, slice(0, ny)))
     margin = y.size - 1 - ny
     whole = np.concatenate([-y[:0:-1], y])
-    return Cells(x, whole, (rows, slice(margin, margin + 2 * ny)), mirrored=False)
+    return FilmCells(x, whole, (rows, slice(margin, margin + 2 * ny)), mirrored=False)
 
 
-def around_line(count: int, reach: float) -> Cells:
+def around_line(count: int, reach: float) -> FilmCells:
     """Return cells across a line contact, `count` of them in each unit of length next to it."""
     x = stretched(-2.0, 2.0, 4 * count, (-reach, reach), 1 + SHARE / 2 / count)
     everywhere = slice(0, x.size - 1)
-    return Cells(x, np.array([0.0, 1.0]), (everywhere, slice(0, 1)), mirrored=False, closed=True)
+    return FilmCells(
+        x, np.array([0.0, 1.0]), (everywhere, slice(0, 1)), mirrored=False, closed=True
+    )

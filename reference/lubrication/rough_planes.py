@@ -30,7 +30,6 @@ from reference.errors import ConvergenceError
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 # Of what the widest cell lets through: factors are judged to parts in a hundred.
 _BALANCED = 1e-8
@@ -69,16 +68,10 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     by the mean of h^-3, along them by that of h^3. Cells without a way through are left out, for
     nothing flows in them.
 
-    Parameters
-    ----------
-    gap : array_like, shape (nx, ny), both at least 3
-        Zero in contact.
-    spacing : (float, float)
+    The gap has at least 3 cells along both axes; it is zero in contact.
 
     Raises
     ------
-    ValueError
-        If the gap is no such array.
     ConvergenceError
         If cells keep more than a part in 1e8 of what the widest one lets through.
 
@@ -90,30 +83,67 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     >>> round(plane_flow(stripes).pressure_factor, 6)
     1.75
     """
-    h = _checked(gap, spacing)
+    h = np.asarray(gap, dtype=np.float64)
+    faults = spacing_faults(spacing)
+    if h.ndim != 2 or min(h.shape, default=0) < 3:
+        faults.append(f"gap must have two axes of at least 3 cells, not shape {h.shape}")
+    elif not (np.isfinite(h).all() and (h >= 0).all()):
+        faults.append("gap must be finite and not negative")
+    elif not h.any():
+        faults.append("gap must be open somewhere")
+    refuse(faults)
     mean = float(h.mean())
     # a gap of any unit has cubes near one
     h = h / mean
     ways = _ways_through(h > 0)
-    closed = PlaneFlow(0.0, 0.0, False, np.zeros(h.shape), 0.0)
     if not ways.any():
-        return closed
+        return PlaneFlow(0.0, 0.0, False, np.zeros(h.shape), 0.0)
     h = np.where(ways, h, 0.0)
-    conductance, pressure = _solved(h, spacing)
+    # flows factor * (p before - p after) out of the open cells
+    conductance = _between(h, 0, 3), _between(h, 1, 3)
+    open_cells = np.flatnonzero(h)
+    size = open_cells.size
+    number = np.full(h.size, -1)
+    number[open_cells] = np.arange(size)
+    matrix = sparse.csr_matrix((size, size))
+    index = np.arange(h.size).reshape(h.shape)
+    for axis in (0, 1):
+        factor = (conductance[axis] * spacing[1 - axis] / spacing[axis]).ravel()
+        faces = factor > 0
+        before = number[index.ravel()[faces]]
+        after = number[np.roll(index, -1, axis).ravel()[faces]]
+        rows = np.concatenate([before, after, before, after])
+        columns = np.concatenate([before, after, after, before])
+        values = np.concatenate([factor[faces], factor[faces], -factor[faces], -factor[faces]])
+        flows = sparse.coo_matrix((values, (rows, columns)), shape=(size, size))
+        matrix = matrix + flows.tocsr()
+    source = conductance[0] * spacing[1]
+    right = (np.roll(source, 1, 0) - source).ravel()[open_cells]
+    # pressure, beside the mean one -x, is known but for a constant in every connected piece
+    _, labels = connected_components(matrix, directed=False)
+    held = np.unique(labels, return_index=True)[1]
+    free = np.setdiff1d(np.arange(size), held)
+    reduced = matrix[free][:, free].tocsc()
+    factors = splu(reduced, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    solution = np.zeros(h.size)
+    solution[open_cells[free]] = factors.solve(right[free])
+    pressure = solution.reshape(h.shape)
     along = (np.roll(pressure, -1, 0) - pressure) / spacing[0]
     aside = (np.roll(pressure, -1, 1) - pressure) / spacing[1]
     flow, across = conductance[0] * (1 - along), -conductance[1] * aside
     kept = (flow - np.roll(flow, 1, 0)) * spacing[1] + (across - np.roll(across, 1, 1)) * spacing[0]
-    driven = spacing[1] * _between(h, 0, 3) + spacing[0] * _between(h, 1, 3)
+    driven = spacing[1] * conductance[0] + spacing[0] * conductance[1]
     imbalance = float(np.abs(kept).max() / driven.max())
     if not imbalance <= _BALANCED:
         raise ConvergenceError(f"cells keep {imbalance:.1e} of the flow; the gap varies too widely")
+    # half of the way on either side: a sliding plane carries <h^-2>/<h^-3> through a face
+    thick = _between(h, 0, 2)
+    carried = np.divide(conductance[0], thick, out=np.zeros(h.shape), where=thick > 0)
     return PlaneFlow(
         # what is dissipated, equal to <flow> but second order in errors of pressure: behind a
         # narrow neck what flows is below the round-off of what a wide gap lets through
         pressure_factor=float((flow * (1 - along) - across * aside).mean()),
-        # half of the way on either side: what slides along carries <h^-2>/<h^-3> through a face
-        shear_factor=float((_carried(h) * (1 - along)).mean()),
+        shear_factor=float((carried * (1 - along)).mean()),
         open=True,
         flow=flow * mean**3,
         imbalance=imbalance,
@@ -142,48 +172,6 @@ def _between(h: Field, axis: int, power: int) -> Field:
         return 2 / (inverse + np.roll(inverse, -1, axis))
 
 
-def _carried(h: Field) -> Field:
-    """Return the film that sliding carries through the faces along x, <h^-2>/<h^-3>."""
-    thick = _between(h, 0, 2)
-    return np.divide(_between(h, 0, 3), thick, out=np.zeros(h.shape), where=thick > 0)
-
-
-def _solved(h: Field, spacing: tuple[float, float]) -> tuple[tuple[Field, Field], Field]:
-    """Return the conductances along both axes, and the pressure beside the mean one, -x."""
-    conductance = _between(h, 0, 3), _between(h, 1, 3)
-    open_cells = np.flatnonzero(h)
-    number = np.full(h.size, -1)
-    number[open_cells] = np.arange(open_cells.size)
-    size = open_cells.size
-    matrix = sparse.csr_matrix((size, size))
-    index = np.arange(h.size).reshape(h.shape)
-    for axis in (0, 1):
-        factor = (conductance[axis] * spacing[1 - axis] / spacing[axis]).ravel()
-        faces = factor > 0
-        before = number[index.ravel()[faces]]
-        after = number[np.roll(index, -1, axis).ravel()[faces]]
-        matrix = matrix + _laplacian(before, after, factor[faces], size)
-    source = conductance[0] * spacing[1]
-    right = (np.roll(source, 1, 0) - source).ravel()[open_cells]
-    # pressure is known but for a constant in every connected piece
-    _, labels = connected_components(matrix, directed=False)
-    held = np.unique(labels, return_index=True)[1]
-    free = np.setdiff1d(np.arange(size), held)
-    pressure = np.zeros(h.size)
-    reduced = matrix[free][:, free].tocsc()
-    factors = splu(reduced, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-    pressure[open_cells[free]] = factors.solve(right[free])
-    return conductance, pressure.reshape(h.shape)
-
-
-def _laplacian(before: Index, after: Index, factor: Field, size: int) -> sparse.csr_matrix:
-    """Return the matrix of the flows factor * (p before - p after) out of the cells."""
-    rows = np.concatenate([before, after, before, after])
-    columns = np.concatenate([before, after, after, before])
-    values = np.concatenate([factor, factor, -factor, -factor])
-    return sparse.coo_matrix((values, (rows, columns)), shape=(size, size)).tocsr()
-
-
 def _ways_through(open_cells: Mask) -> Mask:
     """Return the open cells from which a way along x leads to their own image a period on.
 
@@ -202,27 +190,21 @@ def _ways_through(open_cells: Mask) -> Mask:
     size = open_cells.size
     graph = sparse.coo_matrix((np.ones(start.size), (start, end)), shape=(size, size))
     _, labels = connected_components(graph, directed=False)
-    period = _periods(graph, labels, open_cells.shape)
-    loops = period[start] + wound != period[end]
-    leaking = np.isin(labels, np.unique(labels[start[loops]]))
-    return leaking.reshape(open_cells.shape) & open_cells
-
-
-def _periods(graph: sparse.coo_matrix, labels: Index, shape: tuple[int, int]) -> Index:
-    """Return how many periods along x lie between each cell and the root of its tree."""
-    size = labels.size
+    # how many periods along x lie between each cell and the root of its tree; a root of all roots,
+    # so that one search reaches every cell
     roots = np.unique(labels, return_index=True)[1]
-    # a root of all roots, so that one search reaches every cell
-    rows = np.concatenate([graph.row, np.full(roots.size, size)])
-    columns = np.concatenate([graph.col, roots])
-    ones = np.ones(rows.size)
-    joined = sparse.coo_matrix((ones, (rows, columns)), shape=(size + 1, size + 1)).tocsr()
+    rows = np.concatenate([start, np.full(roots.size, size)])
+    columns = np.concatenate([end, roots])
+    shape = size + 1, size + 1
+    joined = sparse.coo_matrix((np.ones(rows.size), (rows, columns)), shape=shape).tocsr()
     _, parent = breadth_first_order(joined, size, directed=False)
     up = np.where((parent[:size] < 0) | (parent[:size] == size), np.arange(size), parent[:size])
-    step = np.arange(size) // shape[1] - up // shape[1]
+    step = np.arange(size) // open_cells.shape[1] - up // open_cells.shape[1]
     # only across the seam is a neighbour farther than a row
-    period = np.where(np.abs(step) == shape[0] - 1, -np.sign(step), 0)
+    period = np.where(np.abs(step) == open_cells.shape[0] - 1, -np.sign(step), 0)
     while (up[up] != up).any():
         period = period + period[up]
         up = up[up]
-    return period
+    loops = period[start] + wound != period[end]
+    leaking = np.isin(labels, np.unique(labels[start[loops]]))
+    return leaking.reshape(open_cells.shape) & open_cells
