@@ -27,13 +27,18 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.blocks import Block
-from reference.bounds.interval import Interval, above, below, inverse
+from reference.bounds.interval import EPSILON, Interval, above, below, inverse
+from reference.bounds.potentials import Expansion, GridPotential
 from reference.bounds.summit_punches import ellipses_below
 from reference.bounds.trigonometric import Waves, levelled
+from reference.halfspace import FreeOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 Array = NDArray[np.float64]
 
+# Squares per side of a cell.
+_SQUARES = 4
 # Rounds in which a penetration too shallow is deepened, and a displacement too deep taken back.
 _ROUNDS = 8
 # Roughly the power of the penetration with which the force grows.
@@ -46,8 +51,128 @@ _SHARP = 0.5
 _LOOK = 8
 
 
+class Block:
+    """Square cells, and the surface above them: what pressures on them prove of it, for E* = 1.
+
+    The gap g on a small square about a point c is g(c) + g'(c) (x - c) and a rest that its largest
+    curvatures bound. With the same of the displacement (`GridPotential`) the conditions of the
+    linear programme are proved everywhere on a cell, not at its middle.
+
+    Parameters
+    ----------
+    waves : Waves
+        The heights; the first point of their map lies in the origin.
+    top : float
+        Height from which the gap is counted.
+    spacing : float
+        Side of the cells.
+    corner : float
+        Place of the outer corner of cell (0, 0), along x and along y.
+    first, shape : (int, int)
+        Number of the first cell along x and y, and of cells from there.
+
+    Attributes
+    ----------
+    centres : (n, m)
+        Gap in the middles of the cells.
+    above_samples : float
+        How far the body rises above the top at most, between the samples that this was found in.
+    """
+
+    def __init__(
+        self,
+        waves: Waves,
+        top: float,
+        spacing: float,
+        corner: float,
+        first: tuple[int, int],
+        shape: tuple[int, int],
+    ) -> None:
+        self.shape, self.spacing = shape, spacing
+        self.above_samples = max(waves.highest()[1] - top, 0.0)
+        self.potential = GridPotential(shape, spacing, _SQUARES)
+        self.operator = FreeOperator(shape, (spacing, spacing), 1.0)
+        x, y = (
+            corner / spacing + k + 0.5 + np.arange(float(n))
+            for k, n in zip(first, shape, strict=True)
+        )
+
+        def height(place: tuple[float, float], order: tuple[int, int] = (0, 0)) -> Array:
+            return waves.on((x + place[0]) * spacing, (y + place[1]) * spacing, order)
+
+        places = self.potential.places
+        self.centres = top - height((0.0, 0.0))
+        self._gaps = [top - height(place) for place in places]
+        self._slopes = [(-height(place, (1, 0)), -height(place, (0, 1))) for place in places]
+        xx, xy, yy = waves.curvatures()
+        half = self.potential.half
+        rounding = 4 * waves.rounding + 4 * EPSILON * abs(top)
+        # of the gap against the linear part, and of its mean over a square against the middle: the
+        # mean along x for every y first, which leaves no mixed derivative
+        self._rest = 0.5 * half**2 * (xx + 2 * xy + yy) + rounding
+        self._bulge = half**2 / 6 * (xx + yy) + rounding
+
+    def pressed(self, penetration: float, raised: Array | float = 0.0) -> Array:
+        """Return the pressure under the body, raised in places, that is met in the cells' middles.
+
+        It proves nothing by itself.
+        """
+        gap = self.centres - raised
+        lowest = min(float(gap.min()), 0.0)
+        press = Press(self.operator, gap - lowest)
+        return fft.solve(press, Load("penetration", penetration - lowest)).pressure
+
+    def shortfall(self, pressure: Array, penetration: float) -> tuple[Array, float]:
+        """By how much a pressure fails at most, anywhere in each cell, to reach d - g.
+
+        With an upper bound of <p, K p>.
+        """
+        worst, stored = np.zeros(self.shape), 0.0
+        half = self.potential.half
+        for gap, (along, across), u in zip(
+            self._gaps, self._slopes, self.potential.expansions(pressure), strict=True
+        ):
+            sway = half * (np.abs(u.slope_x + along) + np.abs(u.slope_y + across))
+            missing = penetration - gap - u.value + sway + u.under + self._rest
+            # beyond the body's reach d - g is negative everywhere on the square
+            reach = half * (np.abs(along) + np.abs(across)) + self._rest
+            worst = np.maximum(worst, np.where(penetration - gap + reach > 0, missing, 0.0))
+            stored += self._stored(pressure, u)
+        return worst, stored
+
+    def deepest(self, pressure: Array) -> tuple[Array, float]:
+        """Upper bound of the displacement on each loaded cell; zero elsewhere. And of <p, K p>."""
+        most, stored = np.zeros(self.shape), 0.0
+        for u in self.potential.expansions(pressure):
+            sway = self.potential.half * (np.abs(u.slope_x) + np.abs(u.slope_y))
+            most = np.maximum(most, np.where(pressure > 0, u.value + sway + u.over, 0.0))
+            stored += self._stored(pressure, u)
+        return most, stored
+
+    def _stored(self, pressure: Array, u: Expansion) -> float:
+        """Upper bound of the integral of p u over a square of each cell, p >= 0.
+
+        The mean of value and slopes over a square about its middle is the value.
+        """
+        total = math.fsum((pressure * (u.value + u.over)).flat) * (1 + 16 * EPSILON)
+        return total * (2 * self.potential.half) ** 2
+
+    def force(self, pressure: Array) -> float:
+        """Integral of a pressure."""
+        return math.fsum(pressure.flat) * self.spacing**2
+
+    def work(self, pressure: Array, penetration: float) -> float:
+        """Lower bound of the integral of p (d - g), p >= 0."""
+        mean = sum(self._gaps) / len(self._gaps)
+        terms = pressure * (penetration - mean - self._bulge)
+        rounding = 32 * EPSILON * math.fsum((pressure * (penetration + np.abs(mean))).flat)
+        return (math.fsum(terms.flat) - rounding) * self.spacing**2
+
+
 class Patch:
     """A square patch of a band-limited rough surface over an elastic half-space.
+
+    Penetrations are counted from the highest sample of the surface.
 
     Parameters
     ----------
@@ -76,7 +201,7 @@ class Patch:
         self._looks = _LOOK * points
 
     def force(self, penetration: float, effective_modulus: float) -> Interval:
-        """Force at a penetration, counted from the highest sample of the surface."""
+        """Force at a penetration."""
         refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
         block = self.block(penetration)
         lower, upper = force_below(block, penetration), force_above(block, penetration)
@@ -88,16 +213,16 @@ class Patch:
     def energy(self, penetration: Interval, effective_modulus: float) -> Interval:
         """Energy at a penetration in an interval; it grows with the penetration.
 
-        Raises
-        ------
-        ArithmeticError
-            If cells of this size prove nothing from below.
+        If cells of this size prove nothing from below, ArithmeticError.
         """
         ends = penetration.lower, penetration.upper
-        least = energy_below(self.block(ends[0]), ends[0])
-        if not least > 0:
+        block = self.block(ends[0])
+        pressure = block.pressed(ends[0])
+        work = block.work(pressure, ends[0])
+        if work <= 0:
             raise ArithmeticError(f"no energy is proved at a penetration of {ends[0]:.4g}")
-        return effective_modulus * Interval(least, energy_above(self.block(ends[1]), ends[1]))
+        lower = below(work**2 / (2 * block.deepest(pressure)[1]), 16)
+        return effective_modulus * Interval(lower, energy_above(self.block(ends[1]), ends[1]))
 
     def stiffness(
         self, penetration: Interval, force: Interval, effective_modulus: float
@@ -118,15 +243,7 @@ class Patch:
         return effective_modulus * Interval(below(lower, 8), above((far - least) / step, 8))
 
     def penetration(self, force: float, effective_modulus: float) -> Interval:
-        """Penetration at a force, counted as in `force`: a force grows with it.
-
-        Raises
-        ------
-        ValueError
-            For a force or modulus that is not positive and finite.
-        ArithmeticError
-            If cells of this size prove nothing that reaches the force.
-        """
+        """Penetration at a force, which grows with it; see `inverse`, also for what it raises."""
         refuse(positive_faults(force=force, effective_modulus=effective_modulus))
         value = force / effective_modulus
         near = inverse(value, self.on_grid, self.on_grid, self._rms, _POWER).middle
@@ -139,13 +256,7 @@ class Patch:
         )
 
     def by_ellipses(self, penetration: float, effective_modulus: float) -> float:
-        """Lower bound of the force by flat punches on the summits (`summits`): without cells.
-
-        Raises
-        ------
-        ValueError
-            As `force`.
-        """
+        """Lower bound of the force by flat punches on the summits: without cells."""
         refuse(positive_faults(penetration=penetration, effective_modulus=effective_modulus))
         far = self._corner + self.size
         corners = (self._corner, self._corner), (far, far)
@@ -162,16 +273,16 @@ class Patch:
         xx, xy, yy = waves.curvatures()
         highest = height + 0.5 * step * (np.abs(along) + np.abs(across))
         highest += 0.125 * step**2 * (xx + 2 * xy + yy) + 8 * waves.rounding
-        reached = np.nonzero(highest > self.top - penetration)
         ratio = self.grid[0] / self._looks
-        first, beyond = [], []
-        for squares in reached:
+        first, shape = [], []
+        for squares in np.nonzero(highest > self.top - penetration):
             # whole cells; one more where rounding might decide
-            first.append(max(math.floor(squares.min() * ratio - 1e-6), 0))
-            beyond.append(min(math.ceil((squares.max() + 1) * ratio + 1e-6), self.grid[0]))
-        shape = (beyond[0] - first[0], beyond[1] - first[1])
-        start = first[0], first[1]
-        return Block(waves, self.top, self.spacing, self._corner, start, shape)
+            least = max(math.floor(squares.min() * ratio - 1e-6), 0)
+            beyond = min(math.ceil((squares.max() + 1) * ratio + 1e-6), self.grid[0])
+            first.append(least)
+            shape.append(beyond - least)
+        start, count = (first[0], first[1]), (shape[0], shape[1])
+        return Block(waves, self.top, self.spacing, self._corner, start, count)
 
     def on_grid(self, penetration: float) -> float:
         """Return the force by the conditions at the cells' middles for E* = 1: no bound."""
@@ -181,13 +292,20 @@ class Patch:
 
 def force_above(block: Block, penetration: float) -> float:
     """Least force of pressures under a body that is raised wherever they failed, for E* = 1."""
+
+    def made_up(shortfall: Array) -> float:
+        """Force of flat punches that push by what is missing: one on each cell, or one on all."""
+        per_cell = math.sqrt(2) * block.spacing * math.fsum(shortfall.flat)
+        for_all = math.hypot(*block.shape) * block.spacing * float(shortfall.max())
+        return above(min(per_cell, for_all), 16)
+
     raised = np.zeros(block.shape)
     # no pressure at all fails by d at most, and where the body is higher than its samples by more
-    best = _made_up(block, np.full(block.shape, penetration + block.above_samples))
+    best = made_up(np.full(block.shape, penetration + block.above_samples))
     for _ in range(_ROUNDS):
         pressure = block.pressed(penetration, raised)
         shortfall, _ = block.shortfall(pressure, penetration)
-        best = min(best, block.force(pressure) + _made_up(block, shortfall))
+        best = min(best, block.force(pressure) + made_up(shortfall))
         raised += shortfall
         if not shortfall.any():
             break
@@ -209,41 +327,11 @@ def energy_above(block: Block, penetration: float) -> float:
     return above(best, 16)
 
 
-def energy_below(block: Block, penetration: float) -> float:
-    """Energy that the pressure under the body proves, for E* = 1."""
-    pressure = block.pressed(penetration)
-    work = block.work(pressure, penetration)
-    if work <= 0:
-        return 0.0
-    _, stored = block.deepest(pressure)
-    return below(work**2 / (2 * stored), 16)
-
-
-def _made_up(block: Block, shortfall: Array) -> float:
-    """Force of flat punches that push by what is missing: one on each cell, or one on all."""
-    per_cell = math.sqrt(2) * block.spacing * math.fsum(shortfall.flat)
-    for_all = math.hypot(*block.shape) * block.spacing * float(shortfall.max())
-    return above(min(per_cell, for_all), 16)
-
-
 def force_below(block: Block, penetration: float) -> float:
     """Largest mean of d - g under pressures that push nowhere they act deeper than a unit."""
-    loaded = block.pressed(penetration) > 0
-    if not loaded.any():
+    inside = np.flatnonzero(block.pressed(penetration) > 0)
+    if not inside.size:
         return 0.0
-    target = np.ones(block.shape)
-    best = 0.0
-    for _ in range(_ROUNDS):
-        pressure = _pushing(block, target, loaded)
-        deepest, _ = block.deepest(pressure)
-        best = max(best, block.work(pressure, penetration) / float(deepest.max()))
-        target -= np.maximum(deepest - np.quantile(deepest[loaded], 0.5), 0.0) * loaded
-    return below(best, 16)
-
-
-def _pushing(block: Block, target: Array, loaded: NDArray[np.bool_]) -> Array:
-    """Pressure on loaded cells for given displacements of their middles, cut at zero."""
-    inside = np.flatnonzero(loaded)
 
     def displacement(values: Array) -> Array:
         field = np.zeros(block.shape)
@@ -251,7 +339,14 @@ def _pushing(block: Block, target: Array, loaded: NDArray[np.bool_]) -> Array:
         return block.operator.apply(field).flat[inside]
 
     operator = LinearOperator((len(inside),) * 2, matvec=displacement, dtype=float)
-    values, _ = cg(operator, target.flat[inside], rtol=1e-6, maxiter=400)
-    pressure = np.zeros(block.shape)
-    pressure.flat[inside] = np.maximum(values, 0.0)
-    return pressure
+    target, best = np.ones(len(inside)), 0.0
+    for _ in range(_ROUNDS):
+        # the pressure for these displacements of the cells' middles, cut at zero
+        values, _ = cg(operator, target, rtol=1e-6, maxiter=400)
+        pressure = np.zeros(block.shape)
+        pressure.flat[inside] = np.maximum(values, 0.0)
+        deepest, _ = block.deepest(pressure)
+        best = max(best, block.work(pressure, penetration) / float(deepest.max()))
+        under = deepest.flat[inside]
+        target -= np.maximum(under - np.quantile(under, 0.5), 0.0)
+    return below(best, 16)

@@ -49,15 +49,10 @@ _POWER = 0.5
 
 
 class PeriodicSurface:
-    """A band-limited periodic surface over a half-space with E* = 1, its cells n x m times finer.
+    """A band-limited periodic surface over a half-space, on cells some times finer along a side.
 
-    Parameters
-    ----------
-    heights : (n, m)
-        Growing towards the half-space; the surface is the trigonometric polynomial through them.
-    size : (float, float)
-    finer : int
-        Cells per point along a side.
+    It is the trigonometric polynomial through heights (n, m), which grow towards the half-space.
+    Whatever takes no modulus is for E* = 1.
     """
 
     def __init__(self, heights: Array, size: tuple[float, float], finer: int = 4) -> None:
@@ -124,12 +119,8 @@ class PeriodicSurface:
         It grows with the pressure. As the penetration d = Pi' is concave, and -s without a load, of
         a surface that rises s above its samples, Pi''(P) is not above (d + s)/P, nor what second
         differences of Pi make it over [P - 2 h, P], and not below these over [P, P + 2 h].
-
-        Raises
-        ------
-        ArithmeticError
-            If no upper bound is proved, as of Pi a second difference is left within its width, or
-            the pressure is not proved to be positive.
+        ArithmeticError if a second difference is left within the width of Pi, or the pressure is
+        not proved to be positive.
         """
         light, heavy = (x / effective_modulus for x in (mean_pressure.lower, mean_pressure.upper))
         if not light > 0:
@@ -163,27 +154,18 @@ class PeriodicSurface:
         gain = EPSILON * (2 * abs(ahead) + 1.5 * abs(at_once) + 0.5 * abs(beyond)) / step
         return above((2 * ahead - 1.5 * at_once - 0.5 * beyond) / step, 8) + 8 * gain
 
-    def _press(self, gap: Array) -> Press:
-        return Press(self.operator, gap - gap.min())
-
-    def on_grid(self, P: float) -> Contact:
-        """Return the contact of the grid's points, which proves nothing."""
-        return fft.solve(self._press(self.gap), Load("force", P * self.area))
+    def on_grid(self, P: float, raised: Array | float = 0.0) -> Contact:
+        """Return the contact of the grid's points with the body raised, which proves nothing."""
+        gap = self.gap - raised
+        return fft.solve(Press(self.operator, gap - gap.min()), Load("force", P * self.area))
 
     def _above(self, P: float) -> float:
-        """Energy of a pressure on cells, per area."""
+        """Upper bound of Pi per area, by the pressure under the grid's points."""
         contact = self.on_grid(P)
-        pressure = contact.pressure * (P / contact.pressure.mean())
-        return self.energy_of(pressure)
+        return self.energy_of(contact.pressure * (P / contact.pressure.mean()))
 
     def energy_of(self, pressure: Array) -> float:
-        """Upper bound of Pi that a pressure on the cells proves, per area.
-
-        Raises
-        ------
-        ValueError
-            For a pressure that is negative anywhere.
-        """
+        """Upper bound of Pi per area that a pressure on the cells proves, nowhere negative."""
         if not (pressure >= 0).all():
             least = float(pressure.min())
             raise ValueError(f"pressure must be at least 0 everywhere, not {least!r}")
@@ -191,7 +173,12 @@ class PeriodicSurface:
         modes = transforms.rfft2(pressure, norm="forward")
         square = np.abs(modes) ** 2 * _both_signs(self.grid)
         stored = 0.5 * ((transfer + remainder) * square).sum()
-        work = (pressure * (self.top - self._cell_means())).mean()
+        # means of the heights over the cells: every wave times two sincs
+        qx, qy = wavenumbers(self.grid, self.spacing)
+        modes = transforms.rfft2(self.top - self.gap)
+        modes *= np.sinc(qx * self.spacing[0] / (2 * np.pi))
+        modes *= np.sinc(qy * self.spacing[1] / (2 * np.pi))
+        work = (pressure * (self.top - transforms.irfft2(modes, self.grid))).mean()
         # transforms err in the root mean square, relative to that of what they transform: what the
         # energy makes of it by Cauchy and Schwarz, and the work, of two transforms of the heights
         noise = 1.1 * transform_rounding(*self.grid) + _SUM * EPSILON
@@ -200,15 +187,8 @@ class PeriodicSurface:
         stored = (math.sqrt(stored * (1 + _SUM * EPSILON)) + amiss) ** 2
         return float(stored + work + 4 * noise * size * (lift + abs(self.top)))
 
-    def _cell_means(self) -> Array:
-        """Means of the heights over the cells: every wave times two sincs."""
-        qx, qy = wavenumbers(self.grid, self.spacing)
-        modes = transforms.rfft2(self.top - self.gap)
-        modes *= np.sinc(qx * self.spacing[0] / (2 * np.pi))
-        modes *= np.sinc(qy * self.spacing[1] / (2 * np.pi))
-        return transforms.irfft2(modes, self.grid)
-
     def _below(self, P: float) -> float:
+        """Lower bound of Pi per area."""
         return fenchel_bound(P, *self._dual(P))
 
     def _dual(self, P: float) -> tuple[float, float]:
@@ -219,8 +199,7 @@ class PeriodicSurface:
         raised = np.zeros(self.grid)
         best, most = (0.0, 0.0), -math.inf
         for _ in range(_ROUNDS):
-            gap = self.gap - raised
-            contact = fft.solve(self._press(gap), Load("force", P * self.area))
+            contact = self.on_grid(P, raised)
             modes = transforms.rfft2(contact.displacement, norm="forward")
             least = self.least_sum(modes, contact.pressure)
             stored = self.stored_by(modes)
@@ -242,7 +221,11 @@ class PeriodicSurface:
         The modes at half the sampling frequency must be zero; they are set to zero here. The bound
         is sharp where v + g lies below its mean under a pressure.
         """
-        _drop_half(modes, self.grid)
+        if self.grid[0] % 2 == 0:
+            modes[self.grid[0] // 2] = 0.0
+        if self.grid[1] % 2 == 0:
+            modes[:, self.grid[1] // 2] = 0.0
+        modes[0, 0] = 0.0
         total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
         ceiling = _mean_under(pressure, transforms.irfft2(total, self.grid, norm="forward"))
         least = least_on_cells(total, self.spacing, self.grid, ceiling)
@@ -256,15 +239,8 @@ def fenchel_bound(P: float, least: float, stored: float) -> float:
 
 
 def _mean_under(pressure: Array, field: Array) -> float:
+    """Mean of a field, weighted with a pressure."""
     return float((field * pressure).sum() / pressure.sum())
-
-
-def _drop_half(modes: NDArray[np.complex128], grid: tuple[int, int]) -> None:
-    if grid[0] % 2 == 0:
-        modes[grid[0] // 2] = 0.0
-    if grid[1] % 2 == 0:
-        modes[:, grid[1] // 2] = 0.0
-    modes[0, 0] = 0.0
 
 
 def _both_signs(grid: tuple[int, int]) -> Array:

@@ -12,7 +12,7 @@ adds to the rest is bounded
 Far cells add up as the displacements do, in one more convolution. Near a cell the block of its
 neighbours is taken under one pressure first, whose rest is that of one large cell, and then what
 the pressures differ: nothing is sampled. The rounding of the transforms is bounded by a theorem
-(`transforms`), that of logarithms as `interval` says.
+(`transform_rounding`), that of logarithms as `interval` says.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from reference.bounds.trigonometric import transform_rounding
 from reference.halfspace.kernels import love
 
 Array = NDArray[np.float64]
+Modes = NDArray[np.complex128]
 
 # Offsets up to which the rest is bounded on parts of a square, and how many parts there are.
 _NEAR, _PARTS = 6, 32
@@ -67,31 +68,10 @@ class Expansion(NamedTuple):
     over: Array
 
 
-class _Kernels(NamedTuple):
-    """What a unit pressure on a cell does on one square, over all offsets.
-
-    Attributes
-    ----------
-    transforms : tuple of ndarray
-        Of value, slopes along x and y, and the bound of the bend far from the cell.
-    size : float
-        Norm of all that makes up a displacement.
-    """
-
-    transforms: tuple[NDArray[np.complex128], ...]
-    size: float
-
-
 class GridPotential:
     """Bounds of the displacement under pressures on n x m square cells of a free half-space.
 
-    Parameters
-    ----------
-    shape : (int, int)
-    spacing : float
-        Side of the cells.
-    squares : int
-        Squares per side of a cell on which the displacement is bounded.
+    For E* = 1, on `squares` by `squares` squares per cell.
 
     Attributes
     ----------
@@ -99,8 +79,6 @@ class GridPotential:
         Middles of the squares, relative to the cell's middle, in cells.
     half : float
         Half the side of a square.
-
-    All for E* = 1.
     """
 
     def __init__(self, shape: tuple[int, int], spacing: float, squares: int) -> None:
@@ -109,60 +87,60 @@ class GridPotential:
         steps = (np.arange(squares) + 0.5) / squares - 0.5
         self.places = tuple((float(x), float(y)) for x in steps for y in steps)
         self._padded = tuple(fft.next_fast_len(2 * n, real=True) for n in shape)
-        self._kept: dict[int, _Kernels] = {}
+        self._kept: dict[int, tuple[list[Modes], float]] = {}
 
     def expansions(self, pressure: Array) -> Iterator[Expansion]:
         """Yield the displacement on each square of every cell, in the order of `places`."""
         modes = fft.rfft2(pressure, self._padded)
-        for place in range(len(self.places)):
-            yield self._expansion(pressure, modes, place)
-
-    def _expansion(self, pressure: Array, modes: NDArray[np.complex128], place: int) -> Expansion:
-        kernels = self._kept.get(place) or self._kernels(place)
-        if math.prod(self._padded) <= _KEPT:
-            self._kept[place] = kernels
-        results = [fft.irfft2(modes * kernel, self._padded) for kernel in kernels.transforms]
-        value, slope_x, slope_y, bend = (
-            result[: self.shape[0], : self.shape[1]] for result in results
-        )
-        under, over = np.zeros((2, *self.shape))
-        deepest, highest = (rest[place] for rest in _near_rests(self.squares))
-        block = _block_rests(place, self.squares)
-        _add_near(pressure, deepest, highest, block, under, over)
-        # the rounding of two transforms, by Cauchy and Schwarz, of their product and of its inverse
         noise = 1.1 * transform_rounding(*self._padded) + 8 * EPSILON
-        slack = 2 * noise * float(np.linalg.norm(pressure)) * kernels.size
-        slack += noise * self._size([float(np.linalg.norm(result)) for result in results])
-        slack += _LOVE * value + _LOGARITHM * self.half * math.fsum(pressure.flat)
-        under = bend + self.spacing * under + slack
-        over = 2 * bend + self.spacing * over + slack
-        return Expansion(value, slope_x, slope_y, under, over)
+        for place in range(len(self.places)):
+            kernels, size = self._kept.get(place) or self._kernels(place)
+            if math.prod(self._padded) <= _KEPT:
+                self._kept[place] = kernels, size
+            results = [fft.irfft2(modes * kernel, self._padded) for kernel in kernels]
+            value, slope_x, slope_y, bend = (
+                result[: self.shape[0], : self.shape[1]] for result in results
+            )
+            under, over = np.zeros((2, *self.shape))
+            deepest, highest = (rest[place] for rest in _near_rests(self.squares))
+            block = _block_rests(place, self.squares)
+            _add_near(pressure, deepest, highest, block, under, over)
+            # the rounding of two transforms, by Cauchy and Schwarz, of their product and of its
+            # inverse
+            slack = 2 * noise * float(np.linalg.norm(pressure)) * size
+            slack += noise * self._size(results)
+            slack += _LOVE * value + _LOGARITHM * self.half * math.fsum(pressure.flat)
+            under = bend + self.spacing * under + slack
+            over = 2 * bend + self.spacing * over + slack
+            yield Expansion(value, slope_x, slope_y, under, over)
 
-    def _offsets(self) -> tuple[Array, Array]:
-        """Offsets of the padded grid in cells, negative ones at its end."""
-        rows, columns = (np.rint(n * fft.fftfreq(n)) for n in self._padded)
-        return rows[:, None], columns[None, :]
+    def _kernels(self, place: int) -> tuple[list[Modes], float]:
+        """Transform what a unit pressure on a cell does on one square, over all offsets.
 
-    def _kernels(self, place: int) -> _Kernels:
+        Of value, slopes along x and y, and the bound of the bend far from the cell; and the norm of
+        all that makes up a displacement.
+        """
         step, (x, y) = self.spacing, self.places[place]
-        i, j = self._offsets()
+        # offsets of the padded grid in cells, negative ones at its end
+        rows, columns = (np.rint(n * fft.fftfreq(n)) for n in self._padded)
+        i, j = rows[:, None], columns[None, :]
         near = (np.abs(i) <= _NEAR) & (np.abs(j) <= _NEAR)
         i, j = np.broadcast_arrays(i + x, j + y)
         value = love(i, j, (step, step), 1.0)
-        slope_x, slope_y = step_slopes(i * step, j * step, step)
+        slope_x, slope_y = _slopes(i * step, j * step, step)
         # the nearest points of square and cell, or none of it near the cell
         reach = 0.5 * step + self.half
         apart = np.hypot(*(np.maximum(np.abs(o) * step - reach, 0.0) for o in (i, j)))
         far = np.where(near, np.inf, apart)
         # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
         bend = step**2 * self.half**2 / far**3 / math.pi
-        parts = value, slope_x, slope_y, bend
-        size = self._size([float(np.linalg.norm(part)) for part in parts])
-        return _Kernels(tuple(fft.rfft2(part) for part in parts), size)
+        parts = [value, slope_x, slope_y, bend]
+        return [fft.rfft2(part) for part in parts], self._size(parts)
 
-    def _size(self, norms: list[float]) -> float:
-        """Return what value, slopes and bend of these norms come to on a square."""
-        return norms[0] + self.half * (norms[1] + norms[2]) + 2 * norms[3]
+    def _size(self, parts: list[Array]) -> float:
+        """Norm of the displacement on a square that value, slopes and bend make up."""
+        value, slope_x, slope_y, bend = (float(np.linalg.norm(part)) for part in parts)
+        return value + self.half * (slope_x + slope_y) + 2 * bend
 
 
 @lru_cache(maxsize=4)
@@ -173,13 +151,19 @@ def _near_rests(squares: int) -> tuple[Array, Array]:
     one side of these suffice.
     """
     steps = (np.arange(squares) + 0.5) / squares - 0.5
+    offsets = np.arange(-_NEAR, _NEAR + 1.0)
     rests = np.empty((2, squares, squares, 2 * _NEAR + 1, 2 * _NEAR + 1))
+    known: dict[tuple[float, float], tuple[Array, Array]] = {}
     for m, x in enumerate(steps):
         for n, y in enumerate(steps):
-            long, short = max(abs(x), abs(y)), min(abs(x), abs(y))
-            for rest, bound in zip(rests, _rests_of_square(long, short, squares), strict=True):
+            square = max(abs(x), abs(y)), min(abs(x), abs(y))
+            if square not in known:
+                at_x, at_y = np.meshgrid(offsets + square[0], offsets + square[1], indexing="ij")
+                slopes = _slopes(at_x, at_y, 1.0)
+                known[square] = _bound_rests(at_x, at_y, *slopes, 0.5 / squares)
+            for rest, bound in zip(rests, known[square], strict=True):
                 bound = bound.T if abs(y) > abs(x) else bound
-                rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1]
+                rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1] + _REST
     under, over = rests.reshape(2, squares**2, *rests.shape[3:])
     return under, over
 
@@ -193,7 +177,7 @@ def _block_rests(place: int, squares: int) -> Array:
     steps = (np.arange(squares) + 0.5) / squares - 0.5
     size = 2 * _NEAR + 1
     x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
-    under, over = _bound_rests(x, y, *step_slopes(x, y, 1.0), 0.5 / squares / size)
+    under, over = _bound_rests(x, y, *_slopes(x, y, 1.0), 0.5 / squares / size)
     return size * (np.array([under[0, 0], over[0, 0]]) + _REST)
 
 
@@ -224,15 +208,6 @@ def _add_near(pressure, deepest, highest, block, under, over):
                 if pressure[k, m] == 0.0:
                     break
             under[k, m], over[k, m] = least_under, least_over
-
-
-@lru_cache(maxsize=64)
-def _rests_of_square(x: float, y: float, squares: int) -> tuple[Array, Array]:
-    offsets = np.arange(-_NEAR, _NEAR + 1.0)
-    places_x, places_y = np.meshgrid(offsets + x, offsets + y, indexing="ij")
-    slope_x, slope_y = step_slopes(places_x, places_y, 1.0)
-    under, over = _bound_rests(places_x, places_y, slope_x, slope_y, 0.5 / squares)
-    return under + _REST, over + _REST
 
 
 @njit(cache=True, error_model="numpy")
@@ -282,13 +257,13 @@ def _nearest_farthest(low, high):
     return 0.0 if low < 0 < high else min(first, second), max(first, second)
 
 
-def step_slopes(x: Array, y: Array, side: float) -> tuple[Array, Array]:
+def _slopes(x: Array, y: Array, side: float) -> tuple[Array, Array]:
     """Slopes along x and y of the displacement under a cell; infinite on its edges."""
-    return _slope(x, y, side), _slope(y, x, side)
-
-
-def _slope(x: Array, y: Array, side: float) -> Array:
-    right, left, upper, lower = x + side / 2, x - side / 2, y + side / 2, y - side / 2
-    total = np.arcsinh(upper / np.abs(right)) - np.arcsinh(upper / np.abs(left))
-    total += np.arcsinh(lower / np.abs(left)) - np.arcsinh(lower / np.abs(right))
-    return total / math.pi
+    slopes = []
+    for along, across in ((x, y), (y, x)):
+        right, left = np.abs(along + side / 2), np.abs(along - side / 2)
+        upper, lower = across + side / 2, across - side / 2
+        total = np.arcsinh(upper / right) - np.arcsinh(upper / left)
+        total += np.arcsinh(lower / left) - np.arcsinh(lower / right)
+        slopes.append(total / math.pi)
+    return slopes[0], slopes[1]
