@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
@@ -50,6 +51,8 @@ def in_file(error: ValidationError, model: type[BaseModel]) -> list[str]:
         if problem["type"] == "extra_forbidden":
             *tables, key = problem["loc"]
             lines[-1] += near(str(key), _keys(model, tables))
+        if problem["type"] == "literal_error" and isinstance(problem["input"], str):
+            lines[-1] += near(problem["input"], re.findall("'([^']+)'", problem["ctx"]["expected"]))
         if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
             known = _keys(model, problem["loc"])
             given = problem["input"] if isinstance(problem["input"], Mapping) else {}

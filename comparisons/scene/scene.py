@@ -346,6 +346,11 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in builtin_folder().glob("*.toml"))
 
 
+def beginning(kind: str) -> str:
+    """Return the text of a scene with comments to begin with: "ball", "map" or "punch"."""
+    return (Path(__file__).parent / "beginnings" / f"{kind}.toml").read_text(encoding="utf-8")
+
+
 def load_scene(
     source: str | Path | Mapping[str, Any] | Scene, overrides: Mapping[str, Any] | None = None
 ) -> Scene:

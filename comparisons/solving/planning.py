@@ -277,7 +277,7 @@ def plan_all(
     sources: Iterable[Source],
     overrides: Mapping[str, Any],
     effort: Effort,
-    origin: str = "--methods, --option",
+    origin: str = "--methods, --tolerance, --quantities, --option",
     brought: Sequence[str] = (),
 ) -> list[Plan]:
     """Load and plan all scenes and suites.

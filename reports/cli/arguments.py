@@ -54,15 +54,23 @@ def part_of(text: str) -> tuple[int, int]:
     raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
 
 
-def overrides_of(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
-    """Turn --methods and --option into keys of the scene, to be validated with it."""
+def overrides_of(
+    methods: str | None = None,
+    options: tuple[str, ...] = (),
+    tolerance: str | None = None,
+    quantities: str | None = None,
+) -> dict[str, Any]:
+    """Turn options of the command line into keys of the scene, to be validated with it."""
     import tomllib
 
     from comparisons.errors import InputError
 
     overrides: dict[str, Any] = {}
-    if methods is not None:
-        overrides["compare.methods"] = [method.strip() for method in methods.split(",")]
+    for key, names in (("methods", methods), ("quantities", quantities)):
+        if names is not None:
+            overrides[f"compare.{key}"] = [name.strip() for name in names.split(",")]
+    if tolerance is not None:
+        overrides["compare.tolerance"] = share(tolerance)
     for text in options:
         key, equals, value = text.partition("=")
         if not equals or key.count(".") != 1:

@@ -9,11 +9,11 @@ import io
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group, Parameter
 
-from reports.cli.arguments import Flag, Full, share
+from reports.cli.arguments import Flag, Full, overrides_of
 from reports.cli.calibrate_command import calibrate
 from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
@@ -21,6 +21,7 @@ from reports.cli.ensemble_command import ensemble
 from reports.cli.hard_cases_command import hard_cases
 from reports.cli.merge_command import merge
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
+from reports.cli.new_command import new
 from reports.cli.paper_command import paper
 from reports.cli.problems_command import leaderboard, problems, submit
 from reports.cli.run_command import report, run
@@ -48,20 +49,21 @@ app = App(
     version_flags=["--version"],
     help_format="plaintext",
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
+    default_parameter=Parameter(negative_iterable=(), show_default=False),
 )
-app.command(run)
-app.command(solve)
-app.command(report)
-app.command(claims)
-app.command(calibrate)
-app.command(hard_cases)
-app.command(compare)
-app.command(paper)
-app.command(ensemble)
-app.command(merge)
-app.command(problems)
-app.command(submit)
-app.command(leaderboard)
+EVERYDAY, SHARED, VALIDATION = (
+    Group(name, sort_key=place)
+    for place, name in enumerate(
+        ("Everyday", "Problems for all methods, and many surfaces", "For validation")
+    )
+)
+for _group, _commands in {
+    EVERYDAY: (new, run, solve, report, compare, paper),
+    SHARED: (problems, submit, leaderboard, ensemble, merge),
+    VALIDATION: (claims, calibrate, hard_cases),
+}.items():
+    for _command in _commands:
+        app.command(_command, group=_group)
 
 
 def run_command(arguments: list[str]) -> int:
@@ -112,7 +114,7 @@ def _interrupted(reason: str, arguments: list[str]) -> int:
     return INTERRUPTED
 
 
-@app.command(name="list")
+@app.command(name="list", group=EVERYDAY)
 def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD_FILES) -> int:
     """List the built-in scenes, methods, claims or hard cases.
 
@@ -141,7 +143,7 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
     return FINE
 
 
-@app.command
+@app.command(group=VALIDATION)
 def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     """Measure the speed of the solvers against yardsticks timed in the same run.
 
@@ -171,7 +173,7 @@ def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     return FINE
 
 
-@app.command
+@app.command(group=EVERYDAY)
 def advise(
     scene: str,
     *,
@@ -205,11 +207,7 @@ def advise(
     from reports.cli import advising
 
     brought = method_files.load()
-    overrides: dict[str, Any] = {}
-    if tolerance is not None:
-        overrides["compare.tolerance"] = share(tolerance)
-    if quantities is not None:
-        overrides["compare.quantities"] = [quantity.strip() for quantity in quantities.split(",")]
+    overrides = overrides_of(tolerance=tolerance, quantities=quantities)
     effort: Effort = "full" if full else "quick"
     plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought)
     if not known:
@@ -218,7 +216,7 @@ def advise(
     return advising.print_known(plans, json, again)
 
 
-@app.command
+@app.command(group=VALIDATION)
 def check(
     *scenes: str,
     method: str = "reduced",

@@ -22,9 +22,9 @@ class MethodFiles:
         A Python file with your own method (docs/adding-a-method.md), which then runs, also
         where others are named; may be repeated.
     method_seconds
-        Time limit for one solve of your method, including the start of its process.
+        Time limit for one solve of your method, including the start of its process; default: 120.
     method_gigabytes
-        Memory limit for the process of your method.
+        Memory limit for the process of your method; default: 2.
     """
 
     method_file: tuple[Path, ...] = ()

@@ -6,7 +6,7 @@ import shlex
 import sys
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from reports.cli.arguments import Flag, Full, Verbose, overrides_of, part_of
 from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
@@ -23,6 +23,8 @@ DEFAULT_FOLDER = Path("roughline-results")
 def run(  # noqa: PLR0913 (the options on the command line)
     *scenes: str,
     methods: str | None = None,
+    tolerance: str | None = None,
+    quantities: str | None = None,
     option: tuple[str, ...] = (),
     full: Full = False,
     plan: Flag = False,
@@ -31,7 +33,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     part: str | None = None,
     resume: Flag = False,
     pictures: bool = True,
-    paraview: Flag = False,
+    fields: Literal["shown", "all"] = "shown",
     verbose: Verbose = False,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
@@ -45,6 +47,10 @@ def run(  # noqa: PLR0913 (the options on the command line)
         default: quick.
     methods
         Comma-separated list of methods to use; default: all.
+    tolerance
+        Acceptable relative error, such as 5% or 0.05; default: that of each scene.
+    quantities
+        Comma-separated quantities to compare; default: those of each scene.
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
@@ -62,8 +68,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Continue an interrupted run.
     pictures
         Render 3-D pictures for the report.
-    paraview
-        Write the fields of all settings as VTU files, too.
+    fields
+        "all": those of every setting as VTU files, too, for ParaView; default: what pages show.
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
@@ -77,7 +83,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     brought = method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
-    overrides = overrides_of(methods, option)
+    overrides = overrides_of(methods, option, tolerance, quantities)
     plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
     if plan:
         terminal.print_plans(plans)
@@ -90,7 +96,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
         effort=effort,
         executor=workers.executor(),
         part=share_of_work,
-        paraview=paraview,
+        paraview=fields == "all",
         resume=resume,
         overwrite=overwrite,
     )

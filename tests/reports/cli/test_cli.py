@@ -123,6 +123,28 @@ def copied(whole, tmp_path):
     return shutil.copytree(whole, tmp_path / "o")
 
 
+@pytest.mark.parametrize("kind", ["ball", "map", "punch"])
+def test_a_new_scene_file_can_be_planned_and_is_never_overwritten(roughline, tmp_path, kind):
+    np.savetxt(tmp_path / "heights.csv", np.random.default_rng(1).normal(size=(16, 16)))
+    assert roughline("new", kind).code == 0
+    planned = roughline("run", f"{kind}.toml", "--plan", "--tolerance", "2%")
+    assert planned.code == 0, planned.err
+    again = roughline("new", kind)
+    assert (again.code, again.err) == (2, f"{kind}.toml: exists; choose another name\n")
+
+
+def test_run_judges_by_the_tolerance_and_quantities_of_the_command(roughline, tmp_path, ball):
+    asked = ("--tolerance", "2%", "--quantities", "contact_area")
+    methods = ("--methods", "closed_form,reduced")
+    run = roughline("run", ball, *asked, *methods, "--out", "o", "--no-pictures")
+    assert run.code == 0
+    (judged,) = load_study(tmp_path / "o").scenes
+    assert (judged.tolerance, tuple(judged.quantities)) == (0.02, ("contact_area",))
+    wrong = roughline("run", ball, "--quantities", "contact_aera")
+    assert wrong.code == 2
+    assert "did you mean contact_area or" in wrong.err
+
+
 def table(path):
     with Path(path).open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
