@@ -115,11 +115,11 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
     line = _Line(ball, np.sqrt(2) * reach, ENTRAINED, _edges(resolution, _REACH))
     number = 12 * ball.viscosity * speed * ball.radius**2 / (ball.load * line.length)
     reached, state = line.start(number)
-    state, ratio = line.solved(_Entrained(reached), state, 1.0), _RATIO
+    state, ratio = line.solved(_Flow(line, reached), state, 1.0), _RATIO
     while reached != number:
         target = number if number >= reached * ratio else reached * ratio
         try:
-            state, reached = line.solved(_Entrained(target), state, 1.0), target
+            state, reached = line.solved(_Flow(line, target), state, 1.0), target
         except ConvergenceError:
             ratio = float(np.sqrt(ratio))
             if ratio > _CLOSEST:
@@ -140,7 +140,7 @@ def approach(ball: Ball, speed: float, resolution: int) -> LineFilm:
         share = min(1.0, share / ratio)
         earlier, before = before, state
         guess = _State(before.s, before.separation - 0.8 * (earlier.separation - before.separation))
-        state = line.solved(_Squeezed(number, line, before, earlier), guess, share)
+        state = line.solved(_Flow(line, 0.0, number, before, earlier), guess, share)
     return line.film(state, speed)
 
 
@@ -193,11 +193,11 @@ class _Line:
         below = 2 * max(0.0, -float(self.gap.min()))
         for separation in below + 0.5 * 2.0 ** np.arange(_TRIED):
             s = np.where(self.x < 0, -self.x / (self.gap + separation) ** 2, -0.5)
-            flow, state = _Entrained(1.0), _State(s, separation)
+            flow, state = _Flow(self, 1.0), _State(s, separation)
             rigid = np.zeros(s.size)
             for _ in range(_ROUNDS):
-                bands = flow.slopes(self, state, rigid, np.zeros(s.size))[0]
-                s = state.s - solve_banded((1, 1), bands, flow.balance(self, state, rigid))
+                bands = flow.slopes(state, rigid, np.zeros(s.size))[0]
+                s = state.s - solve_banded((1, 1), bands, flow.balance(state, rigid))
                 settled, state = not ((s > 0) != (state.s > 0)).any(), _State(s, separation)
                 if settled:
                     break
@@ -223,17 +223,16 @@ class _Line:
                 return share, at(separation / ratio)[2], state
         raise ConvergenceError("no load so light that the ball is as good as rigid", [])
 
-    def solved(self, flow: _Entrained | _Squeezed, start: _State, share: float) -> _State:
+    def solved(self, flow: _Flow, start: _State, share: float) -> _State:
         """Return the film that carries a share of the load, by Newton's method."""
         state, best = start, start
+        highest = np.inf if flow.before is None else flow.before.separation  # bodies come closer
         history: list[float] = []
         for _ in range(_ROUNDS):
             w, slope = self.springs(np.maximum(state.s, 0.0))
-            mass = flow.balance(self, state, w)
+            mass = flow.balance(state, w)
             force = float(w @ self.dx) / self.softness - share
-            error = max(
-                float(np.abs(mass / flow.through(self, state, w)).max()), abs(force) / share
-            )
+            error = max(float(np.abs(mass / flow.through(state, w)).max()), abs(force) / share)
             if not history or error < min(history):
                 best = _State(state.s, state.separation, error)
             history.append(error)
@@ -242,7 +241,7 @@ class _Line:
                 return best
             if not error <= _LOST:
                 break
-            bands, by_separation = flow.slopes(self, state, w, slope)
+            bands, by_separation = flow.slopes(state, w, slope)
             try:
                 part, answer = solve_banded((1, 1), bands, np.array([mass, by_separation]).T).T
             except np.linalg.LinAlgError:
@@ -256,7 +255,7 @@ class _Line:
                 s = state.s + kept * (-part - rise * answer)
                 separation = state.separation + kept * rise
                 after = self.gap + separation + self.springs(np.maximum(s, 0.0))[0]
-                if (after > _KEPT * before).all() and flow.admits(separation):
+                if (after > _KEPT * before).all() and separation < highest:
                     break
                 kept /= 2
             state = _State(s, separation)
@@ -292,27 +291,39 @@ class _Line:
 
 
 @dataclass(frozen=True)
-class _Entrained:
-    """A film that surfaces draw along x: L = 12 eta U."""
+class _Flow:
+    """What flows along the line, and what a thicker film keeps.
 
+    Surfaces draw the film along x, L = 12 eta U (`speed`), or approach at V, L = 12 eta V
+    (`approach`): then the separation is the clock, and `before` and `earlier` are the films of the
+    two steps before this.
+    """
+
+    line: _Line
     speed: float
+    approach: float = 0.0
+    before: _State | None = None
+    earlier: _State | None = None
 
-    def balance(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what flows out of each cell."""
-        h = line.faces(state, w)
-        flow = self.speed * h - line.conductance * h**3 * _steps(state.s)
-        vapour = np.maximum(-state.s, 0.0)
-        flow[1:] -= self.speed * vapour * (line.gap + state.separation + w)
-        return np.diff(flow)
+    def balance(self, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what flows out of each cell, and what the thicker film keeps."""
+        line = self.line
+        h, p = line.faces(state, w), np.maximum(state.s, 0.0)
+        flow = self.speed * h - line.conductance * h**3 * _steps(p)
+        flow[1:] -= self.speed * np.maximum(-state.s, 0.0) * (line.gap + state.separation + w)
+        out = np.diff(flow)
+        if self.before is not None:
+            weights = self._weights(self.before.separation - state.separation)
+            out = out + self.approach * line.dx * (weights @ self._films(state, w))
+        return out
 
     def slopes(
-        self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
+        self, state: _State, w: np.ndarray, slope: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the three diagonals of the derivative by s, and that by the separation."""
-        h = line.faces(state, w)
-        full = state.s > 0
-        vapour = np.maximum(-state.s, 0.0)
-        by_h = self.speed - 3 * line.conductance * h**2 * _steps(state.s)
+        line = self.line
+        h, full, p = line.faces(state, w), state.s > 0, np.maximum(state.s, 0.0)
+        by_h = self.speed - 3 * line.conductance * h**2 * _steps(p)
         by_p = line.conductance * h**3
         before, after = by_h / 2, by_h / 2
         after[0] *= 2
@@ -322,60 +333,35 @@ class _Entrained:
         left += self.speed * np.where(full, 0.0, line.gap + state.separation + w)
         right = np.where(full, -by_p[:-1] + after[:-1] * slope, 0.0)
         bands = np.array([right, left - right, -left])
-        by_separation = by_h.copy()
-        by_separation[1:] -= self.speed * vapour
-        return bands, np.diff(by_separation)
+        by_h[1:] -= self.speed * np.maximum(-state.s, 0.0)
+        by_separation = np.diff(by_h)
+        if self.before is not None:
+            fall = self.before.separation - state.separation
+            step, kept = 1e-6 * fall, self.approach * line.dx
+            own = self._weights(fall)[0]
+            turned = (self._weights(fall + step) - self._weights(fall - step)) / (2 * step)
+            bands[1] += kept * own * slope
+            by_separation = by_separation + kept * (own - turned @ self._films(state, w))
+        return bands, by_separation
 
-    def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what flows through each cell."""
-        return self.speed * (line.gap + state.separation + w) + _driven(line, state, w)
-
-    def admits(self, separation: float) -> bool:
-        """Whether there is such a flow: always."""
-        return True
-
-
-@dataclass(frozen=True)
-class _Squeezed:
-    """A step of bodies that approach at V, L = 12 eta V: the separation is the clock."""
-
-    speed: float
-    line: _Line
-    before: _State
-    earlier: _State
-
-    def balance(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what flows out of each cell, and what the thicker film keeps."""
-        flow = _Entrained(0.0).balance(line, state, w)
-        weights = self._weights(self.before.separation - state.separation)
-        return flow + self.speed * line.dx * (weights @ self._films(state, w))
-
-    def slopes(
-        self, line: _Line, state: _State, w: np.ndarray, slope: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return derivatives as of a film that is drawn along."""
-        bands, by_separation = _Entrained(0.0).slopes(line, state, w, slope)
-        fall = self.before.separation - state.separation
-        step, kept = 1e-6 * fall, self.speed * line.dx
-        own = self._weights(fall)[0]
-        turned = (self._weights(fall + step) - self._weights(fall - step)) / (2 * step)
-        bands[1] += kept * own * slope
-        return bands, by_separation + kept * (own - turned @ self._films(state, w))
-
-    def through(self, line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
-        """Return what the approach presses out of each cell, and what flows."""
-        return self.speed * line.dx + _driven(line, state, w)
-
-    def admits(self, separation: float) -> bool:
-        """Whether the bodies have come closer."""
-        return separation < self.before.separation
+    def through(self, state: _State, w: np.ndarray) -> np.ndarray:
+        """Return what flows through each cell, or is pressed out, the scale of its balance."""
+        line = self.line
+        driven = line.conductance * line.faces(state, w) ** 3
+        driven = np.maximum(state.s, 0.0) * (driven[1:] + driven[:-1])
+        if self.before is not None:
+            return self.approach * line.dx + driven
+        return self.speed * (line.gap + state.separation + w) + driven
 
     def _films(self, state: _State, w: np.ndarray) -> np.ndarray:
-        past = [self.line.springs(s.s)[0] + s.separation for s in (self.before, self.earlier)]
-        return self.line.gap + np.array([w + state.separation, *past])
+        past = (s for s in (self.before, self.earlier) if s is not None)
+        bodies = [self.line.springs(s.s)[0] + s.separation for s in past]
+        return self.line.gap + np.array([w + state.separation, *bodies])
 
     def _weights(self, fall: float) -> np.ndarray:
         """Return the weights of three films in a backward difference of second order, times V."""
+        assert self.before is not None
+        assert self.earlier is not None
         last = self.earlier.separation - self.before.separation
         both = fall + last
         return np.array(
@@ -383,15 +369,9 @@ class _Squeezed:
         )
 
 
-def _driven(line: _Line, state: _State, w: np.ndarray) -> np.ndarray:
-    """Return how much the pressure of each cell would drive out of it alone."""
-    driven = line.conductance * line.faces(state, w) ** 3
-    return np.maximum(state.s, 0.0) * (driven[1:] + driven[:-1])
-
-
-def _steps(s: np.ndarray) -> np.ndarray:
+def _steps(p: np.ndarray) -> np.ndarray:
     """Return differences of the pressure across the faces, zero beyond the ends."""
-    return np.diff(np.concatenate([[0.0], np.maximum(s, 0.0), [0.0]]))
+    return np.diff(np.concatenate([[0.0], p, [0.0]]))
 
 
 def _edges(resolution: int, reach: float) -> np.ndarray:

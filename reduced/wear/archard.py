@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -35,6 +35,8 @@ from reduced.rough.regions import RULES, line_stress
 _STEP = 0.5
 MOST_STEPS = 200_000
 CONTROLS = ("penetration", "force")
+Wear = tuple[np.ndarray, float]
+"""Of a body, per unit of k and of the path: depths (m Pa), and the volume (m N)."""
 LineRule = Literal["own_curvature", "one_radius"]
 
 
@@ -112,19 +114,12 @@ def wear(
         line = body.line(worn)
         return press(line, modulus, Load("penetration", depth + float(line.single().max())))
 
-    def rate(worn: np.ndarray) -> Rate:
+    def rate(worn: np.ndarray) -> Wear:
         depth, _ = pressed(worn)
         if oscillation is None:
             return body.rate(worn, modulus, depth, None)
-        slipped = body.rate(worn, modulus, depth, depth - oscillation.lag)
-        return Rate(oscillation.slip * slipped.depth, oscillation.slip * slipped.volume)
-
-    def stuck(worn: np.ndarray, depth: float) -> float:
-        """Return the length of the springs with g < d - lag."""
-        inner = -np.inf if oscillation is None else depth - oscillation.lag
-        if inner <= -float(body.line(worn).single().max()):
-            return 0.0
-        return float(contact_at(worn, inner).contact_length[0, 0])
+        depths, volume = body.rate(worn, modulus, depth, depth - oscillation.lag)
+        return oscillation.slip * depths, oscillation.slip * volume
 
     def along() -> Iterator[WornLine]:
         farthest = 1.0 if oscillation is None else 4 * oscillation.amplitude
@@ -137,43 +132,19 @@ def wear(
             count = int(np.ceil((distance - at) / longest))
             k = coefficient * (distance - at) / count
             for _ in range(count):  # Heun
-                first = rate(worn)
-                second = rate(worn + k * first.depth)
-                worn = worn + 0.5 * k * (first.depth + second.depth)
-                volume += 0.5 * k * (first.volume + second.volume)
+                first, first_volume = rate(worn)
+                second, second_volume = rate(worn + k * first)
+                worn = worn + 0.5 * k * (first + second)
+                volume += 0.5 * k * (first_volume + second_volume)
             at, steps = float(distance), steps + count
             depth, force = pressed(worn)
-            contact = contact_at(worn, depth)
-            yield WornLine(depth, contact, force, worn, volume, stuck(worn, depth), steps)
+            contact, stuck = contact_at(worn, depth), 0.0
+            inner = -np.inf if oscillation is None else depth - oscillation.lag
+            if inner > -float(body.line(worn).single().max()):  # springs with g < d - lag
+                stuck = float(contact_at(worn, inner).contact_length[0, 0])
+            yield WornLine(depth, contact, force, worn, volume, stuck, steps)
 
     return along()
-
-
-@dataclass(frozen=True)
-class Rate:
-    """Wear per unit of k and of the path: depths (m Pa), and the volume (m N)."""
-
-    depth: np.ndarray
-    volume: float
-
-
-class WearingBody(Protocol):
-    """A body above springs, after it has lost the depths `worn`."""
-
-    spacing: float
-
-    @property
-    def places(self) -> int:
-        """Number of depths."""
-
-    def line(self, worn: np.ndarray) -> RoughLines:
-        """Return the line of springs, heights -g positive towards them."""
-
-    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
-        """Return the wear at a penetration; `slip`: the lower one that leaves the stick zone.
-
-        Without it all springs slip by one; with it by what g exceeds it.
-        """
 
 
 class Rings:
@@ -259,12 +230,8 @@ class RoundBody:
         reach = min(reach, edge)
         self.spacing = reach / springs
         self.rings = Rings(self.spacing, springs)
+        self.places = springs
         self.unworn = np.asarray(profile.height(self.rings.middles), dtype=float)
-
-    @property
-    def places(self) -> int:
-        """Number of rings."""
-        return self.rings.count
 
     def heights(self, worn: np.ndarray) -> np.ndarray:
         """Return g over the springs of one half."""
@@ -275,8 +242,11 @@ class RoundBody:
         half = self.heights(worn)
         return RoughLines(-np.concatenate([half[::-1], half]), self.spacing, periodic=False)
 
-    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
-        """Return pressure times slip on every ring.
+    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Wear:
+        """Return pressure times slip on every ring at a penetration.
+
+        `slip` is the lower penetration that leaves the stick zone: springs slip by what g exceeds
+        it, without it all by one.
 
         Raises ConvergenceError if the pressure is a tension somewhere (the contact has opened
         inside), or if the contact reaches the last ring of a body that goes on.
@@ -290,7 +260,7 @@ class RoundBody:
         wear = modulus * np.maximum(pressure, 0.0)
         if slip is not None:
             wear = wear * np.maximum(self.rings.raised(np.maximum(heights - slip, 0.0)), 0.0)
-        return Rate(wear, float(wear @ self.rings.areas))
+        return wear, float(wear @ self.rings.areas)
 
 
 class WearingLine:
@@ -303,20 +273,15 @@ class WearingLine:
 
     def __init__(self, heights: RoughLines, rule: LineRule) -> None:
         self.unworn, self.rule = heights, rule
-        self.spacing = heights.spacing
+        self.spacing, self.places = heights.spacing, heights.single().size
         assert rule in RULES
-
-    @property
-    def places(self) -> int:
-        """Number of springs."""
-        return self.unworn.single().size
 
     def line(self, worn: np.ndarray) -> RoughLines:
         """Return the worn line."""
         return RoughLines(self.unworn.single() - worn, self.spacing, self.unworn.periodic)
 
-    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Rate:
-        """Return stress times slip at every spring.
+    def rate(self, worn: np.ndarray, modulus: float, depth: float, slip: float | None) -> Wear:
+        """Return stress times slip at every spring, with `slip` as of `RoundBody`.
 
         Raises ConvergenceError where the rule has no real value.
         """
@@ -338,4 +303,8 @@ class WearingLine:
         number = np.arange(region.size)
         middle = np.bincount(region, number) / np.maximum(np.bincount(region), 1)
         areas = np.asarray(np.pi * self.spacing**2 * np.abs(number - middle[region]))
-        return Rate(depths, float(wear @ areas))
+        return depths, float(wear @ areas)
+
+
+WearingBody = RoundBody | WearingLine
+"""A body above springs, after it has lost the depths `worn` at its places."""
