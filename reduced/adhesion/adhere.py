@@ -273,12 +273,12 @@ class _Contact:
             pieces = line.cut(self.half, 2 * self.surface, PENETRATION)
             parting = pieces.load[pieces.radius <= before.contact_radius].min()
             after = State(float(parting), 0.0, 0.0, 0.0)
-        lost = self._free_energy(before) - self._free_energy(after)
+        free = [
+            state.elastic_energy - self.modulus * self.surface * state.contact_radius**2
+            for state in (before, after)
+        ]
+        lost = free[0] - free[1]
         if self.control == FORCE:
             lost -= before.force * (before.penetration - after.penetration)
         self.dissipated += lost
         self.events.append(Event(kind, len(self.record), before, after, lost))
-
-    def _free_energy(self, state: State) -> float:
-        area = state.contact_radius**2
-        return state.elastic_energy - self.modulus * self.surface * area

@@ -206,6 +206,8 @@ def _explicit(scheme, system, v0, x, v, h, steps, stride, records):
 def _implicit(theta, system, v0, x, v, h, steps, stride, records):
     """Run m (u - v)/(theta h) = force(t + theta h, x + theta h u, u), u the velocity at theta.
 
+    Each step solves A u + (2/pi) h L arctan((u - V)/v0) = b by Gauss-Seidel sweeps with exact block
+    solves; the solution minimises a strictly convex function, for which such sweeps converge.
     Returns the evaluations of the law and the step at which the velocities did not converge, or -1.
     """
     mass, load, amplitude, frequency, stiffness, damping, belt, limit = system
@@ -214,57 +216,43 @@ def _implicit(theta, system, v0, x, v, h, steps, stride, records):
     for i in range(n):
         matrix[i, i] += mass[i] / theta
     _record(records, 0, x, v)
-    evaluations, u = 0, v.copy()
+    evaluations, u, impulse = 0, v.copy(), h * limit
     for k in range(steps):
         swing = np.cos(frequency * (k + theta) * h)
         right = mass * v / theta + h * (load + amplitude * swing)
         for i in range(n):
             for j in range(n):
                 right[i] -= h * stiffness[i, j] * x[j]
-        used = _solve(matrix, right, h * limit, belt, v0, u)
-        if used < 0:
+        for _ in range(_SWEEPS):
+            change, size = 0.0, 0.0
+            for i in range(n):
+                remainder = right[i] - matrix[i, i] * belt[i]
+                for j in range(n):
+                    if j != i:
+                        remainder -= matrix[i, j] * u[j]
+                # a w + (2/pi) b arctan(w/v0) = c: for c > 0 the left side is concave in w > 0,
+                # Newton's method increases to the root from any smaller w, such as (c - b)/a and
+                # the root of the tangent at w = 0, until rounding stops it
+                a, b, goal = matrix[i, i], impulse[i], abs(remainder)
+                w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
+                for _ in range(_NEWTON):
+                    evaluations += 1
+                    ratio = w / v0
+                    excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)
+                    slope = a + 2.0 / np.pi * b / (v0 * (1.0 + ratio * ratio))
+                    way = excess / slope
+                    if way <= 2.0 * _EPSILON * w:
+                        break
+                    w += way
+                new = belt[i] + np.copysign(w, remainder)
+                change, size = max(change, abs(new - u[i])), max(size, abs(new))
+                u[i] = new
+            if n == 1 or change <= 4.0 * _EPSILON * size:
+                break
+        else:
             return evaluations, k
-        evaluations += used
         x = x + h * u
         v = (u - (1.0 - theta) * v) / theta
         if (k + 1) % stride == 0:
             _record(records, (k + 1) // stride, x, v)
     return evaluations // n, -1
-
-
-@njit(cache=True)
-def _solve(matrix, right, impulse, belt, v0, u):
-    """Solve A u + (2/pi) h L arctan((u - V)/v0) = b by Gauss-Seidel sweeps with exact block solves.
-
-    The solution minimises a strictly convex function, for which such sweeps converge.
-    Returns evaluations of the law, or -1.
-    """
-    n, evaluations = right.size, 0
-    for _ in range(_SWEEPS):
-        change, size = 0.0, 0.0
-        for i in range(n):
-            remainder = right[i] - matrix[i, i] * belt[i]
-            for j in range(n):
-                if j != i:
-                    remainder -= matrix[i, j] * u[j]
-            # a w + (2/pi) b arctan(w/v0) = c: for c > 0 the left side is concave in w > 0, Newton's
-            # method increases to the root from any smaller w, such as (c - b)/a and the root of the
-            # tangent at w = 0, until rounding stops it
-            a, b, goal = matrix[i, i], impulse[i], abs(remainder)
-            w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
-            for _ in range(_NEWTON):
-                evaluations += 1
-                ratio = w / v0
-                excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)
-                slope = a + 2.0 / np.pi * b / (v0 * (1.0 + ratio * ratio))
-                step = excess / slope
-                if step <= 2.0 * _EPSILON * w:
-                    break
-                w += step
-            slip = np.copysign(w, remainder)
-            new = belt[i] + slip
-            change, size = max(change, abs(new - u[i])), max(size, abs(new))
-            u[i] = new
-        if n == 1 or change <= 4.0 * _EPSILON * size:
-            return evaluations
-    return -1

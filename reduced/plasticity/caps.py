@@ -88,12 +88,10 @@ class YieldingSprings:
 
     def walk(self, path: LoadPath) -> Yielded:
         """Follow a path of penetrations, or of forces, none of them negative."""
-        control = path.one_of("penetration", "force")
-        if control == "force" and (path.values < 0).any():
-            raise ValueError("force must not be negative: nothing holds the indenter")
+        forced = is_forced(path)
         lost, rows = np.zeros(self.gap.shape), []
         for load in path.values:
-            depth = float(load) if control == "penetration" else self._depth(float(load), lost)
+            depth = self._depth(float(load), lost) if forced else float(load)
             elastic = self.elastic(depth, lost)
             lost = np.where(elastic > 0, np.maximum(lost, depth - self.gap - elastic), lost)
             force = float(2 * self.modulus * self.spacing * elastic.sum())
@@ -134,6 +132,14 @@ class YieldingSprings:
                 break
             low, high = (middle, high) if self.force(middle, lost) < force else (low, middle)
         return high
+
+
+def is_forced(path: LoadPath, body: str = "indenter") -> bool:
+    """Return whether a path prescribes forces; raise an error if any of them is negative."""
+    forced = path.one_of("penetration", "force") == "force"
+    if forced and (path.values < 0).any():
+        raise ValueError(f"force must not be negative: nothing holds the {body}")
+    return forced
 
 
 def elastic_limit(reading: Reading, root: np.ndarray, deflection: np.ndarray) -> np.ndarray:

@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
-from reduced.plasticity.caps import READINGS, Reading, elastic_limit
+from reduced.plasticity.caps import READINGS, Reading, elastic_limit, is_forced
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
 from reduced.rough.regions import RULES, curvature, regions
@@ -81,9 +81,7 @@ def walk(lines: RoughLines, springs: Yielding, path: LoadPath) -> YieldedLines:
     >>> round(float(pressed.force[0, 0] / pressed.contact_area[0, 0]) / 1e-4, 3)
     0.785
     """
-    control = path.one_of("penetration", "force")
-    if control == "force" and (path.values < 0).any():
-        raise ValueError("force must not be negative: nothing holds the line")
+    control = "force" if is_forced(path, "line") else "penetration"
     steps = []
     for row in range(len(lines)):
         line = _Line(lines[row], springs)
@@ -156,17 +154,17 @@ class _Line:
         nothing["mean_gap"] = np.array([[float((self.gap + lost).mean()) - depth]])
         return LineContact(**nothing)
 
-    def _force(self, depth: float) -> float:
-        """Return the force at a penetration, springs yielding on the way there."""
-        lost, _ = self._shortened(depth)
-        return float(self._pressed(lost, "penetration", depth - self._left(lost)).force[0, 0])
-
     def _depth(self, force: float, least: float) -> float:
         """Return the penetration at a force that some springs yield under."""
+
+        def excess(depth: float) -> float:
+            lost, _ = self._shortened(depth)
+            pressed = self._pressed(lost, "penetration", depth - self._left(lost))
+            return float(pressed.force[0, 0]) - force
+
         high = least
         for _ in range(_DOUBLINGS):
             high *= 2
-            if self._force(high) >= force:
-                low = least * (1 - 1e-9)
-                return float(brentq(lambda d: self._force(d) - force, low, high, xtol=1e-12 * high))
+            if excess(high) >= 0:
+                return float(brentq(excess, least * (1 - 1e-9), high, xtol=1e-12 * high))
         raise ConvergenceError("the springs never carry this force")

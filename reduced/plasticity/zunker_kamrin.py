@@ -16,7 +16,7 @@ import numpy as np
 from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
-from reduced.plasticity.caps import Yielded
+from reduced.plasticity.caps import Yielded, is_forced
 
 _ROUNDS = 200
 
@@ -79,12 +79,9 @@ class ZunkerKamrin:
 
     def walk(self, path: LoadPath) -> Yielded:
         """Follow a path of penetrations, or of forces, none of them negative."""
-        control = path.one_of("penetration", "force")
-        if control == "force" and (path.values < 0).any():
-            raise ValueError("force must not be negative: nothing holds the indenter")
-        deepest, rows = 0.0, []
+        forced, deepest, rows = is_forced(path), 0.0, []
         for load in path.values:
-            depth = float(load) if control == "penetration" else self._depth(float(load), deepest)
+            depth = self._depth(float(load), deepest) if forced else float(load)
             deepest = max(deepest, depth)
             rows.append((depth, *self.at(depth, deepest)))
         return Yielded(*(np.array(column) for column in zip(*rows, strict=True)))

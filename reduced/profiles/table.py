@@ -70,7 +70,15 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
     """Return the profile of f, with m = (r f')' and the jumps of f' and m at the nodes."""
     slope, second, third = curve.derivative(), curve.derivative(2), curve.derivative(3)
     end, nodes, length = float(r[-1]), r[1:-1], float(r[-1])
-    slope_jump, moment_jump = _jumps(slope, second, nodes)
+    # jumps of f' and of m = f' + r f'' at the inner nodes
+    slope_jump = moment_jump = nodes
+    if nodes.size:
+        inner = np.nextafter(nodes, 0)
+        left, bend = (PPoly(p.c[:, :-1], p.x[:-1])(inner) for p in (slope, second))
+        slope_jump = slope(nodes) - left
+        # slopes of pchip are continuous by construction; differences are rounding, not kinks
+        slope_jump[np.abs(slope_jump) <= 1e-12 * np.abs(slope(nodes))] = 0.0
+        moment_jump = slope_jump + nodes * (second(nodes) - bend)
 
     def height(x: np.ndarray) -> np.ndarray:
         inside = np.minimum(x, end)
@@ -112,19 +120,6 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
         abel_integral=abel_integral,
         section=section,
     )
-
-
-def _jumps(slope: PPoly, second: PPoly, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the jumps of f' and m = f' + r f'' at the inner nodes of the polynomials."""
-    if not nodes.size:
-        return nodes, nodes
-    before = [PPoly(p.c[:, :-1], p.x[:-1]) for p in (slope, second)]
-    left = [p(np.nextafter(nodes, 0)) for p in before]
-    right = [slope(nodes), second(nodes)]
-    jump = right[0] - left[0]
-    # Slopes of pchip are continuous by construction; differences are rounding, not kinks.
-    jump[np.abs(jump) <= 1e-12 * np.abs(right[0])] = 0.0
-    return jump, jump + nodes * (right[1] - left[1])
 
 
 def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int = 0) -> np.ndarray:
