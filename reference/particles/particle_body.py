@@ -68,8 +68,8 @@ class ParticleContact:
     history : list of float
         What is not balanced, over the reactions, by step of the last round.
     moved : (n, 6) ndarray
-        Displacements in units of the spacing, and rotations, of all automata.
-    traces : (n,) ndarray
+        Displacements in units of the spacing, and rotations, of all automata; (2, n, 6) of a pair.
+    traces : (n,) or (2, n) ndarray
         Their relative changes of volume.
     flowed : (n, 3, 3) ndarray
         Their plastic strains; none at all where none can flow.
@@ -154,9 +154,6 @@ class ParticleHalfSpace:
     True
     """
 
-    # The floor lies under the sum of the displacements of so many bodies, as a unit vector.
-    bodies = 1
-
     def __init__(
         self,
         domain: Domain,
@@ -166,15 +163,21 @@ class ParticleHalfSpace:
         youngs_modulus: float = 1.0,
     ) -> None:
         refuse(positive_faults(spacing=spacing, youngs_modulus=youngs_modulus))
-        self.domain, self.spacing, self.youngs_modulus = domain, spacing, youngs_modulus
+        self._fill(domain, [(youngs_modulus, poisson_ratio)], spacing)
+
+    def _fill(self, domain: Domain, constants: list[tuple[float, float]], spacing: float) -> None:
+        """Put automata into one or two bodies of a modulus and a Poisson's ratio each."""
+        self.domain, self.spacing, self.youngs_modulus = domain, spacing, constants[0][0]
         packing = half_space_packing(domain.half_widths)
-        self.automata = Automata(packing, Elastic(poisson_ratio))
-        self.far = FarField(domain, packing, poisson_ratio)
-        self._moved = np.zeros((len(packing.places), 6))
-        self._traces = np.zeros(len(packing.places))
-        self._forces = np.empty((packing.free, 6))
+        self.all_automata = [Automata(packing, Elastic(nu)) for _, nu in constants]
+        self.automata = self.all_automata[0]
+        self.ratios = [modulus / self.youngs_modulus for modulus, _ in constants]
+        self.bodies = len(constants)
+        self._far = [FarField(domain, packing, nu) for _, nu in constants]
+        self._moved = np.zeros((self.bodies, len(packing.places), 6))
+        self._traces = np.zeros((self.bodies, len(packing.places)))
+        self._forces = np.empty((self.bodies, packing.free, 6))
         self.flowed = UNFLOWED
-        self._size = self.bodies * self._forces.size
 
     @property
     def points(self) -> Floats:
@@ -184,20 +187,39 @@ class ParticleHalfSpace:
 
     @property
     def effective_modulus(self) -> float:
-        """E* = E/(1 - nu^2)."""
-        return self.youngs_modulus / (1 - self.automata.material.poisson_ratio**2)
+        """E* of all bodies, by which the search begins; the contact does not depend on it."""
+        squares = [1 - automata.material.poisson_ratio**2 for automata in self.all_automata]
+        return self.youngs_modulus / sum(np.divide(squares, self.ratios).tolist())
 
     def equivalent_stresses(self, contact: ParticleContact) -> Floats:
-        """Return the von Mises stress (free,) of each automaton in a contact."""
-        tensors = self.automata.stresses(contact.moved, contact.traces, contact.flowed)
-        return self.youngs_modulus * von_mises(components(tensors))
+        """Return the von Mises stress of each automaton that moves, of one body after the other."""
+        tensors = [
+            modulus * automata.stresses(moved, traces, contact.flowed)
+            for automata, modulus, moved, traces in zip(
+                *(self.all_automata, self.ratios),
+                *(
+                    contact.moved.reshape(self._moved.shape),
+                    contact.traces.reshape(self.bodies, -1),
+                ),
+                strict=True,
+            )
+        ]
+        return self.youngs_modulus * von_mises(components(np.concatenate(tensors)))
 
     def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
-        """Return places, displacements and von Mises stresses of the automata that move."""
+        """Return places, displacements and von Mises stresses of the automata that move.
+
+        A second body lies above the first.
+        """
         packing = self.automata.packing
-        moved = contact.moved[: packing.free, :3] * self.spacing
+        sides = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, -1.0]])[: self.bodies, None]
+        moved = contact.moved.reshape(self._moved.shape)[:, : packing.free, :3] * self.spacing
         places = packing.places[: packing.free] * self.spacing
-        return places, moved, self.equivalent_stresses(contact)
+        return (
+            (places * sides).reshape(-1, 3),
+            (moved * sides).reshape(-1, 3),
+            self.equivalent_stresses(contact),
+        )
 
     def largest_stress(self, contact: ParticleContact) -> float:
         """Return the largest von Mises stress, of the automata or between layers below the centre.
@@ -220,7 +242,7 @@ class ParticleHalfSpace:
     def stiffest(self) -> float:
         """Largest eigenvalue of the stiffness, in scaled units."""
         self._hold(None)
-        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._size)
+        return largest_stiffness(lambda way: self._pulls(way, UNFLOWED), self._forces.size)
 
     def press(
         self, gap: ArrayLike, load: Load, *, balance: float = BALANCE
@@ -267,23 +289,11 @@ class ParticleHalfSpace:
         Without a force contact begins at the depth `origin`; `last` is the contact of the load
         before.
         """
-        # start: springs under the overlap, or the last contact, along F ~ (d - d0)^n
+        # start from springs, or from the last contact, along F ~ (d - d0)^n
         depth = value
-        springs = WINKLER * self.effective_modulus / self.youngs_modulus
         if last is None:
-            if forced:
-                # springs of a disc as large as the lowest automata, so many that the next one is
-                # not reached
-                order = np.sort(gap[np.isfinite(gap)])
-                counts = np.arange(1, len(order) + 1)
-                disc = springs * np.sqrt(np.pi / counts)
-                depths = (value / disc + np.cumsum(order)) / counts
-                lowest = np.argmax(depths <= np.append(order[1:], np.inf))
-                depth = origin + float(depths[lowest])
-            overlap = np.maximum(depth - gap, 0.0)
-            area = max(int(np.count_nonzero(overlap)), 1)
-            sources = springs * np.sqrt(np.pi / area) * (self.far.shares.T @ overlap)
-            last = Held(np.zeros(self._size), sources, depth, float(sources.sum()))
+            last = self._on_springs(gap, value, origin, forced=forced)
+            depth = last.depth
         elif forced:
             way = max(last.depth - origin, LEAST_WAY * last.depth)
             depth = float(origin + way * (value / last.force) ** (1 / USUAL_EXPONENT))
@@ -308,7 +318,7 @@ class ParticleHalfSpace:
             moved, reactions = rest.moved, share * rest.reactions
             steps += rest.steps
             # the far field of its forces
-            answer = self.far.shares[near].T @ reactions
+            answer = self._far[0].shares[near].T @ reactions
             force = float(answer.sum())
             if not force > 0.0:  # the far field alone has pushed the surface out of reach
                 history.append(np.inf)
@@ -347,7 +357,7 @@ class ParticleHalfSpace:
     def _relaxed(self, floor: Floor, moved: Floats, sources: Floats, balance: float) -> Rest:
         """Return the equilibrium above a floor, in a given far field."""
         self._hold(sources)
-        load = self._pulls(np.zeros(self._size), self.flowed).copy()
+        load = self._pulls(np.zeros(self._forces.size), self.flowed).copy()
         self._hold(None)
         return relax(
             lambda way: -self._pulls(way, UNFLOWED),
@@ -356,23 +366,60 @@ class ParticleHalfSpace:
             stiffest=self.stiffest,
         )
 
+    def _on_springs(self, gap: Floats, value: float, origin: float, *, forced: bool) -> Held:
+        """Return the contact with Winkler's springs of a disc as large as the contact, about."""
+        depth = value
+        springs = WINKLER * self.effective_modulus / self.youngs_modulus
+        if forced:
+            # on so many of the lowest automata that the next one is not reached
+            order = np.sort(gap[np.isfinite(gap)])
+            counts = np.arange(1, len(order) + 1)
+            disc = springs * np.sqrt(np.pi / counts)
+            depths = (value / disc + np.cumsum(order)) / counts
+            reached = np.argmax(depths <= np.append(order[1:], np.inf))
+            depth = origin + float(depths[reached])
+        overlap = np.maximum(depth - gap, 0.0)
+        area = max(int(np.count_nonzero(overlap)), 1)
+        sources = springs * np.sqrt(np.pi / area) * (self._far[0].shares.T @ overlap)
+        return Held(np.zeros(self._forces.size), sources, depth, float(sources.sum()))
+
     def _hold(self, sources: Floats | None) -> None:
-        """Put the shell into the far field of some forces, or to rest."""
+        """Put the shells into the far field of some forces, or to rest."""
         free = self.automata.packing.free
-        held = np.zeros((1, 7)) if sources is None else self.far.at_shell(sources)
-        self._moved[free:], self._traces[free:] = held[:, :6], held[:, 6]
+        self._moved[:, free:], self._traces[:, free:] = 0.0, 0.0
+        if sources is not None:
+            for body, far in enumerate(self._far):
+                held = far.at_shell(sources) / self.ratios[body]
+                self._moved[body, free:], self._traces[body, free:] = held[:, :6], held[:, 6]
 
     def _pulls(self, way: Floats, flowed: Floats) -> Floats:
-        """Return the forces of the automata on each other, those in the shell as they are held."""
-        self._moved[: self.automata.packing.free] = way.reshape(-1, 6)
-        return self.automata.forces(self._moved, self._traces, self._forces, flowed).ravel()
+        """Return the forces of the automata on each other, those in the shells as they are held."""
+        self._moved[:, : self.automata.packing.free] = self._turned(way)
+        for body, automata in enumerate(self.all_automata):
+            automata.forces(self._moved[body], self._traces[body], self._forces[body], flowed)
+            self._forces[body] *= self.ratios[body]
+        return self._turned(self._forces).ravel()
+
+    def _turned(self, each: Floats) -> Floats:
+        """Return normal parts of two surfaces as sum and difference over sqrt(2), or back."""
+        each = each.reshape(self._forces.shape)
+        if self.bodies == 1:
+            return each
+        surface = self.automata.packing.surface
+        first, second = each[:, :surface, 2]
+        turned = each.copy()
+        turned[0, :surface, 2] = np.sqrt(0.5) * (first + second)
+        turned[1, :surface, 2] = np.sqrt(0.5) * (first - second)
+        return turned
 
     def _move(self, moved: Floats) -> Floats:
-        """Take displacements, with their changes of volume; return those of the surface."""
+        """Take displacements, with changes of volume; return those of the surfaces together."""
         packing = self.automata.packing
-        self._moved[: packing.free] = moved.reshape(-1, 6)
-        self.automata.strains(self._moved, self._traces)
-        return self._moved[: packing.surface, 2]
+        self._moved[:, : packing.free] = self._turned(moved)
+        for body, automata in enumerate(self.all_automata):
+            automata.strains(self._moved[body], self._traces[body])
+        together: Floats = self._moved[:, : packing.surface, 2].sum(axis=0)
+        return together
 
     def _contact(
         self,
@@ -398,8 +445,8 @@ class ParticleHalfSpace:
             active=active,
             steps=steps,
             history=rest.history,
-            moved=self._moved.copy(),
-            traces=self._traces.copy(),
+            moved=self._moved.copy() if self.bodies > 1 else self._moved[0].copy(),
+            traces=self._traces.copy() if self.bodies > 1 else self._traces[0].copy(),
             flowed=self.flowed.copy(),
         )
 
@@ -420,8 +467,6 @@ class ParticlePair(ParticleHalfSpace):
     0.5
     """
 
-    bodies = 2
-
     def __init__(
         self,
         domain: Domain,
@@ -431,75 +476,6 @@ class ParticlePair(ParticleHalfSpace):
         spacing: float = 1.0,
     ) -> None:
         first, second = youngs_moduli
-        refuse(positive_faults(youngs_modulus=first, second_youngs_modulus=second))
-        super().__init__(domain, poisson_ratios[0], spacing=spacing, youngs_modulus=first)
-        packing = self.automata.packing
-        self.ratio = second / first
-        self.second = Automata(packing, Elastic(poisson_ratios[1]))
-        self._second_far = FarField(domain, packing, poisson_ratios[1])
-        self._moved = np.zeros((2, len(packing.places), 6))
-        self._traces = np.zeros((2, len(packing.places)))
-
-    @property
-    def effective_modulus(self) -> float:
-        """E* of both, by which the search begins; what comes out does not depend on it."""
-        ratios = [a.material.poisson_ratio for a in (self.automata, self.second)]
-        compliance = (1 - ratios[0] ** 2) + (1 - ratios[1] ** 2) / self.ratio
-        return self.youngs_modulus / compliance
-
-    def equivalent_stresses(self, contact: ParticleContact) -> Floats:
-        """Return the von Mises stresses of all that move, the first body's before the second's."""
-        tensors = [
-            modulus * automata.stresses(moved, traces)
-            for automata, modulus, moved, traces in zip(
-                *((self.automata, self.second), (1.0, self.ratio), contact.moved, contact.traces),
-                strict=True,
-            )
-        ]
-        return self.youngs_modulus * von_mises(components(np.concatenate(tensors)))
-
-    def inside(self, contact: ParticleContact) -> tuple[Floats, Floats, Floats]:
-        """Return places, displacements and stresses, the second body above the first."""
-        packing, mirror = self.automata.packing, np.array([1.0, 1.0, -1.0])
-        places = packing.places[: packing.free] * self.spacing
-        moved = contact.moved[:, : packing.free, :3] * self.spacing
-        return (
-            np.concatenate([places, places * mirror]),
-            np.concatenate([moved[0], moved[1] * mirror]),
-            self.equivalent_stresses(contact),
-        )
-
-    def _hold(self, sources: Floats | None) -> None:
-        free = self.automata.packing.free
-        for body, far in enumerate((self.far, self._second_far)):
-            held = np.zeros((1, 7))
-            if sources is not None:
-                held = far.at_shell(sources) / self.ratio**body
-            self._moved[body, free:], self._traces[body, free:] = held[:, :6], held[:, 6]
-
-    def _pulls(self, way: Floats, flowed: Floats) -> Floats:
-        free = self.automata.packing.free
-        self._moved[:, :free] = self._turned(way.reshape(2, free, 6))
-        pulls = np.empty((2, free, 6))
-        self.automata.forces(self._moved[0], self._traces[0], pulls[0])
-        self.second.forces(self._moved[1], self._traces[1], pulls[1])
-        pulls[1] *= self.ratio
-        return self._turned(pulls).ravel()
-
-    def _turned(self, both: Floats) -> Floats:
-        """Return normal parts of surface automata as sum and difference over sqrt(2), or back."""
-        surface = self.automata.packing.surface
-        first, second = both[:, :surface, 2]
-        turned = both.copy()
-        turned[0, :surface, 2] = np.sqrt(0.5) * (first + second)
-        turned[1, :surface, 2] = np.sqrt(0.5) * (first - second)
-        return turned
-
-    def _move(self, moved: Floats) -> Floats:
-        """Take displacements; return those of both surfaces together."""
-        packing = self.automata.packing
-        self._moved[:, : packing.free] = self._turned(moved.reshape(2, packing.free, 6))
-        for body, automata in enumerate((self.automata, self.second)):
-            automata.strains(self._moved[body], self._traces[body])
-        shift: Floats = self._moved[:, : packing.surface, 2].sum(axis=0)
-        return shift
+        faults = positive_faults(youngs_modulus=first, second_youngs_modulus=second)
+        refuse(faults + positive_faults(spacing=spacing))
+        self._fill(domain, list(zip(youngs_moduli, poisson_ratios, strict=True)), spacing)

@@ -94,7 +94,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         """Return the body without load, at a given penetration or where contact is lost."""
         state = self.flowed, self.amount, self._before
         none, nothing = np.zeros(0, dtype=np.int64), np.zeros(0)
-        moved, sources = np.zeros(self._size), np.zeros(self.far.shares.shape[1])
+        moved, sources = np.zeros(self._forces.size), np.zeros(self._far[0].shares.shape[1])
         rest = Rest(moved, nothing, np.zeros(0, dtype=bool), 0, [0.0])
         if self.amount.any():
             rest = self._relaxed(Floor(none, nothing), moved, sources, balance)
@@ -117,7 +117,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
             # radial return from the trial stress of each automaton
             self._hold(sources)
             self._move(moved)
-            stress = deviator(self.automata.stresses(self._moved, self._traces, self.flowed))
+            stress = deviator(self.automata.stresses(self._moved[0], self._traces[0], self.flowed))
             self._hold(None)
             tried = stress + double * (self.flowed[:free] - begun[:free])
             size = np.sqrt(1.5) * np.linalg.norm(tried, axis=(1, 2))

@@ -3,11 +3,11 @@
 from reference.plastic.first_yield import yield_depth, yield_pressure
 from reference.plastic.indentation import Indentation, OutgrownError, PlasticState
 from reference.plastic.j2 import PlasticMaterial
-from reference.plastic.path import Moment, Walk
+from reference.plastic.path import DentMoment, Walk
 
 __all__ = [
+    "DentMoment",
     "Indentation",
-    "Moment",
     "OutgrownError",
     "PlasticMaterial",
     "PlasticState",

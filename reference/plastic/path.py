@@ -26,7 +26,7 @@ _FALLING = 3
 
 
 @dataclass(frozen=True)
-class Moment:
+class DentMoment:
     """A contact at one load of a path.
 
     `counted_area` of contact lies between the points that touch: to a part of an element. `work` of
@@ -110,7 +110,7 @@ class Walk:
         )
         self.step = (_STEP if mesh.hoop else _BLOCK_STEP) / per_radius
 
-    def along(self, path: LoadPath) -> Iterator[Moment]:
+    def along(self, path: LoadPath) -> Iterator[DentMoment]:
         """Yield the contact at each load of a path of penetrations or forces.
 
         Raises
@@ -141,7 +141,7 @@ class Walk:
                     state = self.indentation.press(state, value)
                 else:
                     state = self.indentation.push(state, value)
-            yield Moment(
+            yield DentMoment(
                 penetration=state.penetration * self.length,
                 force=state.force * self.modulus * self.length**2,
                 counted_area=self.indentation.counted_area(state) * self.length**2,
@@ -153,11 +153,11 @@ class Walk:
                 state=state,
             )
 
-    def contact_area(self, moment: Moment) -> float:
+    def contact_area(self, moment: DentMoment) -> float:
         """Return the area of contact: of round ones from the stiffness of unloading."""
         return self.indentation.contact_area(moment.state) * self.length**2
 
-    def residual_depth(self, moment: Moment) -> float:
+    def residual_depth(self, moment: DentMoment) -> float:
         """Return the depth that remains if the indenter is lifted off from here."""
         if not moment.state.points.amount.any():
             return 0.0
@@ -165,7 +165,7 @@ class Walk:
         left = self.indentation.push(state, 0.0) if state.force > 0 else state
         return self.length * self.indentation.residual_depth(left.unknowns)
 
-    def given_back(self, moment: Moment, steps: int = 6) -> float:
+    def given_back(self, moment: DentMoment, steps: int = 6) -> float:
         """Return the work that the body gives back if the indenter is lifted off from here."""
         state, work = moment.state, 0.0
         for share in 1 - np.arange(1, steps + 1) / steps:
@@ -175,7 +175,7 @@ class Walk:
             state = lifted
         return float(work * self.modulus * self.length**3)
 
-    def surface(self, moment: Moment) -> tuple[Array, Array]:
+    def surface(self, moment: DentMoment) -> tuple[Array, Array]:
         """Return places on the surface (1 or 2, n), and how far it has gone into the body there."""
         surface = self.indentation.mesh.surface
         place, sunk = surface.place, surface.sunk(moment.state.unknowns)

@@ -29,7 +29,7 @@ from reduced.springs.line import Springs
 from reference.elasticity import LARGEST_POISSON_RATIO, von_mises
 from reference.errors import ConvergenceError
 from reference.loads import LoadPath
-from reference.plastic import Moment, OutgrownError, Walk
+from reference.plastic import DentMoment, OutgrownError, Walk
 from reference.plastic.first_yield import first_yield
 
 # Meshes resolve contacts down to this share of the largest.
@@ -144,7 +144,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
         self,
         task: Task[IndenterGeometry],
         walk: Walk,
-        moment: Moment,
+        moment: DentMoment,
         before: int,
         yields_at: dict[str, float],
     ) -> Step:
@@ -210,7 +210,7 @@ class FemPlasticity(Solver[IndenterGeometry]):
     def _gap(self, x: np.ndarray, y: np.ndarray | None = None) -> np.ndarray:
         return self.indenter.gap(x, np.zeros(x.shape) if y is None else y)
 
-    def _fields(self, walk: Walk, moment: Moment) -> Fields:
+    def _fields(self, walk: Walk, moment: DentMoment) -> Fields:
         """Return the section along x: where it has yielded, and the shape of the surface."""
         mesh, state = walk.indentation.mesh, moment.state
         place, (on_top, sunk) = mesh.place * walk.length, walk.surface(moment)
