@@ -16,9 +16,11 @@ import numpy as np
 
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
-from reference.halfspace import Contact, HalfSpace
-from reference.halfspace.overlap import overlap_depth, overlap_pressure
-from reference.halfspace.solution import Press, assemble
+from reference.contact.body import ElasticBody
+from reference.contact.press import assemble, certify
+from reference.contact.start import overlap_depth, overlap_pressure
+from reference.halfspace import Contact
+from reference.loads import Load
 
 # Method -> packages whose versions determine its answer; the first is the solver.
 PACKAGES = {
@@ -38,7 +40,7 @@ _LOOSEST, _TIGHTEST = 1e-2, 1e-15
 class Problem:
     """Surfaces under a list of loads: gaps (m, nx, ny), one operator, loads (k,) of one control."""
 
-    operator: HalfSpace
+    operator: ElasticBody
     gaps: np.ndarray
     control: str
     loads: np.ndarray
@@ -257,7 +259,7 @@ def _measured(
         depth = float(gap.mean()) - load
     else:
         depth = float((gap + operator.apply(pressure))[mask].mean())
-    contact = assemble(Press(operator, gap), pressure, depth, iterations, [])
-    missed = abs(contact.force / load - 1) if problem.control == "force" else 0.0
-    worst = max(contact.violation, tension / float(pressure[mask].mean()), missed)
+    contact = assemble(operator, gap, pressure, depth, iterations, [])
+    found = certify(operator, gap, Load(problem.control, load), contact)
+    worst = max(found, tension / float(pressure[mask].mean()))
     return replace(contact, violation=worst)

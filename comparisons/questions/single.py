@@ -30,7 +30,7 @@ from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from comparisons.tasks.solution import Solution
-from reference.halfspace import pieces
+from reference.contact import pieces
 
 
 @dataclass(frozen=True)

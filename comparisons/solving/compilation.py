@@ -67,7 +67,7 @@ def compile_for(task: Task) -> dict[str, bool]:
 
 def _cache_folder() -> Path:
     """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
-    from reference.halfspace import descent
+    from reference.contact import descent
 
     cache = descent._advance.stats.cache_path
     if cache is None:

@@ -17,15 +17,14 @@ from pathlib import Path
 
 import numpy as np
 
+from reference.contact import descent, start
 from reference.errors import ConvergenceError
 from reference.halfspace import (
     FreeOperator,
     PeriodicOperator,
-    conjugate_gradients,
     dense,
     fft,
     kernels,
-    starts,
 )
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
@@ -118,7 +117,7 @@ def kernel_choice() -> list[list[str]]:
 # %%
 def solver_parts() -> list[list[str]]:
     """Count iterations and processor time of solves at 20 % and 4 % contact."""
-    full = conjugate_gradients._STAGES
+    full = descent._STAGES
     variants = {
         "all": (full, 128),
         "without coarser grids": (full, 10**9),
@@ -128,7 +127,7 @@ def solver_parts() -> list[list[str]]:
     cases = [(16, 0.1), (16, 0.02), (4, 0.1), (4, 0.02)]
     rows = [["", *(f"cutoff {cutoff}, F = {share} E\\* A0 h'" for cutoff, share in cases)]]
     for name, (stages, shortest) in variants.items():
-        conjugate_gradients._STAGES, starts._SHORTEST_COARSENED = stages, shortest
+        descent._STAGES, start._SHORTEST_COARSENED = stages, shortest
         cells = []
         for cutoff, share in cases:
             gap = gap_of(POINTS, cutoff)
@@ -138,7 +137,7 @@ def solver_parts() -> list[list[str]]:
             spent = cpu(partial(fft.solve, Press(operator, gap), Load("force", force)))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
-    conjugate_gradients._STAGES, starts._SHORTEST_COARSENED = full, 128
+    descent._STAGES, start._SHORTEST_COARSENED = full, 128
     return rows
 
 

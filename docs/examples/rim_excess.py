@@ -11,10 +11,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from reference.contact.body import ElasticBody
 from reference.fem import Material
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.grid_body import FreeBody
-from reference.halfspace import FreeOperator, HalfSpace, PeriodicOperator, fft
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
 from reference.loads import Load
@@ -25,7 +26,7 @@ PERIOD = 256
 
 
 # %%
-def operators() -> Iterator[tuple[str, int, Callable[[int], HalfSpace]]]:
+def operators() -> Iterator[tuple[str, int, Callable[[int], ElasticBody]]]:
     """Yield names, a period (0: free) and what makes an operator of so many cells a side."""
     sides = (1.0, 1.0)
     yield "Love", 0, lambda n: FreeOperator((n, n), sides, 1.0)
@@ -38,7 +39,7 @@ def operators() -> Iterator[tuple[str, int, Callable[[int], HalfSpace]]]:
             yield name, 0, lambda n, b=body, e=element: FreeBody((n, n), sides, b, e)
 
 
-def excess(make: Callable[[int], HalfSpace], period: int) -> tuple[float, float]:
+def excess(make: Callable[[int], ElasticBody], period: int) -> tuple[float, float]:
     """Return mean and standard error of the area above Hertz's, over the perimeter, in cells."""
     rng = np.random.default_rng(11)
     errors = []

@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from reference.arguments import choice_faults, refuse
+from reference.contact.body import check_grid
 from reference.elasticity import Material
 from reference.fem.column_elements import ELEMENTS, Element
 from reference.fem.columns import Layers, compliance
-from reference.halfspace.operators import FreeOperator, check_grid
+from reference.halfspace.operators import FreeOperator
 from reference.layered.graded import Graded
 from reference.layered.operators import OfBody, cell_modes, cell_modulus, is_local, uniform
 from reference.layered.radial import Body, cell_coefficients

@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.contact.press import Contact, assemble
 from reference.errors import ConvergenceError
 from reference.fem.contact import EXACT, Enforcement
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import fft
-from reference.halfspace.solution import Contact, Press, assemble
+from reference.halfspace.solution import Press
 from reference.loads import Load
 
 
@@ -94,7 +95,7 @@ def sweep(
                 "fewer",
                 history,
             )
-        answer = assemble(press, contact.pressure, depth, len(history), history)
+        answer = assemble(body, press.gap, contact.pressure, depth, len(history), history)
         yield answer
 
 

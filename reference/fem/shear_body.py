@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from reference.contact.body import window
 from reference.elasticity import Material
 from reference.fem.column_elements import Element
 from reference.fem.columns import Layers, tensor
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import kernels
 from reference.halfspace.cerruti import Compliance, Transfer
-from reference.halfspace.operators import window
 from reference.halfspace.traction import NormalAndTangential
 
 Array = NDArray[np.float64]

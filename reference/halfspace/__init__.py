@@ -1,15 +1,14 @@
-"""Contact on the elastic half-space: kernels, operators, dense and FFT solvers, areas."""
+"""Contact on the elastic half-space: kernels, operators, areas."""
 
 from __future__ import annotations
 
+from reference.contact.press import Contact
 from reference.halfspace import areas, dense, fft, kernels
-from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOperator
-from reference.halfspace.solution import Contact
+from reference.halfspace.operators import FreeOperator, PeriodicOperator
 
 __all__ = [
     "Contact",
     "FreeOperator",
-    "HalfSpace",
     "PeriodicOperator",
     "areas",
     "dense",

@@ -11,8 +11,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from reference.arguments import refuse, spacing_faults
-from reference.halfspace.conjugate_gradients import fixed_contact_response
-from reference.halfspace.operators import HalfSpace
+from reference.contact.body import ElasticBody
+from reference.contact.descent import descend
 
 # Yastrebov, Anciaux & Molinari (2017): mean excess of counted area per cell edge of the rim
 _PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
@@ -145,7 +145,7 @@ class Response:
     mean_displacement: float
 
 
-def contact_response(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> Response:
+def contact_response(operator: ElasticBody, mask: ArrayLike, tolerance: float = 1e-6) -> Response:
     """Return the response of a fixed contact set to a unit of depth.
 
     K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. Of an x that
@@ -178,12 +178,22 @@ def contact_response(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e
         return Response(0.0, np.zeros(mask.shape), 0.0)
     if mask.all() and operator.periodic and not operator.sinks:  # it only moves as a whole
         return Response(np.inf, np.full(mask.shape, np.inf), 1.0)
-    state = fixed_contact_response(operator, mask, tolerance)
+    # of either sign, on the mask; displaces its cells by one
+    state = descend(
+        operator,
+        np.where(mask, 0.0, np.inf),
+        np.zeros(operator.shape),
+        "penetration",
+        1.0,
+        unilateral=False,
+        tolerance=tolerance,
+        max_iterations=2000,
+    )
     stiffness = float((state.pressure * (2 - state.displacement)).sum() * operator.cell_area)
     return Response(stiffness, state.pressure, float(state.displacement.mean()))
 
 
-def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-6) -> float:
+def contact_stiffness(operator: ElasticBody, mask: ArrayLike, tolerance: float = 1e-6) -> float:
     """Return the stiffness dF/dd of a fixed contact set.
 
     Arguments and errors as of `contact_response`.
@@ -200,7 +210,7 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
     return contact_response(operator, mask, tolerance).stiffness
 
 
-def elastic_energy(operator: HalfSpace, pressure: ArrayLike) -> float:
+def elastic_energy(operator: ElasticBody, pressure: ArrayLike) -> float:
     """Return the elastic energy of a pressure, 1/2 sum p u cell area (per period if periodic).
 
     >>> from reference.halfspace.operators import FreeOperator

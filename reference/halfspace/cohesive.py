@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import LinearOperator, minres
 
+from reference.arguments import refuse
+from reference.contact.body import ElasticBody
+from reference.contact.press import check_gap, effort_faults, press
 from reference.errors import ConvergenceError
-from reference.halfspace import fft
 from reference.halfspace.cohesive_laws import CohesiveLaw
-from reference.halfspace.operators import HalfSpace
-from reference.halfspace.solution import Effort, Press, check_gap
 from reference.loads import Load
 
 Field = NDArray[np.float64]
@@ -84,7 +84,7 @@ class CohesiveProblem:
     law : CohesiveLaw
     """
 
-    def __init__(self, operator: HalfSpace, gap: ArrayLike, law: CohesiveLaw) -> None:
+    def __init__(self, operator: ElasticBody, gap: ArrayLike, law: CohesiveLaw) -> None:
         self.operator, self.law = operator, law
         gap = check_gap(operator, gap)
         self.solid = np.isfinite(gap)
@@ -97,9 +97,7 @@ class CohesiveProblem:
         if penetration <= 0:
             return np.zeros(self.operator.shape)
         gap = np.where(self.solid, self.initial_gap, np.inf)
-        return fft.solve(
-            Press(self.operator, gap), Load("penetration", penetration), tolerance=1e-4
-        ).pressure
+        return press(self.operator, gap, Load("penetration", penetration), tolerance=1e-4).pressure
 
     def force(self, pressure: Field) -> float:
         """Return the sum of the pressures times the cell area."""
@@ -119,7 +117,7 @@ class CohesiveProblem:
         ConvergenceError
             If it does not converge; beyond a fold there is no equilibrium nearby.
         """
-        Effort(tolerance, max_iterations)
+        refuse(effort_faults(tolerance, max_iterations))
         fixed = Constraint(1.0, 0.0, penetration)
         if start is None:
             start = self._load_up(penetration, fixed, max_iterations)
@@ -152,7 +150,7 @@ class CohesiveProblem:
         max_iterations: int = 40,
     ) -> CohesiveContact:
         """Return the equilibrium at a force, from a penetration and pressures close to it."""
-        Effort(tolerance, max_iterations)
+        refuse(effort_faults(tolerance, max_iterations))
         fixed = Constraint(0.0, 1.0, force)
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
 

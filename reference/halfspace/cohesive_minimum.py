@@ -21,10 +21,10 @@ from scipy import fft
 from scipy.optimize import minimize
 
 from reference.arguments import refuse
+from reference.contact.body import ElasticBody
+from reference.contact.press import check_gap
 from reference.errors import ConvergenceError
 from reference.halfspace.cohesive_laws import CohesiveLaw
-from reference.halfspace.operators import HalfSpace
-from reference.halfspace.solution import check_gap
 
 Field = NDArray[np.float64]
 
@@ -85,14 +85,14 @@ class Adhesive:
 
     Parameters
     ----------
-    operator : HalfSpace
+    operator : ElasticBody
         Periodic. Its grid must resolve the zone in which the tension falls, see `CohesiveProblem`.
     gap : array_like, shape (nx, ny)
         Initial gap g, finite.
     law : CohesiveLaw
     """
 
-    def __init__(self, operator: HalfSpace, gap: ArrayLike, law: CohesiveLaw) -> None:
+    def __init__(self, operator: ElasticBody, gap: ArrayLike, law: CohesiveLaw) -> None:
         self.operator, self.law = operator, law
         self.initial = check_gap(operator, gap)
         faults = [] if operator.periodic else ["operator must be periodic"]

@@ -18,8 +18,7 @@ describes to 0.02 cells (rms) for Love's cells: fitted to Hertz contacts of 12 t
 any offset from the grid. The centre of a contact cell may therefore be up to 0.15 cells outside.
 Pressures through the cells' values and finite elements answer a wave of a few cells by more or
 less than cells do, and the same law puts their rim a few hundredths of a cell too far out or in:
-every operator knows how far (`HalfSpace.rim_excess`, measured on Hertz likewise), and that is taken
-away.
+every operator knows how far (`rim_excess`, measured on Hertz likewise), and that is taken away.
 
 Where contact reaches the rim of a free patch, `patch_rim` says how much of the cells there is not
 counted; on rough patches it is half and more of the error otherwise left.
@@ -38,8 +37,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from reference.contact.press import Contact
 from reference.halfspace.patch_rim import uncounted_cells
-from reference.halfspace.solution import Contact
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
-from reference.halfspace.operators import HalfSpace
 from reference.halfspace.solution import Press
 
 Field = NDArray[np.float64]
@@ -170,7 +170,9 @@ def peel(
     return Peeling(depths, forces, cells, stiffnesses, offsets, tension, operator.cell_area)
 
 
-def _press(operator: HalfSpace, mask: Mask, target: Field, start: Field, tolerance: float) -> Field:
+def _press(
+    operator: ElasticBody, mask: Mask, target: Field, start: Field, tolerance: float
+) -> Field:
     """Return pressures on the mask that displace its cells by the target."""
     pressure = np.where(mask, start, 0.0)
     goal = tolerance * float(np.abs(target).max())

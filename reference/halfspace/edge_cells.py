@@ -29,9 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import refuse
+from reference.contact.bordered import pairs
 from reference.errors import ConvergenceError
 from reference.halfspace import kernels
-from reference.halfspace.contact_block import pairs
 from reference.halfspace.operators import FreeOperator
 
 Field = NDArray[np.float64]

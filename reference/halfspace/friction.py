@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.contact.press import Contact, check_gap, violation
 from reference.errors import ConvergenceError
 from reference.halfspace import fft, stick_slip
-from reference.halfspace.solution import Contact, Press, check_gap, violation
+from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 

@@ -12,8 +12,11 @@ from typing import Literal
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft
 from scipy.special import erfc
+
+from reference.contact.convolution import quarter, wavenumbers
+
+__all__ = ["aliases", "cell_energies", "love", "periodic", "wavenumbers", "whole"]
 
 Kernel = Literal["continuum", "cells"]
 
@@ -122,21 +125,6 @@ def _gauss_integral(
         for node_y, weight_y in zip(nodes, weights, strict=True):
             total += (weight_x * weight_y) / np.sqrt(square + (y + node_y * dy / 2) ** 2)
     return total * (dx * dy / 4)
-
-
-def wavenumbers(
-    shape: tuple[int, int], spacing: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return angular wavenumbers (q_x, q_y) of a real FFT, of shapes (nx, 1) and (1, ny//2 + 1)."""
-    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
-    qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])
-    return qx[:, None], qy[None, :]
-
-
-def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> NDArray[np.float64]:
-    """Return |q| for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1): what even functions need."""
-    qx, qy = wavenumbers(shape, spacing)
-    return np.hypot(qx[: shape[0] // 2 + 1], qy)
 
 
 def whole(values: NDArray[np.float64], rows: int) -> NDArray[np.float64]:

@@ -32,9 +32,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from reference.contact.press import Contact
 from reference.halfspace.areas import Response
 from reference.halfspace.edge_cells import EDGE_COMPLIANCE, EDGE_OFFSET
-from reference.halfspace.solution import Contact
 
 # Share of the mean displacement of a load that it does not give where the strip carries it.
 HELD = 0.85

@@ -1,6 +1,6 @@
 """The half-space as a linear operator from tangential tractions to displacements, with inverse.
 
-`NormalAndTangential` complements `operators.HalfSpace` on the same grid and body by Cerruti's
+`NormalAndTangential` complements `operators.ElasticBody` on the same grid and body by Cerruti's
 solution. Tractions and tangential displacements have shape (2, nx, ny).
 """
 
@@ -12,15 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from reference.contact.body import ElasticBody, power_of_two, window
 from reference.halfspace import cerruti, kernels
 from reference.halfspace.cerruti import Compliance, Transfer
-from reference.halfspace.operators import (
-    FreeOperator,
-    HalfSpace,
-    PeriodicOperator,
-    power_of_two,
-    window,
-)
+from reference.halfspace.operators import FreeOperator, PeriodicOperator
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
@@ -72,7 +67,7 @@ class NormalAndTangential:
         periodic: bool = False,
     ) -> None:
         kind = PeriodicOperator if periodic else FreeOperator
-        self.normal: HalfSpace = kind(shape, spacing, compliance.effective_modulus)
+        self.normal: ElasticBody = kind(shape, spacing, compliance.effective_modulus)
         self.compliance = compliance
         self.shape, self.spacing = self.normal.shape, self.normal.spacing
         self.periodic, self.cell_area = periodic, self.normal.cell_area

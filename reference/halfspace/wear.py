@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.contact.press import Contact
 from reference.errors import ConvergenceError
 from reference.halfspace import fft
-from reference.halfspace.solution import Contact, Press
+from reference.halfspace.solution import Press
 from reference.loads import Load
 
 Field = NDArray[np.float64]

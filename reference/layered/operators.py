@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
+from reference.contact.body import ElasticBody
 from reference.halfspace import kernels
-from reference.halfspace.operators import RIM_EXCESS, FreeOperator, HalfSpace
+from reference.halfspace.operators import RIM_EXCESS, FreeOperator
 from reference.layered.radial import Body, cell_coefficients
 from reference.layered.stack import Stack, plane_modulus
 
@@ -25,7 +26,7 @@ _PER_UNIT = 150
 _NODES = 24
 
 
-class OfBody(HalfSpace):
+class OfBody(ElasticBody):
     """What operators of layered bodies share."""
 
     body: Body

@@ -39,7 +39,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import poisson_faults, positive_faults, refuse
-from reference.halfspace import pieces
+from reference.contact import pieces
 from reference.particles.packing import DIRECTIONS, FACE, LEVEL, VOLUME, Packing
 
 Floats = NDArray[np.float64]
@@ -47,7 +47,7 @@ Integers = NDArray[np.int32]
 
 # Plastic strains of automata none of which has flowed.
 UNFLOWED = np.empty((0, 3, 3))
-# Automata in a piece that threads share (`reference.halfspace.pieces`).
+# Automata in a piece that threads share (`reference.contact.pieces`).
 PIECE = 2**13
 # Of an automaton: mass, and moment of inertia.
 MASSES = VOLUME * np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])

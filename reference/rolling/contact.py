@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import finite_faults, refuse
+from reference.contact.press import Contact, violation
 from reference.errors import ConvergenceError
 from reference.halfspace import fft
 from reference.halfspace.friction import FrictionalPress
-from reference.halfspace.solution import Contact, Press, violation
+from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.rolling.tractions import Rolling, Tractions
 

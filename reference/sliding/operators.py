@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.arguments import positive_faults, refuse
-from reference.halfspace.operators import check_grid, check_pressure
+from reference.contact.body import check_grid, check_pressure
 from reference.sliding import kernels
 from reference.viscoelastic.materials import GeneralisedMaxwell
 

@@ -20,8 +20,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.contact.press import Contact
 from reference.halfspace.fft import solve
-from reference.halfspace.solution import Contact, Press
+from reference.halfspace.solution import Press
 from reference.loads import History, Load
 from reference.viscoelastic.hereditary import contact_factor
 from reference.viscoelastic.materials import CreepModes, GeneralisedMaxwell

@@ -11,15 +11,17 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.element import ElementDG
 
+from reference.contact import body as contact_body
+from reference.contact.press import assemble
 from reference.errors import ConvergenceError
 from reference.fem import Enforcement, Material, columns, grid_contact
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.halfspace import FreeOperator, PeriodicOperator, fft, operators
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press, assemble
+from reference.halfspace.solution import Press
 from reference.layered import Graded, Stack
 from reference.loads import Load
 
@@ -495,7 +497,7 @@ def test_kernels_too_large_to_keep_are_those_of_small_grids(monkeypatch):
         return FreeBody((8, 8), (1.0, 1.0), STEEL).convolution(np.float64)(pressure)
 
     kept = displaced()
-    monkeypatch.setattr(operators, "LARGEST_KEPT", 10)
+    monkeypatch.setattr(contact_body, "LARGEST_KEPT", 10)
     np.testing.assert_array_equal(displaced(), kept)
 
 
@@ -505,7 +507,7 @@ def test_what_is_lifted_beside_long_cells_is_seen():
     gap = np.full((32, 32), 1.001)
     gap[16, 16] = 0.0
     (contact,) = grid_contact.sweep(body, gap, Load("penetration", 1.0))
-    anew = assemble(Press(body, gap), contact.pressure, contact.penetration, 0, [0.0])
+    anew = assemble(body, gap, contact.pressure, contact.penetration, 0, [0.0])
     assert body.lifts
     assert anew.violation < 1e-7
 

@@ -14,17 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
+from reference.contact import convolution, descent, pieces
+from reference.contact.convolution import Convolution
 from reference.errors import ConvergenceError
-from reference.halfspace import (
-    FreeOperator,
-    PeriodicOperator,
-    conjugate_gradients,
-    convolution,
-    fft,
-    pieces,
-)
-from reference.halfspace.conjugate_gradients import _Stage
-from reference.halfspace.convolution import Convolution
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
@@ -105,14 +98,14 @@ def problem(operator_class):
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
 @pytest.mark.parametrize(
     "stage",
-    [_Stage(np.float64, False, 60), _Stage(np.float64, True, 2000)],
+    [(np.float64, False, 60), (np.float64, True, 2000)],
     ids=["double", "plain"],
 )
 def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
     """The plain method, the last resort, needs no preconditioner and no single precision."""
     operator, gap = problem(operator_class)
     usual = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
-    monkeypatch.setattr(conjugate_gradients, "_STAGES", (stage,))
+    monkeypatch.setattr(descent, "_STAGES", (stage,))
     alone = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
     np.testing.assert_array_equal(alone.mask, usual.mask)
     np.testing.assert_allclose(alone.pressure, usual.pressure, atol=1e-8 * usual.pressure.max())
@@ -123,7 +116,7 @@ def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch)
     """With |q| replaced by its sixth power both preconditioned stages stall; the plain one ends."""
     operator, gap = problem(operator_class)
     usual = fft.solve(Press(operator, gap), Load("force", 20.0))
-    sound = conjugate_gradients._preconditioner
+    sound = descent._preconditioner
 
     def misleading(operator, dtype):
         made = sound(operator, dtype)
@@ -134,7 +127,7 @@ def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch)
     def wavenumbers(padded):
         return np.fft.fftfreq(padded[0])[:, None], np.fft.rfftfreq(padded[1])[None, :]
 
-    monkeypatch.setattr(conjugate_gradients, "_preconditioner", misleading)
+    monkeypatch.setattr(descent, "_preconditioner", misleading)
     contact = fft.solve(Press(operator, gap), Load("force", 20.0))
     assert contact.violation <= 1e-8
     assert contact.iterations > 2 * usual.iterations

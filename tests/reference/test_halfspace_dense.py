@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference.halfspace import FreeOperator, contact_block, dense, fft
+from reference.contact import bordered
+from reference.halfspace import FreeOperator, dense, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
@@ -30,13 +31,13 @@ def rough(points: int) -> tuple[FreeOperator, np.ndarray]:
 def factorisations(monkeypatch):
     """Sizes of the matrices that are factorised."""
     sizes: list[int] = []
-    genuine = contact_block.cholesky
+    genuine = bordered.cholesky
 
     def counted(matrix, **arguments):
         sizes.append(matrix.shape[0])
         return genuine(matrix, **arguments)
 
-    monkeypatch.setattr(contact_block, "cholesky", counted)
+    monkeypatch.setattr(bordered, "cholesky", counted)
     return sizes
 
 
@@ -96,7 +97,7 @@ def test_the_dense_solver_carries_five_thousand_contact_cells():
     operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
     gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
     exact = dense.solve(Press(operator, gap), Load("penetration", 1.0))
-    assert 4700 < exact.mask.sum() <= contact_block.CELL_LIMIT
+    assert 4700 < exact.mask.sum() <= bordered.CELL_LIMIT
     assert exact.violation < 1e-12
     assert exact.force == pytest.approx(4 / 3, rel=2e-4)
     contact = fft.solve(Press(operator, gap), Load("penetration", 1.0), tolerance=1e-10)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from reference import surfaces
-from reference.halfspace import FreeOperator, PeriodicOperator, fft, starts
-from reference.halfspace.extension import Extension
+from reference.contact import start
+from reference.contact.extension import Extension
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 
@@ -79,7 +80,7 @@ def test_a_coarser_grid_that_misses_its_tolerance_is_still_a_start(monkeypatch):
         return fft.solve(press, Load("force", force), tolerance=1e-8).history[0]
 
     with monkeypatch.context() as patch:
-        patch.setattr(starts, "_SHORTEST_COARSENED", 2 * points)
+        patch.setattr(start, "_SHORTEST_COARSENED", 2 * points)
         overlap = violation()
-    monkeypatch.setattr(starts, "_COARSE_ITERATIONS", 1)
+    monkeypatch.setattr(start, "_COARSE_ITERATIONS", 1)
     assert violation() < overlap / 2

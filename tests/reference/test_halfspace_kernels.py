@@ -9,7 +9,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from reference.halfspace import FreeOperator, PeriodicOperator, kernels, operators
+from reference.contact import body as contact_body
+from reference.halfspace import FreeOperator, PeriodicOperator, kernels
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.traction import NormalAndTangential
 from reports.tables.documents import markdown
@@ -177,7 +178,7 @@ def test_the_kernels_on_the_page_are_those_of_the_code():
 )
 def test_of_the_windows_of_a_sweep_the_last_are_kept(operator, monkeypatch):
     """Thirty kernels of growing windows took twice what the plan allows for a solve."""
-    monkeypatch.setattr(operators, "LARGEST_KEPT", 32 * 16)
+    monkeypatch.setattr(contact_body, "LARGEST_KEPT", 32 * 16)
     first, second, third = (operator.restrict((n, 16)) for n in (8, 16, 24))
     assert operator.restrict((24, 16)) is third  # 24 x 16 cells, and room for 8 x 16 more
     assert operator.restrict((8, 16)) is not first

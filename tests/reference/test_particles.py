@@ -6,9 +6,9 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from reference.closed_form import paraboloid
+from reference.contact import pieces
 from reference.elasticity import Material
 from reference.errors import ConvergenceError
-from reference.halfspace import pieces
 from reference.loads import Load, LoadPath
 from reference.particles import Automata, Domain, Elastic, ParticleHalfSpace
 from reference.particles.automata import MASSES, Leapfrog, wave_speeds, wave_stiffness

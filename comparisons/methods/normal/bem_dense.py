@@ -19,9 +19,9 @@ from comparisons.methods.normal.grid_punches import Respond, face_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
+from reference.contact.bordered import CELL_LIMIT
+from reference.contact.press import started_from
 from reference.halfspace import Contact, FreeOperator, dense
-from reference.halfspace.contact_block import CELL_LIMIT
-from reference.halfspace.dense import started_from
 from reference.halfspace.edge_cells import respond_dense
 from reference.halfspace.solution import Press
 from reference.loads import Load

@@ -19,7 +19,8 @@ from comparisons.methods.normal.grid import (
 from comparisons.methods.normal.grid_punches import Respond
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
-from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, fft
+from reference.contact.body import ElasticBody
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
 from reference.halfspace.edge_cells import respond
 from reference.halfspace.solution import Press
 from reference.layered import LayeredFree, LayeredPeriodic
@@ -45,7 +46,7 @@ FURTHER = ((2, 2560 * 1920), (4, 2560 * 1920), (8, 256**2), (16, 256**2))
 COARSER = (2, 3)
 
 
-class BemFft(GridSolver[HalfSpace]):
+class BemFft(GridSolver[ElasticBody]):
     """Free (zero-padded) or periodic half-space, layered or not; every scene."""
 
     @property
@@ -116,7 +117,7 @@ class BemFft(GridSolver[HalfSpace]):
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
-    ) -> HalfSpace:
+    ) -> ElasticBody:
         """Return the free or the periodic operator."""
         modulus = task.scene.effective_modulus
         periodic = _periodic(task)
@@ -129,7 +130,7 @@ class BemFft(GridSolver[HalfSpace]):
             return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
         return FreeOperator(shape, spacing, modulus)
 
-    def sweep(self, task: Task, operator: HalfSpace, gap: np.ndarray) -> Sweep:
+    def sweep(self, task: Task, operator: ElasticBody, gap: np.ndarray) -> Sweep:
         """Return the FFT solver's sweep."""
 
         def run(loads: np.ndarray) -> Iterator[Contact]:

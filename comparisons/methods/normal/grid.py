@@ -19,14 +19,15 @@ from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
+from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
-from reference.halfspace import Contact, HalfSpace
+from reference.halfspace import Contact
 from reference.halfspace import areas as area_measures
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.edge_cells import respond
 from reference.halfspace.patch_rim import on_whole_patch, reaches_rim
 
-AnyOperator = TypeVar("AnyOperator", bound=HalfSpace)
+AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 Sweep = Callable[[np.ndarray], Iterator[Contact]]
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once
 # (by FFT BEM of a single surface further: `bem_fft.FURTHER`).
@@ -216,7 +217,7 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         return contact_step(task, operator, contact, grid)
 
 
-def as_far_as_possible(task: Task, operator: HalfSpace, gap: np.ndarray, sweep: Sweep) -> Sweep:
+def as_far_as_possible(task: Task, operator: ElasticBody, gap: np.ndarray, sweep: Sweep) -> Sweep:
     """Return the sweep over the loads that a surface admits; then the next one's fault is raised.
 
     A load beyond what this surface admits is a lost step, not a wrong argument, because another
@@ -235,7 +236,7 @@ def as_far_as_possible(task: Task, operator: HalfSpace, gap: np.ndarray, sweep: 
     return run
 
 
-def _limit(task: Task, operator: HalfSpace, gap: np.ndarray) -> tuple[float, str]:
+def _limit(task: Task, operator: ElasticBody, gap: np.ndarray) -> tuple[float, str]:
     """Return the load below which a surface has an answer, and why not above."""
     if not isinstance(task.geometry, RoughGeometry):
         return np.inf, ""
@@ -247,7 +248,7 @@ def _limit(task: Task, operator: HalfSpace, gap: np.ndarray) -> tuple[float, str
     return np.inf, ""
 
 
-def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) -> Step:
+def contact_step(task: Task, operator: ElasticBody, contact: Contact, grid: Grid) -> Step:
     """Return the step of a solved contact on a grid."""
     return Step(
         contact_quantities(task, operator, contact, grid),
@@ -260,7 +261,7 @@ def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) 
 
 
 def contact_quantities(
-    task: Task, operator: HalfSpace, contact: Contact, grid: Grid
+    task: Task, operator: ElasticBody, contact: Contact, grid: Grid
 ) -> dict[str, float]:
     """Return the quantities of one load step; the costly ones only if asked for.
 

@@ -12,7 +12,6 @@ from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press, contact_of
 from reference.loads import Load
 from reference.particles import ParticleContact, ParticleHalfSpace
 
@@ -72,13 +71,15 @@ def _as_cells(
     shape, area = grid.gap.shape, body.spacing**2
     operator = FreeOperator(shape, grid.spacing, body.effective_modulus)
     pressure = contact.reactions[numbers].reshape(shape) / area
-    cells = contact_of(
-        Press(operator, grid.gap),
-        pressure,
-        contact.penetration,
-        contact.imbalance,
-        contact.steps,
-        contact.history,
+    cells = Contact(
+        penetration=contact.penetration,
+        force=float(pressure.sum() * operator.cell_area),
+        pressure=pressure,
+        iterations=contact.steps,
+        violation=contact.imbalance,
+        operator=operator,
+        initial_gap=grid.gap,
+        history=list(contact.history),
     )
     # that of the automata, not what the operator would make of their pressure
     vars(cells)["displacement"] = contact.displacement[numbers].reshape(shape)

@@ -23,7 +23,7 @@ from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
 from reduced.plasticity.yielding_lines import Yielding, walk
 from reference import loads as reference_loads
-from reference.halfspace import HalfSpace
+from reference.contact.body import ElasticBody
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
 from reference.plastic import capped
@@ -54,14 +54,14 @@ class GridPlasticity(BemFft):
         return f"{super().model(geometry)}; pressure capped at {self.plasticity.cap_in_words}"
 
     def _steps(
-        self, task: Task, operator: HalfSpace, grid: Grid, loads: np.ndarray
+        self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         press = Press(operator, grid.gap, self.plasticity.hardness)
         path = reference_loads.LoadPath(task.loads.control, loads)
         for dent in capped.along(press, path, tolerance=self.options.tolerance):
             yield self._dented(task, operator, dent, grid)
 
-    def _dented(self, task: Task, operator: HalfSpace, dent: capped.Dent, grid: Grid) -> Step:
+    def _dented(self, task: Task, operator: ElasticBody, dent: capped.Dent, grid: Grid) -> Step:
         """Return the step of the elastic contact with the dented surface, and what has yielded."""
         # first, as the step may forget the displacement
         area = located_area(dent.contact, self.plasticity.hardness, patch=True)

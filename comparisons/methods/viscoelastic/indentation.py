@@ -32,7 +32,8 @@ from reduced.profiles.equivalents import paraboloid
 from reference import closed_form as closed_forms
 from reference import loads as reference_loads
 from reference import viscoelastic as reference
-from reference.halfspace import HalfSpace, areas
+from reference.contact.body import ElasticBody
+from reference.halfspace import areas
 from reference.halfspace.solution import Press
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -243,7 +244,7 @@ class GridMemory(BemFft):
         return f"{super().model(geometry)}; pressures linear in time, with all memory"
 
     def _steps(
-        self, task: Task, operator: HalfSpace, grid: Grid, loads: np.ndarray
+        self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps at the scene's times.
 

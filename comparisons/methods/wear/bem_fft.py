@@ -15,7 +15,8 @@ from comparisons.methods.wear.motion import FRETTING, SLIDING, Motion, worn_pict
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
-from reference.halfspace import HalfSpace, areas
+from reference.contact.body import ElasticBody
+from reference.halfspace import areas
 from reference.halfspace.solution import Press
 from reference.halfspace.wear import Oscillation, WornContact, wear
 from reference.loads import Load
@@ -57,7 +58,7 @@ class GridWear(BemFft):
             pass
 
     def _steps(
-        self, task: Task, operator: HalfSpace, grid: Grid, distances: np.ndarray
+        self, task: Task, operator: ElasticBody, grid: Grid, distances: np.ndarray
     ) -> Iterator[Step]:
         control, load = normal_load(task)
         swing = self.motion.oscillation
@@ -82,7 +83,7 @@ class GridWear(BemFft):
             )
 
     def _quantities(
-        self, task: Task, operator: HalfSpace, state: WornContact, grid: Grid
+        self, task: Task, operator: ElasticBody, state: WornContact, grid: Grid
     ) -> dict[str, float]:
         values = contact_quantities(task, operator, state.contact, grid)
         values |= {"worn_volume": state.volume, "wear_depth": float(state.depth.max())}

@@ -8,7 +8,8 @@ import numpy as np
 
 from comparisons.peers.press import Problem
 from reference import surfaces
-from reference.halfspace import FreeOperator, HalfSpace, PeriodicOperator, fft
+from reference.contact.body import ElasticBody
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 
@@ -33,7 +34,7 @@ class Case:
     loads: np.ndarray
     target: float | None = None
 
-    def operator(self) -> HalfSpace:
+    def operator(self) -> ElasticBody:
         """Return a new operator."""
         kind = PeriodicOperator if self.periodic else FreeOperator
         return kind(self.gaps.shape[1:], self.spacing, 1.0)

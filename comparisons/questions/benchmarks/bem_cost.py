@@ -16,7 +16,8 @@ from comparisons.isolation import parent
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRAPOLATED, STIFFNESS
 from comparisons.questions.benchmarks import bem_cases
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft, pieces
+from reference.contact import pieces
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 

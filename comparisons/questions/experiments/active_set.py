@@ -6,9 +6,10 @@ import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from comparisons.questions.experiments.running import Share, above, experiment, one_of, share_of
+from reference.contact.press import assemble
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
-from reference.halfspace.solution import Press, assemble
+from reference.halfspace.solution import Press
 from reference.loads import Load
 
 _MOST_CELLS = 10_000
@@ -24,7 +25,7 @@ def _start(
     area = gap == gap.min()
     if kind == "random":
         area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
-    return assemble(Press(operator, gap), area.astype(float), depth, 0, [])
+    return assemble(operator, gap, area.astype(float), depth, 0, [])
 
 
 def _rounds(

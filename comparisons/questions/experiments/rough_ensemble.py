@@ -21,7 +21,8 @@ from reduced.rough import ensemble, line_spectrum
 from reduced.rough.surface_spectrum import SelfAffine
 from reference import loads as reference_loads
 from reference import surfaces
-from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
+from reference.contact.body import ElasticBody
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
 from reference.halfspace.solution import Press
 
 # Overlap relative to the penetration: far below the scatter of the ensembles.
@@ -85,7 +86,7 @@ class Surface:
         )
         return surfaces.subdivide(native, factor)
 
-    def operator(self, factor: int = 1) -> HalfSpace:
+    def operator(self, factor: int = 1) -> ElasticBody:
         """Return the half-space operator on that grid."""
         n = self.points * factor
         kind = PeriodicOperator if self.periodic else FreeOperator
@@ -97,7 +98,7 @@ class Surface:
 
 
 def press(
-    operator: HalfSpace, heights: np.ndarray, load: float, stiffness: bool = False
+    operator: ElasticBody, heights: np.ndarray, load: float, stiffness: bool = False
 ) -> tuple[Contact, dict[str, float]]:
     """Return the contact of a map under the force `load` (E* = A0 = 1), and its quantities."""
     contact = fft.solve(

@@ -11,7 +11,9 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
 
 Answer = TypeVar("Answer")
 
@@ -85,3 +87,20 @@ def over(length: int, step: int, work: Callable[[slice], Answer]) -> list[Answer
 def rows_of(width: int) -> int:
     """Return how many rows of a field are a piece."""
     return max(1, SIZE // width)
+
+
+def sweep(work: Callable[..., Any], *arguments: Any) -> list[Any]:
+    """Return what a compiled loop makes of every piece of the flat maps among its arguments."""
+    size = arguments[0].size
+    if size <= SIZE:
+        return [work(*arguments)]
+
+    def piece(part: slice) -> Any:
+        return work(*(a[part] if isinstance(a, np.ndarray) else a for a in arguments))
+
+    return over(size, SIZE, piece)
+
+
+def sums(parts: list[Any]) -> Any:
+    """Return the sums of the tuples that `sweep` gives, one for every piece."""
+    return parts[0] if len(parts) == 1 else tuple(map(sum, zip(*parts, strict=True)))

@@ -20,14 +20,14 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve, solve_triangular
 
+from reference.contact.body import ElasticBody, power_of_two
 from reference.errors import ConvergenceError
-from reference.halfspace.operators import FreeOperator, power_of_two
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-# A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it use `fft`.
+# A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it use descent.
 CELL_LIMIT = 5000
 
 # A border costs 2 n^2 operations per changed cell, a new factor n^3/3.
@@ -35,7 +35,7 @@ _WIDEST_BORDER = 1 / 6
 
 
 @dataclass
-class Cells:
+class BorderedCholesky:
     """The candidate cells: their grid indices, gaps, and the table of coefficients.
 
     The table is divided by `unit`, a power of two, so that the square roots of the factorisation
@@ -52,10 +52,10 @@ class Cells:
     _factor: Field = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
-    def of(cls, operator: FreeOperator, gap: Field, reach: float) -> Cells:
+    def of(cls, body: ElasticBody, gap: Field, reach: float) -> BorderedCholesky:
         """Return the cells with a gap below `reach`; beyond the penetration there is no contact."""
         rows, columns = np.nonzero(np.isfinite(gap) & (gap < reach))
-        table = operator.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
+        table = body.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
         unit = power_of_two(float(table[0, 0]))
         return cls(rows, columns, gap[rows, columns], table / unit, unit, reach)
 
@@ -72,58 +72,50 @@ class Cells:
 
     def respond(self, inside: Indices, right: Field) -> tuple[Field, Field]:
         """Solve (19.7) on the cells `inside`, and return (19.8) on all: see `pivot`."""
+        # a new factor where the border would be too wide
         changed = np.setxor1d(inside, self._base, assume_unique=True).size
         if changed > _WIDEST_BORDER * self._base.size:
-            self._factorise(inside)
-        joined = np.setdiff1d(inside, self._base, assume_unique=True)
-        left = np.setdiff1d(self._base, inside, assume_unique=True)
-        _, kept, positions = np.intersect1d(self._base, inside, True, True)
+            if inside.size > CELL_LIMIT:
+                raise ValueError(
+                    f"{inside.size} cells in contact exceed the dense solver's limit of "
+                    f"{CELL_LIMIT}: use descent, or a coarser grid"
+                )
+            self._base, self._factor = inside[:0], np.zeros((0, 0))  # not beside its successor
+            matrix = self._coefficients(inside, inside)
+            try:
+                # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+                self._factor = cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+            except LinAlgError:
+                raise ConvergenceError("the matrix of the contact cells is not definite") from None
+            self._base = inside
+        base, factor = self._base, self._factor
+        joined = np.setdiff1d(inside, base, assume_unique=True)
+        left = np.setdiff1d(base, inside, assume_unique=True)
+        _, kept, positions = np.intersect1d(base, inside, True, True)
         in_joined = np.searchsorted(inside, joined)
-        base = np.zeros((self._base.size, right.shape[1]))
-        base[kept] = right[positions]
-        first, second = self._bordered(joined, left, base, right[in_joined])
-        pressures = np.empty_like(right)
-        pressures[positions], pressures[in_joined] = first[kept], second
-        places = self.rows, self.columns, self.rows[inside], self.columns[inside]
-        return pressures, _displacement(*places, pressures, self.table)
 
-    def _factorise(self, contact: Indices) -> None:
-        if contact.size > CELL_LIMIT:
-            raise ValueError(
-                f"{contact.size} cells in contact exceed the dense solver's limit of {CELL_LIMIT}: "
-                "use reference.halfspace.fft, or a coarser grid"
-            )
-        self._base, self._factor = contact[:0], np.zeros((0, 0))  # not beside its successor
-        matrix = self._coefficients(contact, contact)
-        try:
-            # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
-            self._factor = cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-        except LinAlgError:
-            raise ConvergenceError("the matrix of the contact cells is not definite") from None
-        self._base = contact
-
-    def _bordered(
-        self, joined: Indices, left: Indices, right: Field, right_joined: Field
-    ) -> tuple[Field, Field]:
-        """Solve with the base factor and border; return values in base and added cells."""
-        forward = solve_triangular(self._factor, right, lower=True, check_finite=False)
-        border = np.zeros((self._base.size, joined.size + left.size))
-        if border.shape[1]:
-            border[:, : joined.size] = self._coefficients(self._base, joined)
-            border[np.searchsorted(self._base, left), joined.size + np.arange(left.size)] = 1.0
-            border = solve_triangular(self._factor, border, lower=True, check_finite=False)
+        # forward substitution, the Schur complement of the border, back substitution
+        forward = np.zeros((base.size, right.shape[1]))
+        forward[kept] = right[positions]
+        forward = solve_triangular(factor, forward, lower=True, check_finite=False)
+        changes = right[in_joined]
+        if joined.size + left.size:
+            border = np.zeros((base.size, joined.size + left.size))
+            border[:, : joined.size] = self._coefficients(base, joined)
+            border[np.searchsorted(base, left), joined.size + np.arange(left.size)] = 1.0
+            border = solve_triangular(factor, border, lower=True, check_finite=False)
             small = -border.T @ border
             small[: joined.size, : joined.size] += self._coefficients(joined, joined)
             prescribed = np.zeros((border.shape[1], right.shape[1]))
-            prescribed[: joined.size] = right_joined
-            changes = solve(
-                small, prescribed - border.T @ forward, assume_a="sym", check_finite=False
-            )
+            prescribed[: joined.size] = changes
+            prescribed -= border.T @ forward
+            changes = solve(small, prescribed, assume_a="sym", check_finite=False)
             forward = forward - border @ changes
-        else:
-            changes = right_joined
-        back = solve_triangular(self._factor, forward, lower=True, trans="T", check_finite=False)
-        return back, changes[: joined.size]
+        back = solve_triangular(factor, forward, lower=True, trans="T", check_finite=False)
+        pressures = np.empty_like(right)
+        pressures[positions], pressures[in_joined] = back[kept], changes[: joined.size]
+        places = self.rows, self.columns, self.rows[inside], self.columns[inside]
+        return pressures, _displacement(*places, pressures, self.table)
 
     def _coefficients(self, loaded: Indices, targets: Indices) -> Field:
         places = self.rows[loaded], self.columns[loaded], self.rows[targets], self.columns[targets]

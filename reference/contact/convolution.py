@@ -20,14 +20,28 @@ from numba import njit
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
-from reference.halfspace import pieces
+from reference.contact import pieces
 
 Array = NDArray[np.floating]
+Field = NDArray[np.float64]
 
 # Up to this many padded cells the field is one block: its modes stay in the processor's cache.
 _ONE_BLOCK = 600**2
 # Numbers in a block of columns, and the fewest columns: several fill a line of the cache.
 _COLUMNS, _FEWEST = 2**17, 16
+
+
+def wavenumbers(shape: tuple[int, int], spacing: tuple[float, float]) -> tuple[Field, Field]:
+    """Return angular wavenumbers (q_x, q_y) of a real FFT, of shapes (nx, 1) and (1, ny//2 + 1)."""
+    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
+    qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])
+    return qx[:, None], qy[None, :]
+
+
+def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> Field:
+    """Return |q| for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1): what even functions need."""
+    qx, qy = wavenumbers(shape, spacing)
+    return np.hypot(qx[: shape[0] // 2 + 1], qy)
 
 
 class Convolution:

@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import DTypeLike, NDArray
 
-from reference.halfspace import pieces
+from reference.contact import pieces
 
 Array = NDArray[np.floating]
 Map = NDArray[np.floating] | NDArray[np.uint8]

@@ -1,0 +1,565 @@
+"""A rigid shape pressed on an elastic body: by descent on large grids, by pivoting on small ones.
+
+Find p >= 0 with u = K p = d - g where p > 0 and u >= d - g elsewhere. Where a body yields, at a
+largest pressure, cells that have it give way beyond their elastic displacement, and overlap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.arguments import choice_faults, refuse
+from reference.contact.body import ElasticBody
+from reference.contact.bordered import BorderedCholesky
+from reference.contact.depth import search_depth
+from reference.contact.descent import descend
+from reference.contact.pivot import pivot
+from reference.contact.start import overlap_depth, starting_pressure
+from reference.errors import ConvergenceError
+from reference.loads import Load
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetration", "force")}
+
+# The depth is estimated from the geometric overlap: the actual one is 0.96 of it for Hertz, 0.64 to
+# 0.93 for rough surfaces, 1.12 for a single cell. If it is exceeded, the window grows and the load
+# is solved again.
+_REACH = 1.15
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One converged load step of a rigid shape on an elastic body.
+
+    Attributes
+    ----------
+    penetration : float
+        Rigid approach d after first touch; contact means displacement = d - gap.
+    force : float
+        Sum of pressure times cell area.
+    pressure : ndarray, shape (nx, ny)
+        Cell values, not negative.
+    iterations : int
+        Iterations of the solver (all stages on the finest grid).
+    violation : float
+        Largest distance from the contact conditions, relative to the penetration: the overlap of
+        cells without pressure or the remaining gap (of either sign) of cells with pressure,
+        whichever is larger; recomputed in double precision for the final pressure.
+    operator, initial_gap
+        The body and the gap of the problem.
+    history : list of float
+        Violations of the iterations; of pivoting, wrong cells by round.
+    convolutions : (int, int)
+        Convolutions of the descent on its grid, in single and in double precision.
+
+    Displacement and gaps of the whole grid are evaluated on demand.
+    """
+
+    penetration: float
+    force: float
+    pressure: Field
+    iterations: int
+    violation: float
+    operator: ElasticBody = field(repr=False)
+    initial_gap: Field = field(repr=False)
+    history: list[float] = field(default_factory=list, repr=False)
+    convolutions: tuple[int, int] = (0, 0)
+
+    @property
+    def mask(self) -> Mask:
+        """Cells in contact, pressure > 0."""
+        return self.pressure > 0
+
+    @cached_property
+    def displacement(self) -> Field:
+        """Displacement of all cells, positive into the body."""
+        return self.operator.apply(self.pressure)
+
+    def forget_displacement(self) -> None:
+        """Give its memory back; it is computed again when asked for, to the same digits."""
+        vars(self).pop("displacement", None)
+
+    @property
+    def gap(self) -> Field:
+        """Remaining gap of all cells; infinite outside the shape."""
+        return self.initial_gap - self.penetration + self.displacement
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean of the remaining gap over the cells where it is finite."""
+        finite = np.isfinite(self.initial_gap)
+        if self.operator.periodic and finite.all():
+            mean = self.operator.mean_compliance * float(self.pressure.mean())
+            return float(self.initial_gap.mean()) - self.penetration + mean
+        return float(self.gap[finite].mean())
+
+
+def press(
+    body: ElasticBody,
+    gap: ArrayLike,
+    load: Load,
+    *,
+    cap: float = np.inf,
+    start: Contact | None = None,
+    tolerance: float = 1e-8,
+    max_iterations: int = 2000,
+    by: Literal["descent", "pivot"] = "descent",
+) -> Contact:
+    """Return the frictionless contact of a rigid shape on a body at one load.
+
+    By descent (`descent`): preconditioned conjugate gradients on any body, for large grids. By
+    pivoting (`pivot`), the chapter's contact iteration (19.5-19.8): solve inside the contact,
+    remove cells in tension, add overlapping cells, repeat, with dense matrices; residuals near
+    rounding, for up to some thousand contact cells of a free elastic body.
+
+    Parameters
+    ----------
+    gap : array_like, shape (nx, ny)
+        Initial gap g >= 0 of the shape; +inf where contact is impossible.
+    load : Load
+        Penetration, force, or (by descent) mean gap over the finite cells; one value. On the
+        periodic half-space the mean displacement is zero, so that mean_gap = <g> - d.
+    cap : float
+        Largest pressure that the body carries, its hardness (by descent).
+    start : Contact, optional
+        A solution at a nearby load to start from.
+    tolerance : float
+        By descent: largest overlap of free cells and largest gap of loaded cells, relative to the
+        penetration. Tension does not occur.
+    max_iterations : int
+        Limit for all stages of the descent together, or of contact sets.
+
+    Raises
+    ------
+    ValueError
+        If arguments are invalid, or more than `CELL_LIMIT` cells come into contact by pivoting.
+    ConvergenceError
+        With the history of violations, if the tolerance is not reached.
+
+    Examples
+    --------
+    Hertz, F = 4/3 E* sqrt(R) d^1.5, with R = 1 and d = 0.01:
+
+    >>> import numpy as np
+    >>> from reference.halfspace import FreeOperator
+    >>> x = (np.arange(64) - 31.3) / 240
+    >>> K = FreeOperator((64, 64), (1 / 240, 1 / 240), 1.0)
+    >>> ball = (x[:, None] ** 2 + x**2) / 2
+    >>> for by in ("descent", "pivot"):
+    ...     contact = press(K, ball, Load("penetration", 0.01), by=by)
+    ...     print(round(contact.force / (4 / 3 * 0.01**1.5), 2), contact.violation < 1e-8)
+    1.0 True
+    1.0 True
+    """
+    gap = _checked(body, gap, load, cap, tolerance, max_iterations, by)
+    value = load.single()
+    if start is not None and start.pressure.shape != body.shape:
+        raise ValueError(f"start has shape {start.pressure.shape}, the operator {body.shape}")
+    if by == "pivot":
+        mask = None if start is None else start.mask
+        return _pivot(body, gap, load.control, value, mask, max_iterations)
+    pressure = None if start is None else start.pressure.astype(np.float64)
+    return _descend(body, gap, load.control, value, pressure, cap, tolerance, max_iterations)
+
+
+def sweep(
+    body: ElasticBody,
+    gap: ArrayLike,
+    load: Load,
+    *,
+    cap: float = np.inf,
+    tolerance: float = 1e-8,
+    max_iterations: int = 2000,
+    by: Literal["descent", "pivot"] = "descent",
+) -> Iterator[Contact]:
+    """Solve a strictly increasing list of loads, each from the last; one contact per load.
+
+    Arguments as for `press`, which are checked at the call, not at the first `next`. The start is
+    the last pressure, by descent extrapolated linearly in the load from the last two. Where a load
+    fails, a new sweep may begin at the next one.
+    """
+    gap = _checked(body, gap, load, cap, tolerance, max_iterations, by)
+    if by == "pivot":
+        return _pivot_sweep(body, gap, load, max_iterations)
+    return _descend_sweep(body, gap, load, cap, tolerance, max_iterations)
+
+
+def _descend_sweep(
+    body: ElasticBody, gap: Field, load: Load, cap: float, tolerance: float, max_iterations: int
+) -> Iterator[Contact]:
+    earlier: Field | None = None
+    last: Field | None = None
+    loads = load.values
+    for step, value in enumerate(loads):
+        start = None if last is None else last.copy()
+        if last is not None and earlier is not None:
+            guess = last - earlier
+            guess *= (value - loads[step - 1]) / (loads[step - 1] - loads[step - 2])
+            guess += last
+            start = np.maximum(guess, 0.0, out=guess) if (guess > 0).any() else start
+            del guess
+        earlier = last  # the one before is not needed during the solve
+        contact = _descend(
+            body, gap, load.control, float(value), start, cap, tolerance, max_iterations
+        )
+        last = contact.pressure
+        yield contact
+        contact.forget_displacement()  # whoever has the contact: the next load needs the memory
+        del contact, start
+
+
+# overflows are detected in the result and reported
+@np.errstate(over="ignore", invalid="ignore")
+def _descend(
+    body: ElasticBody,
+    gap: Field,
+    control: str,
+    value: float,
+    start: Field | None,
+    cap: float,
+    tolerance: float,
+    max_iterations: int,
+) -> Contact:
+    """Solve one load by descent; the start is overwritten."""
+    finite, lowest, effort = np.isfinite(gap), float(gap.min()), (tolerance, max_iterations)
+
+    def at(depth: float, pressure: Field | None) -> Contact:
+        return _descend(body, gap, "penetration", depth, pressure, cap, *effort)
+
+    # a mean gap is a depth where <u> = 0, else searched for; met to the tolerance times the
+    # penetration, like every clearance
+    if control == "mean_gap":
+        widest = float(gap[finite].mean())
+        if value >= widest:
+            raise ValueError(
+                f"mean_gap {value!r} is not below the mean gap at first touch, {widest!r}"
+            )
+        if body.periodic and not body.sinks and finite.all():
+            return at(widest - value, start)
+        return search_depth(
+            at,
+            missing=lambda contact: contact.mean_gap - value,
+            allowed=lambda contact: tolerance * contact.penetration,
+            touch=(0.0, widest - value),
+            depth=widest - value,
+            start=start,
+            name="mean gap",
+        )
+    # a force below a cap: the elastic contact if that is enough, else a search
+    if control == "force" and cap < np.inf:
+        elastic = _descend(body, gap, "force", value, start, np.inf, *effort)
+        if elastic.pressure.max() <= cap:
+            return elastic
+        most = cap * np.count_nonzero(finite) * body.cell_area
+        if not value < most:
+            raise ConvergenceError(f"force {value:.3g}: the hardness carries less than {most:.3g}")
+        return search_depth(
+            at,
+            missing=lambda contact: value - contact.force,
+            # a clearance of the tolerance is worth some of it in force
+            allowed=lambda _: tolerance * (10 * value),
+            touch=(lowest, value),
+            depth=elastic.penetration,
+            start=elastic.pressure,
+            name="force",
+        )
+    if control == "penetration":
+        rigid = body.periodic and not body.sinks and cap == np.inf
+        if rigid and finite.all() and value >= gap.mean():
+            raise ValueError(
+                f"penetration {value!r} reaches the mean gap {float(gap.mean())!r}: the periodic "
+                "half-space is in full contact there and the penetration does not set the force; "
+                "give the force"
+            )
+        if lowest >= value:
+            return assemble(body, gap, np.zeros(body.shape), value, 0, [0.0])
+    # flat on flat: a uniform pressure, without a penetration to scale violations
+    elif body.periodic and not body.sinks and not gap.any():
+        pressure = np.full(body.shape, value / (gap.size * body.cell_area))
+        force = float(pressure.sum() * body.cell_area)
+        contact = Contact(0.0, force, pressure, 0, 0.0, body, gap, [0.0])
+        vars(contact)["displacement"] = np.zeros(body.shape)
+        return contact
+    if lowest > 0:
+        depth = value - lowest if control == "penetration" else value
+        near = _descend(body, gap - lowest, control, depth, start, cap, *effort)
+        return _from_first_touch(near, gap)
+
+    # contact is looked for where gaps are below the depth, in a window; a body that is not
+    # `bounded` may touch anywhere. Under a force the depth is an estimate
+    bounded, reach = body.bounded, value
+    if control == "force":
+        reach = _REACH * overlap_depth(body, gap, value) if bounded else np.inf
+    while True:
+        window = _window(gap, reach, start) if bounded else np.s_[:, :]
+        inside = np.ascontiguousarray(gap[window])
+        part = body if inside.shape == body.shape else body.restrict(inside.shape)
+        if start is None:
+            begin, _ = starting_pressure(part, inside, control, value)
+        else:
+            begin = np.ascontiguousarray(start[window])
+        found = descend(
+            part,
+            inside,
+            begin,
+            control,
+            value,
+            cap=cap,
+            tolerance=tolerance,
+            max_iterations=max_iterations,
+        )
+        pressure = found.pressure
+        if part is not body:
+            pressure = np.zeros(body.shape)
+            pressure[window] = found.pressure
+        # u >= 0 everywhere, so cells outside with a gap of at least the depth do not overlap
+        if part is body or found.depth <= reach:
+            contact = Contact(
+                penetration=float(found.depth),
+                force=float(pressure.sum() * body.cell_area),
+                pressure=pressure,
+                iterations=len(found.history),
+                violation=float(found.violation),
+                operator=body,
+                initial_gap=gap,
+                history=found.history,
+                convolutions=(found.single, found.double),
+            )
+            if part is body:
+                vars(contact)["displacement"] = found.displacement
+            return contact
+        reach, start = 1.2 * found.depth, pressure
+
+
+def _window(gap: Field, reach: float, start: Field | None) -> tuple[slice, slice]:
+    """Return the smallest useful rectangle of cells with gap < reach, or the whole grid."""
+    near = gap < reach
+    if start is not None:
+        near |= start > 0
+    sides = []
+    for axis, size in enumerate(gap.shape):
+        indices = np.flatnonzero(near.any(axis=1 - axis))
+        # a length rounded up to 8, to share kernels
+        length = min(size, -(-(indices[-1] + 1 - indices[0]) // 8) * 8)
+        first = min(int(indices[0]), size - length)
+        sides.append(slice(first, first + length))
+    rows, columns = sides
+    cells = (rows.stop - rows.start) * (columns.stop - columns.start)
+    return (rows, columns) if cells < 0.7 * gap.size else np.s_[: gap.shape[0], : gap.shape[1]]
+
+
+def _pivot_sweep(
+    body: ElasticBody, gap: Field, load: Load, max_iterations: int
+) -> Iterator[Contact]:
+    lowest = float(gap.min())
+    mask, cells = None, None
+    largest = float(load.values[-1]) - (lowest if load.control == "penetration" else 0.0)
+    if largest > 0.0:
+        # all loads use the cells of the largest one, and therefore the same factor
+        near, force = gap - lowest, load.control == "force"
+        reach = started_from(body, near, largest) if force else largest
+        cells = BorderedCholesky.of(body, near, reach)
+    for value in load.values:
+        contact = _pivot(body, gap, load.control, float(value), mask, max_iterations, cells)
+        mask = contact.mask
+        yield contact
+
+
+def _pivot(
+    body: ElasticBody,
+    gap: Field,
+    control: str,
+    value: float,
+    start: Mask | None,
+    max_iterations: int,
+    cells: BorderedCholesky | None = None,
+) -> Contact:
+    """Pivot on the cells that the body can reach, with depths relative to first touch.
+
+    (19.7) is solved for the pressures in contact, (19.8) gives the displacements outside; it starts
+    from the geometric overlap, or from the contact of `start`.
+    """
+    lowest, force = float(gap.min()), control == "force"
+    if not force and lowest >= value:
+        return assemble(body, gap, np.zeros(body.shape), value, 0, [0.0])
+    near = gap - lowest
+    value -= 0.0 if force else lowest
+    reach = started_from(body, near, value) if force else value
+    while True:
+        if cells is None or cells.reach < reach:
+            cells = BorderedCholesky.of(body, near, reach)
+        active = cells.overlapping(reach)
+        if start is not None and start[cells.rows, cells.columns].any():
+            active = start[cells.rows, cells.columns]
+        settled = pivot(
+            cells.respond,
+            cells.gaps,
+            active,
+            value / body.cell_area * cells.unit if force else value,
+            per_depth=0.0 if force else 1.0,
+            per_pressure=1.0 if force else 0.0,
+            max_rounds=max_iterations,
+        )
+        pressure = np.zeros(body.shape)
+        pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
+        if settled.depth <= cells.reach:
+            contact = assemble(
+                body, near, pressure, settled.depth, len(settled.history), settled.history
+            )
+            return _from_first_touch(contact, gap) if lowest > 0.0 else contact
+        # the depth was only an estimate: restart with all cells below the actual one
+        reach, start = 1.2 * settled.depth, pressure > 0
+
+
+def started_from(body: ElasticBody, gap: Field, force: float) -> float:
+    """Return the depth whose overlap the pivoting starts from under a force, with a margin."""
+    return 1.5 * overlap_depth(body, gap, force)
+
+
+def _from_first_touch(contact: Contact, gap: Field) -> Contact:
+    """Return the contact of a gap from that of ``gap - gap.min()``.
+
+    Depths are computed from the first touch of a cell: for a distant shape, or penetrations below
+    the round-off of the distance, the overlap loses no digits.
+    """
+    penetration = contact.penetration + float(gap.min())
+    share = contact.penetration / penetration
+    moved = replace(
+        contact,
+        penetration=penetration,
+        violation=contact.violation * share,
+        initial_gap=gap,
+    )
+    if "displacement" in vars(contact):
+        vars(moved)["displacement"] = contact.displacement
+    return moved
+
+
+def assemble(
+    body: ElasticBody,
+    gap: ArrayLike,
+    pressure: Field,
+    penetration: float,
+    iterations: int,
+    history: Sequence[float],
+) -> Contact:
+    """Return the contact of a pressure, with force and violation evaluated on the whole grid."""
+    gap = check_gap(body, gap)
+    displacement, finite = body.apply(pressure), np.isfinite(gap)
+    clearance = np.where(finite, gap, 0.0) - penetration + displacement
+    contact = Contact(
+        penetration=float(penetration),
+        force=float(pressure.sum() * body.cell_area),
+        pressure=pressure,
+        iterations=iterations,
+        violation=violation(clearance, pressure > 0, finite, penetration),
+        operator=body,
+        initial_gap=gap,
+        history=list(history),
+    )
+    vars(contact)["displacement"] = displacement
+    return contact
+
+
+def violation(clearance: Field, mask: Mask, finite: Mask, penetration: float) -> float:
+    """Return the largest |clearance| in contact or overlap outside, relative to the penetration."""
+    inside = np.abs(clearance[mask]).max(initial=0.0)
+    overlap = -clearance[finite & ~mask].min(initial=0.0)
+    worst = max(inside, overlap)
+    return float(worst / penetration) if worst > 0 else 0.0
+
+
+def certify(
+    body: ElasticBody, gap: ArrayLike, load: Load, contact: Contact, *, cap: float = np.inf
+) -> float:
+    """Return the largest violation of an answer, computed anew from pressure and penetration.
+
+    Apart from the solvers, in double precision, on all cells: overlap, gap under pressure and a
+    missed mean gap, relative to the penetration; tension, pressure beyond the cap and pressure
+    where contact is impossible, relative to the mean in contact; a missed force or penetration,
+    relative to it.
+
+    Examples
+    --------
+    A pressure one per cent too large raises the clearance in contact by as much of the penetration:
+
+    >>> import numpy as np
+    >>> from reference.halfspace import FreeOperator
+    >>> K, gap = FreeOperator((2, 2), (1.0, 1.0), 1.0), np.zeros((2, 2))
+    >>> load = Load("penetration", 1)
+    >>> contact = press(K, gap, load)
+    >>> certify(K, gap, load, contact) < 1e-8
+    True
+    >>> round(certify(K, gap, load, replace(contact, pressure=1.01 * contact.pressure)), 6)
+    0.01
+    """
+    gap, p, depth = check_gap(body, gap), contact.pressure, contact.penetration
+    finite, loaded = np.isfinite(gap), p > 0
+    clearance = np.where(finite, gap, 0.0) - depth + body.apply(p)
+    # cells at the cap may overlap
+    clearance = np.where((p >= cap) & (clearance < 0), 0.0, clearance)
+    worst = [violation(clearance, loaded & finite, finite, depth)]
+    mean = float(p[loaded].mean()) if loaded.any() else 1.0
+    worst += [float(v / mean) for v in (-p.min(), p.max() - cap, np.abs(p[~finite]).max(initial=0))]
+    value, force = load.single(), float(p.sum() * body.cell_area)
+    reached = {"penetration": depth, "force": force}
+    if load.control in reached:
+        worst.append(abs(reached[load.control] / value - 1))
+    else:
+        worst.append(float(abs(clearance[finite].mean() - value) / depth))
+    return max(worst)
+
+
+def _checked(
+    body: ElasticBody,
+    gap: ArrayLike,
+    load: Load,
+    cap: float,
+    tolerance: float,
+    max_iterations: int,
+    by: str,
+) -> Field:
+    """Return the gap as a double array, or raise ValueError with all errors in arguments."""
+    refuse(choice_faults("by", by, CONTROLS))
+    load.one_of(*CONTROLS[by])
+    if by == "pivot" and body.periodic:
+        raise ValueError("pivoting is for free bodies; use descent for periodic ones")
+    if by == "pivot" and cap < np.inf:
+        raise ValueError("pivoting is for elastic bodies; use descent below a hardness")
+    faults = [] if cap > 0 else [f"hardness must be positive, not {cap!r}"]
+    refuse(faults + effort_faults(tolerance, max_iterations))
+    return check_gap(body, gap)
+
+
+def effort_faults(tolerance: float, max_iterations: int) -> list[str]:
+    """Return messages for a tolerance out of range, and for fewer than one iteration."""
+    faults = []
+    if not 0 < tolerance < 1:
+        faults.append(f"tolerance must lie between 0 and 1, not {tolerance!r}")
+    if max_iterations < 1:
+        faults.append(f"max_iterations must be at least 1, not {max_iterations!r}")
+    return faults
+
+
+def check_gap(body: ElasticBody, gap: ArrayLike) -> Field:
+    """Return the gap as a double array, or raise ValueError with all errors."""
+    gap = np.asarray(gap, dtype=float)
+    faults = []
+    if gap.shape != body.shape:
+        faults.append(f"gap has shape {gap.shape}, the operator {body.shape}")
+    if np.isnan(gap).any():
+        faults.append(f"gap has {int(np.isnan(gap).sum())} undefined (NaN) points")
+    if (gap < 0).any():
+        faults.append(f"gap must not be negative, its minimum is {np.nanmin(gap)!r}")
+    if not np.isfinite(gap).any():
+        faults.append("gap is infinite everywhere: nothing can touch")
+    refuse(faults)
+    return gap
