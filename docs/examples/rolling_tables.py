@@ -29,7 +29,7 @@ from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
 from reference.fem.column_elements import Element
 from reference.fem.columns import ELEMENTS
-from reference.fem.shear_body import ShearBody
+from reference.fem.grid_body import ShearBody
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
 from reference.halfspace.traction import NormalAndTangential

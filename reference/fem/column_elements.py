@@ -18,8 +18,6 @@ the third are these cells.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -59,14 +57,14 @@ class Symbols(NamedTuple):
 
     Attributes
     ----------
-    mass, stiffness, mixed : ndarray, shape (waves, classes, classes)
+    mass, stiffness, mixed : (waves, classes, classes)
         Of two shape functions, of their slopes (times h^2), of one and the other's slope (times h
         and over i).
-    value, slope : ndarray, shape (waves, pressures, classes)
+    value, slope : (waves, pressures, classes)
         Of a pressure and a shape function, and its slope (times h and over i).
-    pressure : ndarray, shape (waves, pressures)
+    pressure : (waves, pressures)
         Of two pressures.
-    force, point, wave : ndarray, shape (waves, classes)
+    force, point, wave : (waves, classes)
         Of a shape function over the cell of a contact solver; its value at the cell's centre; of it
         and the wave itself.
     """
@@ -81,143 +79,127 @@ class Symbols(NamedTuple):
     point: Array
     wave: Array
 
-
-def _one_class(pairs: tuple[Array, ...], single: tuple[Array, ...]) -> Symbols:
-    """Return symbols of elements with one class of nodes and one pressure."""
-    return Symbols(*(part[:, None, None] for part in pairs), *(part[:, None] for part in single))
-
-
-def _linear(theta: Array) -> Symbols:
-    """Hat functions: exact integrals of piecewise polynomials."""
-    cos, half, ones = np.cos(theta), theta / 2, np.ones_like(theta)
-    stiffness, slope = 4 * np.sin(half) ** 2, 2 * np.sin(half)
-    pairs = (2 + cos) / 3, stiffness, np.sin(theta), np.cos(half), slope
-    return _one_class(pairs, (ones, (3 + cos) / 4, ones, np.sinc(theta / (2 * np.pi)) ** 2))
-
-
-def _splines(theta: Array) -> Symbols:
-    """Quadratic B-splines: their integrals are B-splines of higher degree at whole numbers."""
-    cos, half, hats = np.cos(theta), theta / 2, (2 + np.cos(theta)) / 3
-    pairs = (
-        (33 + 26 * cos + np.cos(2 * theta)) / 60,
-        4 * np.sin(half) ** 2 * hats,
-        (10 * np.sin(theta) + np.sin(2 * theta)) / 12,
-        (11 * np.cos(half) + np.cos(3 * half)) / 12,
-        2 * np.sin(half) * hats,
-    )
-    return _one_class(pairs, (hats, hats, (3 + cos) / 4, np.sinc(theta / (2 * np.pi)) ** 3))
-
-
-def _quadratic(theta: Array) -> Symbols:
-    """Quadratic elements between corners (first class), with a node in the middle (second)."""
-    nodes = np.zeros((theta.size, 3, 2), dtype=complex)
-    nodes[:, 0, 0], nodes[:, 2, 0] = np.exp(-0.5j * theta), np.exp(0.5j * theta)
-    nodes[:, 1, 1] = 1.0
-    conjugate = nodes.conj().transpose(0, 2, 1)
-    odd = np.array([[1.0], [-1j]])  # conjugate of what is taken into odd pressures
-    along = np.exp(1j * theta[:, None] * (_PLACES - 0.5)) * _WEIGHTS
-    return Symbols(
-        mass=(conjugate @ MASS @ nodes).real,
-        stiffness=(conjugate @ STIFFNESS @ nodes).real,
-        mixed=(conjugate @ MIXED @ nodes).imag,
-        value=(odd * PRESSED @ nodes).real,
-        slope=(odd * PRESSED_SLOPE @ nodes).imag,
-        pressure=np.broadcast_to(PRESSURES, (theta.size, 2)),
-        force=(PRESSED[0] @ nodes).real,
-        point=np.broadcast_to([0.0, 1.0], (theta.size, 2)),
-        wave=(conjugate @ (along @ _SHAPES.T)[:, :, None]).real[:, :, 0],
-    )
+    @classmethod
+    def of(cls, element: Element, theta: Array) -> Symbols:
+        """Return the symbols of an element; classes are corners and middles of "quadratic"."""
+        cos, half = np.cos(theta), theta / 2
+        if element == "linear":  # hat functions: exact integrals of piecewise polynomials
+            ones = np.ones_like(theta)
+            pairs = [(2 + cos) / 3, 4 * np.sin(half) ** 2, np.sin(theta)]
+            pairs += [np.cos(half), 2 * np.sin(half)]
+            single = [ones, (3 + cos) / 4, ones, np.sinc(theta / (2 * np.pi)) ** 2]
+        elif element == "splines":  # their integrals are B-splines of higher degree, at numbers
+            hats = (2 + cos) / 3
+            pairs = [
+                (33 + 26 * cos + np.cos(2 * theta)) / 60,
+                4 * np.sin(half) ** 2 * hats,
+                (10 * np.sin(theta) + np.sin(2 * theta)) / 12,
+                (11 * np.cos(half) + np.cos(3 * half)) / 12,
+                2 * np.sin(half) * hats,
+            ]
+            single = [hats, hats, (3 + cos) / 4, np.sinc(theta / (2 * np.pi)) ** 3]
+        else:  # the nodes of an element at 0, 1/2, 1 by those of its class
+            nodes = np.zeros((theta.size, 3, 2), dtype=complex)
+            nodes[:, 0, 0], nodes[:, 2, 0] = np.exp(-0.5j * theta), np.exp(0.5j * theta)
+            nodes[:, 1, 1] = 1.0
+            conjugate = nodes.conj().transpose(0, 2, 1)
+            odd = np.array([[1.0], [-1j]])  # conjugate of what is taken into odd pressures
+            along = np.exp(1j * theta[:, None] * (_PLACES - 0.5)) * _WEIGHTS
+            return cls(
+                mass=(conjugate @ MASS @ nodes).real,
+                stiffness=(conjugate @ STIFFNESS @ nodes).real,
+                mixed=(conjugate @ MIXED @ nodes).imag,
+                value=(odd * PRESSED @ nodes).real,
+                slope=(odd * PRESSED_SLOPE @ nodes).imag,
+                pressure=np.broadcast_to(PRESSURES, (theta.size, 2)),
+                force=(PRESSED[0] @ nodes).real,
+                point=np.broadcast_to([0.0, 1.0], (theta.size, 2)),
+                wave=(conjugate @ (along @ _SHAPES.T)[:, :, None]).real[:, :, 0],
+            )
+        return cls(*(part[:, None, None] for part in pairs), *(part[:, None] for part in single))
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """An element in the plane; the degrees in x, y and depth of its pressures."""
-
-    symbols: Callable[[Array], Symbols]
-    pressures: tuple[tuple[int, int, int], ...]
-
-
+# Degrees in x, y and depth of the pressures of an element.
 _UNIFORM = (0, 0, 0), (0, 0, 1)
-_KINDS: dict[Element, _Kind] = {
-    "linear": _Kind(_linear, _UNIFORM),
-    "splines": _Kind(_splines, _UNIFORM),
-    "quadratic": _Kind(_quadratic, ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))),
+_PRESSURE_DEGREES: dict[Element, tuple[tuple[int, int, int], ...]] = {
+    "linear": _UNIFORM,
+    "splines": _UNIFORM,
+    "quadratic": ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
 }
 
 
-class Plane(NamedTuple):
+class WaveIntegrals(NamedTuple):
     """Products of the symbols of both directions, per area of the surface; the waves come last.
 
     Attributes
     ----------
-    moves : ndarray, shape (6, nodes, nodes, waves)
+    moves : (6, nodes, nodes, waves)
         Displacements: mass; stiffness along x and y; both slopes; one slope, in x and in y.
-    volumes : ndarray, shape (3, pressures, nodes, waves)
+    volumes : (3, pressures, nodes, waves)
         Pressures and slopes along x and y, and values.
-    stored : ndarray, shape (pressures, waves)
+    stored : (pressures, waves)
         Two pressures.
-    mute : ndarray of bool, shape (pressures, waves)
-        Pressures that act on nothing.
-    degrees : ndarray of int, shape (pressures,)
+    mute : (pressures, waves)
+        1 for pressures that act on nothing, 0 for others.
+    degrees : (pressures,)
         Of the pressures in depth.
-    force, point, wave : ndarray, shape (nodes, waves)
+    force, point, wave : (nodes, waves)
         Of a pressure on the cell, at its centre, and of the wave.
     """
 
     moves: Array
     volumes: Array
     stored: Array
-    mute: NDArray[np.bool_]
+    mute: Array
     degrees: NDArray[np.intp]
     force: Array
     point: Array
     wave: Array
 
 
-def in_plane(element: Element, along: Array, across: Array, sides: tuple[float, float]) -> Plane:
+def in_plane(
+    element: Element, along: Array, across: Array, sides: tuple[float, float]
+) -> WaveIntegrals:
     """Return the integrals in x and y for waves of given phases."""
-    kind, (dx, dy) = _KINDS[element], sides
-    x, y = kind.symbols(along), kind.symbols(across)
+    dx, dy = sides
+    x, y = Symbols.of(element, along), Symbols.of(element, across)
+
+    def pairs(first: Array, second: Array) -> Array:
+        size = first.shape[1] * second.shape[1]
+        return np.einsum("wij,wkl->wikjl", first, second).reshape(len(first), size, size)
+
+    def both(first: Array, second: Array) -> Array:
+        product = first[:, :, :, None] * second[:, :, None, :]
+        return product.reshape(*product.shape[:2], -1)
+
     moves = [
-        _product(x.mass, y.mass),
-        _product(x.stiffness, y.mass) / dx**2,
-        _product(x.mass, y.stiffness) / dy**2,
-        _product(x.mixed, y.mixed) / (dx * dy),
-        _product(x.mixed, y.mass) / dx,
-        _product(x.mass, y.mixed) / dy,
+        pairs(x.mass, y.mass),
+        pairs(x.stiffness, y.mass) / dx**2,
+        pairs(x.mass, y.stiffness) / dy**2,
+        pairs(x.mixed, y.mixed) / (dx * dy),
+        pairs(x.mixed, y.mass) / dx,
+        pairs(x.mass, y.mixed) / dy,
     ]
-    i, j, degrees = (np.array(degree) for degree in zip(*kind.pressures, strict=True))
+    i, j, degrees = np.array(_PRESSURE_DEGREES[element]).T
     volumes = np.array(
         [
-            _both(x.slope[:, i], y.value[:, j]) / dx,
-            _both(x.value[:, i], y.slope[:, j]) / dy,
-            _both(x.value[:, i], y.value[:, j]),
+            both(x.slope[:, i], y.value[:, j]) / dx,
+            both(x.value[:, i], y.slope[:, j]) / dy,
+            both(x.value[:, i], y.value[:, j]),
         ]
     )
     mute = (np.abs(volumes).sum(axis=(0, 3)) < _MUTE).T
     volumes = volumes.transpose(0, 2, 3, 1)
     volumes[:, mute.nonzero()[0], :, mute.nonzero()[1]] = 0.0
-    return Plane(
+    stored = (x.pressure[:, i] * y.pressure[:, j]).T
+    return WaveIntegrals(
         np.ascontiguousarray(np.array(moves).transpose(0, 2, 3, 1)),
         np.ascontiguousarray(volumes),
-        np.ascontiguousarray((x.pressure[:, i] * y.pressure[:, j]).T),
-        mute,
-        degrees,
+        np.ascontiguousarray(np.where(mute, 0.0, stored)),
+        np.ascontiguousarray(mute, dtype=float),
+        np.ascontiguousarray(degrees),
         *(
-            _both(along_x[:, None], along_y[:, None])[:, 0].T
-            for along_x, along_y in ((x.force, y.force), (x.point, y.point), (x.wave, y.wave))
+            both(first[:, None], second[:, None])[:, 0].T
+            for first, second in ((x.force, y.force), (x.point, y.point), (x.wave, y.wave))
         ),
     )
-
-
-def _product(x: Array, y: Array) -> Array:
-    """Return the products of all nodes in x and y, (waves, nodes, nodes)."""
-    size = x.shape[1] * y.shape[1]
-    products: Array = np.einsum("wij,wkl->wikjl", x, y).reshape(len(x), size, size)
-    return products
-
-
-def _both(x: Array, y: Array) -> Array:
-    """Return the products of nodes in x and y of the same pressures, (waves, pressures, nodes)."""
-    products: Array = (x[:, :, :, None] * y[:, :, None, :]).reshape(*x.shape[:2], -1)
-    return products

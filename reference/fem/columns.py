@@ -21,7 +21,10 @@ pressure p of an element and its slope obey
 
 in units of mu, which is regular from lambda = 0 to infinity.
 
-What the elements are in x and y is said by `column_elements`.
+The elements in x and y are those of `column_elements`. The columns are eliminated from below
+without pivoting: what is left of the displacements is positive definite where the top is held, and
+pressures have one sign. The equation of a pressure is scaled by the root of |r|, which makes the
+matrix symmetric.
 
 Forces are those of pressures uniform on the cells; displacements are read at their centres.
 """
@@ -30,23 +33,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from reference.arguments import choice_faults, positive_faults, refuse
 from reference.elasticity import Material
-from reference.fem.column_elements import ELEMENTS, Element, in_plane
-from reference.fem.elimination import GROUP, eliminated
+from reference.fem.column_elements import (
+    ELEMENTS,
+    MASS,
+    MIXED,
+    PRESSED,
+    PRESSED_SLOPE,
+    STIFFNESS,
+    Element,
+    in_plane,
+)
 
 Array = NDArray[np.float64]
 
 # Deeper than this many wavelengths over 2 pi nothing reaches the surface: 1e-13 of the compliance;
 # of waves of two cells on "linear" and "splines", which are stiff there at nu = 0.5, 4e-6.
 _REACH = 30.0
-# Wave vectors that are taken at once: 0.1 GB of column matrices.
-_AT_ONCE = 16384
+# Wave vectors that are taken at once: 0.1 GB of column matrices; of these, a group is eliminated
+# side by side, by vector instructions.
+_AT_ONCE, _GROUP = 16384, 16
 # Thickness of the uppermost elements over the cells' smaller side, and its growth with depth.
 _FIRST, _GROWTH = 0.35, 1.25
 
@@ -61,8 +73,8 @@ class Layers:
         From the surface down.
     materials : sequence of Material
     below : Material, optional
-        Of a half-space below them all, which enters by the stiffness of its surface (`_base`): the
-        theory of the half-space solvers, where clamped columns share none. None: a rigid base.
+        Of a half-space below them all, which enters by the stiffness of its surface: the theory
+        of the half-space solvers, where clamped columns share none. None: a rigid base.
     """
 
     thicknesses: Sequence[float]
@@ -135,11 +147,19 @@ def compliance(
     >>> bool(abs(C[0] / (2 * (1 - 0.3**2) * 32 / (2 * np.pi)) - 1) < 2e-3)
     True
     """
-    mesh = _Mesh(spacing, layers, element, first, growth)
-    result, unit = _of_waves(phases, mesh, _pressed)
-    flat = result == 0  # no wave, but uniform
-    result[flat] = np.inf if layers.below else _squeezed(mesh.cells)
-    return result * unit
+
+    def pressed(stiffness: Array, force: Array, point: Array, _: Array) -> Array:
+        return _sunk(stiffness, force, point)
+
+    result = _of_waves(phases, spacing, layers, element, pressed, first=first, growth=growth)
+    # no wave, but uniform: nothing moves sideways
+    squeezed = sum(
+        thickness * (1 - 2 * m.poisson_ratio) * (1 + m.poisson_ratio)
+        / (m.youngs_modulus * (1 - m.poisson_ratio))
+        for thickness, m in zip(layers.thicknesses, layers.materials, strict=True)
+    )  # fmt: skip
+    result[result == 0] = np.inf if layers.below else squeezed
+    return result
 
 
 def of_smooth_pressure(
@@ -152,17 +172,8 @@ def of_smooth_pressure(
 ) -> Array:
     """Compliance to pressures that are the waves themselves: what elements err by without cells.
 
-    Twice the elastic energy per area and amplitude of the pressure squared.
-
-    Parameters
-    ----------
-    phases, spacing, layers, element, growth
-        As for `compliance`.
-
-    Returns
-    -------
-    ndarray
-        In length per pressure; zero where both phases are.
+    Twice the elastic energy per area and amplitude of the pressure squared, in length per pressure;
+    zero where both phases are. Arguments are those of `compliance`.
 
     Examples
     --------
@@ -174,10 +185,11 @@ def of_smooth_pressure(
     >>> round(float(C[0] * np.pi / 4 / (1 - 0.3**2)), 3)
     0.997
     """
-    result, unit = _of_waves(
-        phases, _Mesh(spacing, layers, element, _FIRST, growth), _pressed_by_waves
-    )
-    return result * unit
+
+    def pressed(stiffness: Array, _: Array, __: Array, wave: Array) -> Array:
+        return _sunk(stiffness, wave, wave)
+
+    return _of_waves(phases, spacing, layers, element, pressed, growth=growth)
 
 
 def tensor(
@@ -217,136 +229,104 @@ def tensor(
         raise ValueError(f"inertia must be at least 0 and below 1, not {inertia!r}")
     if inertia and layers.below:
         raise ValueError("inertia must be 0 above a half-space, whose stiffness is that at rest")
-    mesh = _Mesh(spacing, layers, element, _FIRST, _GROWTH, inertia)
-    result, unit = _of_waves(phases, mesh, _pulled, (3, 3))
-    return np.moveaxis(result, (-2, -1), (0, 1)) * unit
 
+    def pulled(stiffness: Array, force: Array, point: Array, _: Array) -> Array:
+        waves, nodes = force.shape
+        load = np.zeros((waves, nodes, 3, 3))
+        for axis in range(3):
+            load[:, :, axis, axis] = force
+        moved = np.linalg.solve(stiffness, load.reshape(waves, 3 * nodes, 3))
+        return np.einsum("wn,wnij->wij", point, moved.reshape(waves, nodes, 3, 3))
 
-class _Mesh:
-    """Elements of columns, in units of the smaller side of the cells."""
-
-    def __init__(
-        self,
-        spacing: tuple[float, float],
-        layers: Layers,
-        element: Element,
-        first: float,
-        growth: float,
-        inertia: float = 0.0,
-    ) -> None:
-        faults = choice_faults("element", element, ELEMENTS)
-        faults += positive_faults(dx=spacing[0], dy=spacing[1], first=first)
-        if not 1 <= growth < 4:
-            faults.append(f"growth must lie between 1 and 4, not {growth!r}")
-        refuse(faults)
-        self.unit = min(spacing)
-        scaled = Layers([t / self.unit for t in layers.thicknesses], layers.materials)
-        self.cells = scaled.elements(first, growth)
-        self.sides = spacing[0] / self.unit, spacing[1] / self.unit
-        self.element, self.inertia, self.below = element, inertia, layers.below
-
-
-def _of_waves(
-    phases: tuple[Array, Array],
-    mesh: _Mesh,
-    read: Callable[[Array, _Ends], Array],
-    size: tuple[int, ...] = (),
-) -> tuple[Array, float]:
-    """Return what is read from the stiffness of the surface, zero at no wave, and its unit."""
-    along, across = (np.asarray(theta, dtype=float) for theta in phases)
-    along, across = np.broadcast_arrays(along, across)
-    shape = along.shape
-    along, across = along.ravel(), across.ravel()
-    wavenumber = np.hypot(along / mesh.sides[0], across / mesh.sides[1])
-    result = np.zeros((along.size, *size))
-    waves = np.argsort(wavenumber, kind="stable")[np.count_nonzero(wavenumber == 0) :]
-    for start in range(0, waves.size, _AT_ONCE):
-        part = waves[start : start + _AT_ONCE]
-        result[part] = read(*_surface(along[part], across[part], mesh))
-    top = mesh.cells[0][1]
-    modulus = top.youngs_modulus / (2 * (1 + top.poisson_ratio))
-    return result.reshape(*shape, *size), mesh.unit / modulus
-
-
-def _pressed(stiffness: Array, ends: _Ends) -> Array:
-    """Return u_z per p."""
-    return _sunk(stiffness, ends.force, ends.point)
-
-
-def _pressed_by_waves(stiffness: Array, ends: _Ends) -> Array:
-    """Return the work of a wave of pressure on what it displaces, twice and per p^2."""
-    return _sunk(stiffness, ends.wave, ends.wave)
+    result = _of_waves(phases, spacing, layers, element, pulled, (3, 3), inertia=inertia)
+    return np.moveaxis(result, (-2, -1), (0, 1))
 
 
 def _sunk(stiffness: Array, force: Array, read: Array) -> Array:
+    """Return the normal displacement that is read, for a normal force (waves, nodes)."""
     load = np.zeros((*stiffness.shape[:2], 1))
     load[:, 2::3, 0] = force
     moved = np.linalg.solve(stiffness, load)[:, 2::3, 0]
     return np.asarray((moved * read).sum(axis=1), dtype=np.float64)
 
 
-def _pulled(stiffness: Array, ends: _Ends) -> Array:
-    """Return the displacement in all directions per traction in all, (waves, 3, 3)."""
-    waves, nodes = ends.force.shape
-    load = np.zeros((waves, nodes, 3, 3))
-    for axis in range(3):
-        load[:, :, axis, axis] = ends.force
-    moved = np.linalg.solve(stiffness, load.reshape(waves, 3 * nodes, 3))
-    result: Array = np.einsum("wn,wnij->wij", ends.point, moved.reshape(waves, nodes, 3, 3))
-    return result
+def _of_waves(
+    phases: tuple[Array, Array],
+    spacing: tuple[float, float],
+    layers: Layers,
+    element: Element,
+    read: Callable[[Array, Array, Array, Array], Array],
+    size: tuple[int, ...] = (),
+    *,
+    first: float = _FIRST,
+    growth: float = _GROWTH,
+    inertia: float = 0.0,
+) -> Array:
+    """Return what is read of every wave, (..., *size): zero of none.
 
-
-def _squeezed(cells: list[tuple[float, Material]]) -> float:
-    """Compliance under uniform pressure, nothing moves sideways; units as of `_eliminated`."""
-    top = cells[0][1].youngs_modulus / (2 + 2 * cells[0][1].poisson_ratio)
-    return sum(
-        thickness * top * (1 - 2 * m.poisson_ratio) * (1 + m.poisson_ratio)
-        / (m.youngs_modulus * (1 - m.poisson_ratio))
-        for thickness, m in cells
-    )  # fmt: skip
-
-
-class _Ends(NamedTuple):
-    """What forces and displacements of cells are of the nodes', and the wave; (waves, nodes)."""
-
-    force: Array
-    point: Array
-    wave: Array
-
-
-def _surface(along: Array, across: Array, mesh: _Mesh) -> tuple[Array, _Ends]:
-    """Return the stiffness of the surface for waves in the order of their wavenumbers.
-
-    In units of modulus over side, (waves, unknowns, unknowns).
+    It is read from the stiffness of the surface (waves, unknowns, unknowns) and the integrals
+    `force`, `point` and `wave` (waves, nodes) of `WaveIntegrals`.
     """
-    # groups of waves are whole; those beyond the last one are it
-    full = np.minimum(np.arange(-(-along.size // GROUP) * GROUP), along.size - 1)
-    plane = in_plane(mesh.element, along[full], across[full], mesh.sides)
-    wavenumber = np.hypot(along / mesh.sides[0], across / mesh.sides[1])
-    top = mesh.cells[0][1]
+    faults = choice_faults("element", element, ELEMENTS)
+    faults += positive_faults(dx=spacing[0], dy=spacing[1], first=first)
+    if not 1 <= growth < 4:
+        faults.append(f"growth must lie between 1 and 4, not {growth!r}")
+    refuse(faults)
+    # in units of the smaller side of the cells, and of the shear modulus at the top
+    unit = min(spacing)
+    sides = spacing[0] / unit, spacing[1] / unit
+    scaled = Layers([t / unit for t in layers.thicknesses], layers.materials)
+    cells = scaled.elements(first, growth)
+    top = cells[0][1]
     shear = top.youngs_modulus / (2 + 2 * top.poisson_ratio)
-    layers, active, depth = np.empty((len(mesh.cells), 4)), [], 0.0
-    for row, (thickness, material) in zip(layers, mesh.cells, strict=True):
-        active.append(np.searchsorted(wavenumber, _REACH / depth) if depth > 0 else along.size)
-        depth += thickness
+    table, above = np.empty((len(cells), 4)), np.empty(len(cells) + 1)
+    for row, (thickness, material) in zip(table, cells, strict=True):
         nu = material.poisson_ratio
         # lambda/mu = 2 nu/(1 - 2 nu); both divided by |lambda|/mu + 1
         whole = 2 * abs(nu) + 1 - 2 * nu
         modulus = material.youngs_modulus / (2 + 2 * nu) / shear
         row[:] = thickness, modulus, 2 * nu / whole, (1 - 2 * nu) / whole
-    base = None
-    if mesh.below is not None:
-        stored = _base(plane.wave, (along[full], across[full]), mesh.sides, mesh.below)
-        base = stored / shear, int(np.searchsorted(wavenumber, _REACH / depth))
-    stiffness = eliminated(plane, layers, np.array(active), mesh.inertia, base)
-    ends = (part.T[: along.size] for part in (plane.force, plane.point, plane.wave))
-    return stiffness[: along.size], _Ends(*ends)
+    above[0], above[1:] = 0.0, np.cumsum(table[:, 0])
+    along, across = np.broadcast_arrays(*(np.asarray(theta, dtype=float) for theta in phases))
+    shape = along.shape
+    along, across = along.ravel(), across.ravel()
+    wavenumber = np.hypot(along / sides[0], across / sides[1])
+    result = np.zeros((along.size, *size))
+    # long waves first, which reach furthest down
+    waves = np.argsort(wavenumber, kind="stable")[np.count_nonzero(wavenumber == 0) :]
+    for start in range(0, waves.size, _AT_ONCE):
+        part = waves[start : start + _AT_ONCE]
+        # groups of waves are whole; those beyond the last one are it
+        full = part[np.minimum(np.arange(-(-part.size // _GROUP) * _GROUP), part.size - 1)]
+        plane = in_plane(element, along[full], across[full], sides)
+        # how many waves reach each layer and the half-space below; the others' base is rigid
+        with np.errstate(divide="ignore"):
+            reached = np.searchsorted(wavenumber[part], _REACH / above)
+        reached[-1] = reached[-1] if layers.below else 0
+        stiffness = np.zeros((3 * len(plane.wave), 3 * len(plane.wave), full.size))
+        if layers.below:
+            base = _base(plane.wave, along[full] / sides[0], across[full] / sides[1], layers.below)
+            stiffness[:] = base / shear
+        _eliminate(
+            plane.moves,
+            plane.volumes,
+            plane.stored,
+            plane.mute,
+            plane.degrees,
+            table,
+            reached,
+            inertia,
+            stiffness,
+        )
+        # copied, as the solvers want whole matrices one after the other
+        matrices = np.ascontiguousarray(stiffness.transpose(2, 0, 1))[: part.size]
+        ends = (end.T[: part.size] for end in (plane.force, plane.point, plane.wave))
+        result[part] = read(matrices, *ends)
+    return result.reshape(*shape, *size) * (unit / shear)
 
 
-def _base(
-    wave: Array, phases: tuple[Array, Array], sides: tuple[float, float], material: Material
-) -> Array:
-    """Stiffness of a half-space for the nodes on its surface, (unknowns, unknowns, waves).
+def _base(wave: Array, qx: Array, qy: Array, material: Material) -> Array:
+    """Return the stiffness of a half-space for nodes on its surface, (unknowns, unknowns, waves).
 
     Tractions over displacements of a wave are, along it and in depth, and across it G q,
 
@@ -355,12 +335,10 @@ def _base(
     (Johnson 1985, ch. 13, solved for the tractions). Of the nodes' displacement it holds the wave
     itself: its aliases have died away some cells below the surface.
     """
-    slopes = np.array([theta / side for theta, side in zip(phases, sides, strict=True)])
-    q, nu = np.hypot(*slopes), material.poisson_ratio
-    ahead = np.zeros((3, q.size))
-    ahead[:2] = slopes / q
-    across = np.array([-ahead[1], ahead[0], ahead[2]])
-    deep = np.array([[0.0], [0.0], [1.0]]) * np.ones_like(q)
+    q, nu = np.hypot(qx, qy), material.poisson_ratio
+    flat, ones = np.zeros_like(q), np.ones_like(q)
+    ahead, deep = np.array([qx / q, qy / q, flat]), np.array([flat, flat, ones])
+    across = np.array([-ahead[1], ahead[0], flat])
 
     def pair(first: Array, second: Array) -> Array:
         return np.einsum("iw,jw->ijw", first, second)
@@ -370,5 +348,101 @@ def _base(
     shear = material.youngs_modulus / (2 + 2 * nu)
     stiffness = shear * q * (2 / (3 - 4 * nu) * plane + pair(across, across))
     size = 3 * len(wave)
-    held: Array = np.einsum("mw,nw,ijw->minjw", wave, wave, stiffness)
-    return np.ascontiguousarray(held.reshape(size, size, -1))
+    return np.einsum("mw,nw,ijw->minjw", wave, wave, stiffness).reshape(size, size, -1)
+
+
+# Of the displacements and of the pressures of an element along the depth.
+_DEPTH = np.array([MASS, STIFFNESS, MIXED])
+_PRESSED = np.array([PRESSED, PRESSED_SLOPE])
+
+
+# Loops in place of slices, whose checks of shapes take longer to compile than all the rest.
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _eliminate(moves, volumes, stored, mute, degrees, layers, reached, inertia, result):
+    """Turn the stiffness of the base (unknowns, unknowns, waves) into that of the surface.
+
+    The unknowns of a layer are the displacements at its bottom, in the middle, the pressures, and
+    the displacements at the top: three components on each node. Layers (thickness, shear modulus, r
+    and s) count from the top down; `reached` has one number more, of waves that reach the base.
+    """
+    size, pressures = result.shape[0], stored.shape[0]
+    last = 2 * size + pressures
+    matrix, factor = np.empty((last + size, last + size, _GROUP)), np.empty(_GROUP)
+    for start in range(0, result.shape[2], _GROUP):
+        carried = reached[-1] > start
+        for layer in range(len(layers) - 1, -1, -1):
+            if reached[layer] <= start:
+                continue
+            _fill(matrix, moves, volumes, stored, mute, degrees, layers[layer], inertia, start)
+            # what is below carries the bottom, which else is held
+            if carried:
+                for i in range(size):
+                    for j in range(size):
+                        for w in range(_GROUP):
+                            matrix[i, j, w] += result[i, j, start + w]
+            # all but the top is eliminated from the lower triangle
+            for k in range(0 if carried else size, last):
+                for i in range(k + 1, len(matrix)):
+                    for w in range(_GROUP):
+                        factor[w] = matrix[i, k, w] / matrix[k, k, w]
+                    for j in range(k + 1, i + 1):
+                        for w in range(_GROUP):
+                            matrix[i, j, w] -= factor[w] * matrix[j, k, w]
+            for i in range(size):
+                for j in range(i + 1):
+                    for w in range(_GROUP):
+                        result[i, j, start + w] = matrix[last + i, last + j, w]
+                        result[j, i, start + w] = matrix[last + i, last + j, w]
+            carried = True
+
+
+@njit(cache=True, error_model="numpy")
+def _fill(matrix, moves, volumes, stored, mute, degrees, layer, inertia, start):
+    """Fill the matrices of one layer of elements: 2 e : e, less inertia, and the pressures."""
+    thickness, modulus, ratio, storing = layer
+    nodes, pressures = moves.shape[1], stored.shape[0]
+    size = 3 * nodes
+    # by depth: top, middle, bottom; the pressures stand before the top
+    places = (2 * size + pressures, size, 0)
+    for a in range(3):
+        for b in range(3):
+            flat = _DEPTH[0, a, b] * thickness * modulus
+            steep = _DEPTH[1, a, b] / thickness * modulus
+            turned = _DEPTH[2, b, a] * modulus
+            for i in range(nodes):
+                for j in range(nodes):
+                    row, column = places[a] + 3 * i, places[b] + 3 * j
+                    for w in range(_GROUP):
+                        at = start + w
+                        along, across = moves[1, i, j, at] * flat, moves[2, i, j, at] * flat
+                        upright, slanted = moves[0, i, j, at] * steep, moves[3, i, j, at] * flat
+                        moving = inertia * along
+                        matrix[row, column, w] = 2 * along + across + upright - moving
+                        matrix[row + 1, column + 1, w] = along + 2 * across + upright - moving
+                        matrix[row + 2, column + 2, w] = along + across + 2 * upright - moving
+                        matrix[row, column + 1, w] = slanted
+                        matrix[row + 1, column, w] = slanted
+                        for axis in range(2):
+                            matrix[row + axis, column + 2, w] = moves[4 + axis, i, j, at] * turned
+                            matrix[column + 2, row + axis, w] = moves[4 + axis, i, j, at] * turned
+    for k in range(pressures):
+        for m in range(pressures):
+            for w in range(_GROUP):
+                matrix[2 * size + k, 2 * size + m, w] = 0.0
+    sign, root = -1.0 if ratio < 0 else 1.0, np.sqrt(abs(ratio)) * modulus
+    for k in range(pressures):
+        row, degree = 2 * size + k, degrees[k]
+        share = sign * thickness * modulus * (1 / 3 if degree else 1.0)
+        for w in range(_GROUP):
+            kept = storing * stored[k, start + w] + mute[k, start + w]
+            matrix[row, row, w] = -kept * share
+        for a in range(3):
+            flat = -_PRESSED[0, degree, a] * thickness * root
+            factors = (flat, flat, _PRESSED[1, degree, a] * root)
+            for i in range(nodes):
+                for axis in range(3):
+                    column = places[a] + 3 * i + axis
+                    for w in range(_GROUP):
+                        value = volumes[axis, k, i, start + w] * factors[axis]
+                        matrix[row, column, w] = value
+                        matrix[column, row, w] = value

@@ -1,4 +1,4 @@
-r"""An elastic body of finite elements below a grid of cells, as an operator for contact solvers.
+r"""Elastic bodies of finite elements below a grid of cells, as operators for contact solvers.
 
 The compliance of the columns (`columns.compliance`) on all modes of an FFT is the condensed
 stiffness of a mesh that repeats; with it the solvers of `halfspace.fft`, stiffnesses and energies
@@ -13,14 +13,15 @@ differs from the continuum within some cells only, where the elements do:
 
     K_free = K_continuum + (K_columns - K_cells),
 
-with the coefficients of pressures uniform on cells (Love's on a half-space), and the same with all
-periodic images. A layer on a rigid base that is thin against the patch needs no continuum.
+with the coefficients of pressures uniform on cells (Love's on a half-space, Cerruti's for
+tangential tractions), and the same with all periodic images. A layer on a rigid base that is thin
+against the patch needs no continuum.
 """
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Literal, Self
 
 import numpy as np
@@ -28,11 +29,14 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from reference.arguments import choice_faults, refuse
-from reference.contact.body import check_grid
+from reference.contact.body import check_grid, window
 from reference.elasticity import Material
 from reference.fem.column_elements import ELEMENTS, Element
-from reference.fem.columns import Layers, compliance
+from reference.fem.columns import Layers, compliance, tensor
+from reference.halfspace import kernels
+from reference.halfspace.cerruti import Compliance, Transfer
 from reference.halfspace.operators import FreeOperator
+from reference.halfspace.traction import NormalAndTangential
 from reference.layered.graded import Graded
 from reference.layered.operators import OfBody, cell_modes, cell_modulus, is_local, uniform
 from reference.layered.radial import Body, cell_coefficients
@@ -49,8 +53,9 @@ _DEPTH = 2.0
 _SHALLOW = 8.0
 # Slices of a graded body: the uppermost in cells, and each over the one above.
 _FIRST, _SLICE = 0.05, 1.1
-# Long sides of cells from one loaded cell to its image where elements and continuum are the same.
-_APART = 64
+# Long sides of cells from one loaded cell to its image where elements and continuum are the same;
+# of a body with inertia, in its own length.
+_APART, _FAR = 64, 4
 # How far outside Hertz's circle the law of cells puts the rim, in cells: for nu = 0 and 1/2.
 _RIM_EXCESS: dict[Element, tuple[float, float]] = {
     "linear": (0.007, 0.049),
@@ -81,12 +86,6 @@ class GridBody(OfBody):
         penalty method, 1/eps.
     bottom : {"clamped", "impedance"}
         Of bodies with a half-space at their base.
-
-    Raises
-    ------
-    ValueError
-        For an unknown element or bottom; for an impedance without a half-space; if shape, spacing
-        or modulus is not positive.
     """
 
     def __init__(
@@ -103,18 +102,20 @@ class GridBody(OfBody):
         super().__init__(shape, spacing, cell_modulus(self.body, spacing))
         faults = choice_faults("element", element, ELEMENTS)
         faults += choice_faults("bottom", bottom, BOTTOMS)
-        if bottom == "impedance" and not ends_uniform(self.body):
+        half_space_below = isinstance(self.body, Stack) and self.body.base is not None
+        if bottom == "impedance" and not half_space_below:
             faults.append("bottom must be clamped where no half-space of one modulus lies below")
-        refuse([*faults, *self._cell_faults()])
+        if not self.periodic and max(self.spacing) > LONGEST * min(self.spacing):
+            faults.append(
+                f"spacing must be sides within a factor of {LONGEST} below a free patch, "
+                f"not {self.spacing!r}"
+            )
+        refuse(faults)
         self.element, self.bottom = element, bottom
         compressible, incompressible = _RIM_EXCESS[element]
         ratio = self.body.top.poisson_ratio
         self.rim_excess = compressible + 2 * ratio * (incompressible - compressible)
         self.contact_compliance = contact_compliance
-
-    def _cell_faults(self) -> list[str]:
-        """Return what is wrong with the cells for this kind of body."""
-        return []
 
     def _elastic(self) -> Array:
         """Compliance of the body without its contact's, as the kind of body keeps it."""
@@ -134,26 +135,14 @@ class GridBody(OfBody):
 
     def softened(self, compliance: float) -> Self:
         """Return the same body with more overlap per pressure (kept)."""
-        return self.cached(("softened", compliance), lambda: self._softer(compliance))
-
-    def _softer(self, compliance: float) -> Self:
         body = self._alike(self.shape, self.spacing, compliance)
         body._cache["elastic"] = self.elastic
-        return body
+        softer: Self = self.cached(("softened", compliance), lambda: body)
+        return softer
 
 
 class PeriodicBody(GridBody):
     """Finite elements below one period of a surface, zero mean displacement.
-
-    Parameters
-    ----------
-    shape, spacing, body, element, contact_compliance, bottom
-        As for `GridBody`.
-
-    Raises
-    ------
-    ValueError
-        As `GridBody`.
 
     Examples
     --------
@@ -176,15 +165,7 @@ class PeriodicBody(GridBody):
 class FreeBody(GridBody, FreeOperator):
     """Finite elements below a rectangle of cells, free around it.
 
-    Parameters
-    ----------
-    shape, spacing, body, element, contact_compliance, bottom
-        As for `GridBody`.
-
-    Raises
-    ------
-    ValueError
-        As `GridBody`, and if a cell is more than `LONGEST` times longer than wide.
+    Cells are at most `LONGEST` times longer than wide.
 
     Examples
     --------
@@ -195,14 +176,6 @@ class FreeBody(GridBody, FreeOperator):
     True
     """
 
-    def _cell_faults(self) -> list[str]:
-        if max(self.spacing) <= LONGEST * min(self.spacing):
-            return []
-        return [
-            f"spacing must be sides within a factor of {LONGEST} below a free patch, "
-            f"not {self.spacing!r}"
-        ]
-
     @property
     def lifts(self) -> bool:
         """Whether pressure on a cell raises another one, as elements below long cells do."""
@@ -210,26 +183,17 @@ class FreeBody(GridBody, FreeOperator):
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
         """Coefficients at offsets from zero to less than `shape`: Love's, and what elements add."""
-        coefficients: Array = self.cached("body", self._coefficients)
-        return coefficients[: shape[0], : shape[1]]
 
-    def _coefficients(self) -> Array:
-        whole = self.elastic.copy()
-        whole[0, 0] += self.contact_compliance
-        return whole
+        def make() -> Array:
+            whole = self.elastic.copy()
+            whole[0, 0] += self.contact_compliance
+            return whole
+
+        return self.cached("body", make)[: shape[0], : shape[1]]
 
     def _elastic(self) -> Array:
         rows, columns = self.shape
-        # half of an even period, so that the grid sees none of its images
-        half = [
-            int(
-                fft.next_fast_len(
-                    max(n, math.ceil(_APART / 2 * max(self.spacing) / step - 1e-9)), real=True
-                )
-            )
-            for n, step in zip(self.shape, self.spacing, strict=True)
-        ]
-        period = 2 * half[0], 2 * half[1]
+        period = _period(self.shape, self.spacing, _APART)
         more = modes(period, self.spacing, self.body, self.element, self.bottom)
         local = is_local(self.body, self.shape, period, self.spacing)
         if not local:
@@ -243,13 +207,13 @@ class FreeBody(GridBody, FreeOperator):
         return part
 
 
-def ends_uniform(body: Body) -> bool:
-    """Whether a half-space of one modulus lies below all layers.
-
-    >>> ends_uniform(Stack([1.0], [Material(1.0, 0.3)]))  # on a rigid base
-    False
-    """
-    return isinstance(body, Stack) and body.base is not None
+def _period(shape: tuple[int, int], spacing: tuple[float, float], apart: float) -> tuple[int, int]:
+    """Return an even period of so many long sides, whose half does not see the images."""
+    n, m = (
+        2 * int(fft.next_fast_len(max(n, math.ceil(apart / 2 * max(spacing) / step - 1e-9)), True))
+        for n, step in zip(shape, spacing, strict=True)
+    )
+    return n, m
 
 
 def modes(
@@ -264,7 +228,8 @@ def modes(
     That of a uniform pressure is zero where no rigid base is, the datum of a periodic half-space.
     """
     small = (shape[0] // 2 + 1) * (shape[1] // 2 + 1) <= _LARGEST
-    quarter = (_kept if small else _quarter)(shape, spacing, body, element, bottom)
+    # the next realisation, load or repetition of a solve on the same cells has no set-up
+    quarter = (_kept_quarter if small else _quarter)(shape, spacing, body, element, bottom)
     whole: Array = quarter[np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0]))]
     return whole
 
@@ -276,15 +241,23 @@ def _quarter(
     element: Element,
     bottom: Bottom,
 ) -> Array:
-    rows, columns = shape[0] // 2 + 1, shape[1] // 2 + 1
-    along, across = (
-        2 * np.pi * np.arange(rows) / shape[0],
-        2 * np.pi * np.arange(columns) / shape[1],
-    )
-    layers = _meshed(body, shape, spacing, bottom)
+    # the layers of elements, down to a rigid base or to a half-space
+    depth = _DEPTH * max(n * step for n, step in zip(shape, spacing, strict=True))
+    if isinstance(body, Graded):
+        ratio = depth / (_FIRST * min(spacing))
+        number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
+        ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
+        layers = Layers(np.diff(ends).tolist(), body.slices(ends))
+    elif body.base is None:
+        layers = Layers(body.thicknesses, body.materials)
+    else:
+        below = body.base if bottom == "impedance" else None
+        thickness = depth if below is None else _SHALLOW * max(spacing)
+        layers = Layers([*body.thicknesses, thickness], [*body.materials, body.base], below)
+    along, across = (2 * np.pi * np.arange(n // 2 + 1) / n for n in shape)
     if shape[0] == shape[1] and spacing[0] == spacing[1]:
-        m, n = np.tril_indices(rows)
-        quarter = np.empty((rows, columns))
+        m, n = np.tril_indices(along.size)
+        quarter = np.empty((along.size, across.size))
         values = compliance((along[m], across[n]), spacing, layers, element=element)
         quarter[m, n] = quarter[n, m] = values
     else:
@@ -294,22 +267,134 @@ def _quarter(
     return quarter
 
 
-# The next realisation, load or repetition of a solve on the same cells has no set-up.
-_kept = lru_cache(maxsize=_KEPT)(_quarter)
+_kept_quarter = lru_cache(maxsize=_KEPT)(_quarter)
 
 
-def _meshed(
-    body: Body, shape: tuple[int, int], spacing: tuple[float, float], bottom: Bottom
-) -> Layers:
-    """Return the layers of a body down to a rigid base or to a half-space."""
-    depth = _DEPTH * max(n * step for n, step in zip(shape, spacing, strict=True))
-    if isinstance(body, Graded):
-        ratio = depth / (_FIRST * min(spacing))
-        number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
-        ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
-        return Layers(np.diff(ends).tolist(), body.slices(ends))
-    if body.base is None:
-        return Layers(body.thicknesses, body.materials)
-    below = body.base if bottom == "impedance" else None
-    thickness = depth if below is None else _SHALLOW * max(spacing)
-    return Layers([*body.thicknesses, thickness], [*body.materials, body.base], below)
+class ShearBody(NormalAndTangential):
+    """A half-space of finite elements below a rectangle of cells, under tractions of any direction.
+
+    For friction and for rolling. Under rollers the mesh stands still and the material flows through
+    it (arbitrary Lagrange-Euler; Nackenhorst 2004); its inertia, rho V^2, is a part of the columns.
+
+    Parameters
+    ----------
+    shape, spacing
+        As for `NormalAndTangential`.
+    material : Material
+    element : {"linear", "splines", "quadratic"}
+        See `column_elements`.
+    inertia : float
+        rho V^2/G of a body that flows along x, as of `columns.tensor`; pressures and normal
+        displacements at rest.
+
+    Examples
+    --------
+    >>> body = ShearBody((24, 24), (1.0, 1.0), Material(2.6, 0.3))
+    >>> push = np.zeros((2, 24, 24))
+    >>> push[0, 2, 2] = 1.0  # far away along x: 1/(2 pi G r)
+    >>> bool(np.isclose(body.shear(push)[0, 22, 2], 1 / (2 * np.pi * 20), rtol=1e-2))
+    True
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        material: Material,
+        *,
+        element: Element = "splines",
+        inertia: float = 0.0,
+    ) -> None:
+        super().__init__(shape, spacing, _tangential(material))
+        self.normal = FreeBody(shape, spacing, material, element)
+        self.material, self.element, self.inertia = material, element, inertia
+
+    def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
+        """Return the same body of elements below a smaller rectangle of cells (cached)."""
+        if shape == self.shape:
+            return self
+        return window(
+            self._parts,
+            shape,
+            lambda part: ShearBody(
+                part, self.spacing, self.material, element=self.element, inertia=self.inertia
+            ),
+        )
+
+    @cached_property
+    def period(self) -> tuple[int, int]:
+        """Cells of the period on which elements and continuum are compared."""
+        apart = _APART if self.inertia == 0 else max(_APART, _FAR * max(self.shape))
+        return _period(self.shape, self.spacing, apart)
+
+    def free_coefficients(self) -> Transfer:
+        """Displacements by tractions on a cell, at offsets from zero on."""
+        nx, ny = self.shape
+        cells = super().free_coefficients()
+        more = beyond_cells(
+            self.period, self.spacing, self.material, element=self.element, inertia=self.inertia
+        )
+        return Transfer(*(base + field[:nx, :ny] for base, field in zip(cells, more, strict=True)))
+
+
+def _tangential(material: Material) -> Compliance:
+    nu = material.poisson_ratio
+    return Compliance.of(material.youngs_modulus / (2 * (1 + nu)), nu)
+
+
+def beyond_cells(
+    period: tuple[int, int],
+    spacing: tuple[float, float],
+    material: Material,
+    *,
+    element: Element,
+    inertia: float,
+) -> Transfer:
+    """Return displacements of elements less those of the half-space, by tractions on a cell.
+
+    Fields have the shape of the period, at offsets modulo it, up to constants.
+
+    Parameters
+    ----------
+    period : (int, int)
+        Cells to the next images of load and displacement. One across: tractions that do not vary
+        with y, plane strain.
+    spacing, material, element, inertia
+        As for `ShearBody`.
+    """
+    phases = (
+        2 * np.pi * fft.fftfreq(period[0])[:, None],
+        2 * np.pi * fft.rfftfreq(period[1])[None, :],
+    )
+    sides = [n * side for n, side in zip(period, spacing, strict=True)]
+    layers = Layers([_DEPTH * max(sides)], [material])
+    elements = tensor(phases, spacing, layers, element=element, inertia=inertia)
+    # of the gauge i u_x, i u_y, u_z
+    columns = elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2]
+    # tractions uniform on cells, with all periodic images: sums of `cerruti.periodic_transfer` over
+    # the aliases, times their sincs
+    body = _tangential(material)
+    c1, c2, c3 = body.normal, body.lateral, body.coupling
+    qx, qy = kernels.wavenumbers(period, spacing)
+    sums = [np.zeros((qx.size, qy.size)) for _ in range(5)]
+    along, sinc_x = kernels.aliases(qx.ravel(), spacing[0])
+    across, sinc_y = kernels.aliases(qy.ravel(), spacing[1])
+    for kx, share_x in zip(along, sinc_x, strict=True):
+        for ky, share_y in zip(across, sinc_y, strict=True):
+            x, y = kx[:, None], ky[None, :]
+            square = x * x + y * y
+            square[square == 0] = 1.0  # no wave: left out below
+            share = share_x[:, None] * share_y / square
+            size = np.sqrt(square)
+            sums[0] += share * ((c1 + c2) * size - c2 * x * x / size)
+            sums[1] += share * ((c1 + c2) * size - c2 * y * y / size)
+            sums[2] -= share * c2 * x * y / size
+            sums[3] -= share * c3 * x
+            sums[4] -= share * c3 * y
+    # the last two are odd in one coordinate: of imaginary modes
+    fields = []
+    for ours, theirs, turn in zip(columns, sums, (1, 1, 1, 1j, 1j), strict=True):
+        difference = (ours - theirs) * complex(turn)
+        difference[0, 0] = 0.0
+        fields.append(fft.irfft2(difference, period, workers=1))
+    return Transfer(*fields)

@@ -25,7 +25,7 @@ from scipy import fft
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.elasticity import Material
 from reference.fem.columns import Element
-from reference.fem.shear_body import beyond_cells
+from reference.fem.grid_body import beyond_cells
 from reference.halfspace.cerruti import Compliance
 
 Array = NDArray[np.float64]

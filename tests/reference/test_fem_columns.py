@@ -357,7 +357,14 @@ def test_stiffness_on_an_impedance_is_symmetric_positive_and_its_energy_bounded(
     hard, soft = Material(30.0, 0.0), Material(1.0, 0.0)
     q = 2 * np.pi / np.array([64.0, 16.0, 4.0])
     waves, body = (0.6 * q, 0.8 * q), Layers([1.0], [hard], soft)
-    stiffness, _ = columns._surface(*waves, columns._Mesh((1.0, 1.0), body, element, 0.35, 1.25))
+    found = []
+
+    def read(stiffness, force, point, wave):
+        found.append(stiffness)
+        return np.zeros(len(stiffness))
+
+    columns._of_waves(waves, (1.0, 1.0), body, element, read)
+    (stiffness,) = found
     np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), rtol=1e-12)
     assert (np.linalg.eigvalsh(stiffness) > 0).all()
     energy = of_smooth_pressure(waves, (1.0, 1.0), body, element=element)

@@ -10,7 +10,7 @@ from reference.closed_form.rolling_cylinders import Carter
 from reference.errors import ConvergenceError
 from reference.fem import Material
 from reference.fem.columns import Layers, tensor
-from reference.fem.shear_body import ShearBody
+from reference.fem.grid_body import ShearBody
 from reference.halfspace import stick_slip
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep

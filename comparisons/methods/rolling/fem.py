@@ -9,7 +9,7 @@ from comparisons.methods.rolling.bem_fft import GridRolling
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from reference.fem import Material
-from reference.fem.shear_body import ShearBody
+from reference.fem.grid_body import ShearBody
 
 
 class FemRolling(GridRolling):

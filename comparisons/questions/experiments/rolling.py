@@ -21,7 +21,7 @@ from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
 from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
-from reference.fem.shear_body import ShearBody
+from reference.fem.grid_body import ShearBody
 from reference.halfspace import stick_slip
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.traction import NormalAndTangential
