@@ -12,7 +12,7 @@ import pytest
 
 from comparisons.methods.registry import add_class
 from comparisons.questions.claims.claim import load_claims
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.scene.scene import builtin_folder, load_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -155,7 +155,7 @@ def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
     """Full runs only, of the very statements, with the verdicts that the files expect."""
     files = {claim.id: claim for claim in load_claims()}
     assert all(claim.expected for claim in files.values())
-    for told in load_claims_record(ROOT / "docs" / "claims.json").claims:
+    for told in load_claims_record(STORED).claims:
         claim = files[told.id]
         stated = ("text", "equation", "reading", "tolerance", "refuted_by", "theorem")
         assert {key: getattr(told, key) for key in stated} == claim.model_dump(include=set(stated))

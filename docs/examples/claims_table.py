@@ -1,15 +1,14 @@
 """Write the verdicts on the claims into their pages, from stored full runs.
 
 Eight stand in README.md, one for each statement of the chapter in docs/findings.md, all in
-docs/claims.md. The record of the runs is docs/claims.json. A run of all claims, or of those that
-are new or changed, is put into it, and the tables between the markers are written anew::
+docs/claims.md. The record of the runs comes with the package (`STORED`). A run of all claims, or of
+those that are new or changed, is put into it, and the tables between the markers are written anew::
 
     roughline claims --full --json run.json
     python docs/examples/claims_table.py run.json
 """
 
 # %%
-import json
 import math
 import re
 import sys
@@ -21,8 +20,8 @@ from comparisons.files import write_text
 from comparisons.formatting import duration, greek
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
-from comparisons.questions.claims.nearest import FILE, extract
 from comparisons.questions.claims.record import (
+    STORED,
     ClaimRecord,
     ClaimsRecord,
     PointRecord,
@@ -33,7 +32,6 @@ from comparisons.questions.claims.wording import error_text, limit_words, value
 from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]
-STORED = DOCS / "claims.json"
 PAGES = (
     DOCS.parent / "README.md",
     *(DOCS / name for name in ("findings.md", "claims.md", "what-we-now-know.md")),
@@ -301,6 +299,5 @@ if __name__ == "__main__":
         sys.exit("a quick run decides less: claims --full")
     stored = put_together(([load_claims_record(STORED)] if STORED.exists() else []) + runs)
     write_text(STORED, stored.model_dump_json() + "\n")
-    write_text(FILE, json.dumps(extract(stored.claims), indent=1) + "\n")
     for path in PAGES:
         path.write_text(written(path.read_text(encoding="utf-8"), stored), encoding="utf-8")

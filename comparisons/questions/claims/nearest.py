@@ -2,17 +2,14 @@
 
 A claim that was measured along a parameter (ratio of the radii, exponent, load of a rough surface,
 Poisson's ratio, ...) is a row of a validity map; a scene of the same kind is a point on it, or a
-stretch where its loads spread. The measurements of the full runs come with the package
-(``measured.json``, written by docs/examples/claims_table.py).
+stretch where its loads spread. The record of the full runs comes with the package.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,13 +17,12 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
-from comparisons.questions.claims.record import ClaimRecord
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from reference.closed_form.adhesive import maugis_parameter
 
-FILE = Path(__file__).with_name("measured.json")
 SAME = 1e-3  # relative distance along a parameter that is none
 Stretch = tuple[float, float]
 # Of a scene, its loads, and E* A0 h' of a rough one
@@ -156,39 +152,23 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
 @cache
 def measured() -> Mapping[str, Measured]:
     """Return the measurements that come with the package, by claim."""
-    table = json.loads(FILE.read_text(encoding="utf-8"))
     return {
-        name: Measured(name, row["parameter"], row["spacing"], row["tolerance"], _pairs(row))
-        for name, row in table.items()
-    }
-
-
-def _pairs(row: Mapping[str, Any]) -> tuple[tuple[float, float, float], ...]:
-    return tuple((point[0], point[1], point[2]) for point in row["points"])
-
-
-def extract(claims: Iterable[ClaimRecord]) -> dict[str, Any]:
-    """Return the content of ``measured.json`` from the records of full runs, to four digits."""
-    return {
-        claim.id: {
-            "parameter": claim.parameter,
-            "spacing": claim.spacing,
-            "tolerance": claim.tolerance,
-            "points": [
-                [point.parameter, _short(point.error), _short(point.uncertainty)]
+        claim.id: Measured(
+            claim.id,
+            claim.parameter,
+            claim.spacing,
+            claim.tolerance,
+            tuple(
+                (point.parameter, point.error, point.uncertainty)
                 for point in claim.points
                 if point.parameter is not None
                 and point.error is not None
                 and point.uncertainty is not None
-            ],
-        }
-        for claim in sorted(claims, key=lambda claim: claim.id)
+            ),
+        )
+        for claim in load_claims_record(STORED).claims
         if claim.id in PLACES
     }
-
-
-def _short(value: float) -> float:
-    return float(f"{value:.4g}")
 
 
 def _concerned(scene: Scene) -> dict[str, tuple[str, ...]]:

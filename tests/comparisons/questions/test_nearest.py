@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import json
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import OUTSIDE, WITHIN
-from comparisons.questions.claims.nearest import FILE, PLACES, extract, in_words, measured, nearest
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.nearest import PLACES, in_words, measured, nearest
 from comparisons.scene.scene import load_scene
 from reference.closed_form.adhesive import strength_of
 from reports.cli.cli import run_command
-
-ROOT = Path(__file__).parents[3]
 
 
 def known(name, **changes):
@@ -28,9 +24,7 @@ def known(name, **changes):
     return {answer.quantity: answer for answer in nearest(scene, loads, unit)}
 
 
-def test_the_measurements_are_those_of_the_stored_full_runs():
-    record = load_claims_record(ROOT / "docs" / "claims.json")
-    assert json.loads(FILE.read_text(encoding="utf-8")) == extract(record.claims)
+def test_every_place_has_a_measurement():
     assert measured().keys() == PLACES.keys()
 
 

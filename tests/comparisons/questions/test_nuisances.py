@@ -11,7 +11,7 @@ import pytest
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
 from comparisons.questions.claims.nuisances import shares
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.runner import judge_claim
 from comparisons.questions.claims.verdicts import (
     FAILS,
@@ -209,7 +209,7 @@ def sampled():
     """Return twelve of the claims that leave numbers open, drawn with a seed, and their records."""
     claims = [claim for claim in load_claims() if claim.nuisance and claim.draws]
     chosen = np.random.default_rng(16).choice(len(claims), 12, replace=False)
-    told = {claim.id: claim for claim in load_claims_record(ROOT / "docs" / "claims.json").claims}
+    told = {claim.id: claim for claim in load_claims_record(STORED).claims}
     return [(claims[place], told[claims[place].id]) for place in chosen]
 
 

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import STORED, load_claims_record
 from reports.pages.claims import claims_page
 
-CLAIMS = Path(__file__).resolve().parents[3] / "docs" / "claims.json"
 PHONE = (390, 844)
 
 
@@ -17,7 +16,7 @@ PHONE = (390, 844)
 def report(tmp_path_factory) -> Path:
     """Return the page of the stored run."""
     path = tmp_path_factory.mktemp("claims") / "report.html"
-    path.write_text(claims_page(load_claims_record(CLAIMS)), encoding="utf-8")
+    path.write_text(claims_page(load_claims_record(STORED)), encoding="utf-8")
     return path
 
 

@@ -7,19 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.results.runs import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page
 from reports.pages.runs import comparison_page
 
-CLAIMS = Path(__file__).resolve().parents[3] / "docs" / "claims.json"
-
 
 def of_claims(study) -> str:
     """Return the page of some claims of the stored run: holding, failing, in a range."""
-    record = load_claims_record(CLAIMS)
+    record = load_claims_record(STORED)
     return claims_page(record.model_copy(update={"claims": record.claims[:6]}))
 
 

@@ -6,19 +6,17 @@ import json
 import re
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 from comparisons.questions.claims.claim import load_claims
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.verdicts import IN_A_RANGE
 from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
 from reports.plots.claim import evidence
 from reports.plots.interactive import spec
 
-STORED = Path(__file__).parents[3] / "docs" / "claims.json"
 CLAIM = """
 id = "narrow"
 text = "A narrow ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
