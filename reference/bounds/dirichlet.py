@@ -27,7 +27,7 @@ from skfem import Basis, BilinearForm, ElementTriP2, MeshTri
 from skfem.helpers import dot, grad
 
 from reference.bounds.interval import EPSILON
-from reference.bounds.outlines import nested
+from reference.bounds.outlines import Outline, nested
 from reference.fem.linear_system import LinearSystem
 from reference.fem.nested_dissection import Front, Shift, condense, expand
 
@@ -40,6 +40,8 @@ _POINTS = 4
 # about six factors.
 _ENTRY = 64 * EPSILON
 _NOTHING = np.zeros((0, 0))
+# Radius and depth of the elements about an outline, in half its length.
+_OUTSKIRTS = 6.0
 # Local edges of a triangle in scikit-fem, in the order of their unknowns after the vertices.
 _EDGES = ((0, 1), (1, 2), (0, 2))
 # Values at vertices and middles of edges for coefficients of Bernstein's polynomials.
@@ -61,6 +63,14 @@ def graded(cells: int, exponent: float, end: float) -> Array:
     grown = t**exponent * (1 + t) ** 2
     last = int(np.searchsorted(grown, end))
     return grown[: last + 1] * (end / grown[last])
+
+
+def shells_about(outline: Outline, cells: int, exponent: float) -> tuple[Array, Array]:
+    """Shells for `fan` and depths of layers, graded towards an outline from either side."""
+    t = np.arange(cells + 1) / cells
+    outwards = graded(cells, exponent, _OUTSKIRTS * max(outline.extents) / outline.size)
+    shells = outline.shells(1 - t[-2::-1] ** exponent, outwards[1:])
+    return shells, outline.size * outwards
 
 
 class _Line:
@@ -122,28 +132,17 @@ class Section:
     """Horizontal elements of a layer, star-shaped about the origin.
 
     The coefficients are those of Bernstein's polynomials, so that a function is nowhere below a
-    level that none of its coefficients is below.
-
-    Attributes
-    ----------
-    stiffness, mass, swelling : (n, k, k)
-        Integrals of grad f . grad f, f f and (f + x . grad f)^2 over the elements.
-    unknowns : (n, k)
-    points : (count, 2)
-        Place of each unknown's function: a vertex, or the middle between two.
-    ends : (count, 2)
-        The unknowns of these two vertices; a vertex twice itself.
-    rounding : float
-        Relative rounding of the elements' sizes.
+    level that none of its coefficients is below. Stiffness, mass and swelling are the integrals of
+    grad f . grad f, f f and (f + x . grad f)^2 over the elements.
     """
 
-    stiffness: Array
+    stiffness: Array  # (n, k, k)
     mass: Array
     swelling: Array
-    unknowns: Indices
-    points: Array
-    ends: Indices
-    rounding: float
+    unknowns: Indices  # (n, k)
+    points: Array  # (count, 2), of each unknown's function: a vertex, or the middle between two
+    ends: Indices  # (count, 2), the unknowns of these two vertices; a vertex twice itself
+    rounding: float  # relative, of the elements' sizes
     side: Side
 
     def bernstein(self, values: Array) -> Array:
@@ -187,22 +186,12 @@ def rings(radii: Array) -> Section:
 
 
 def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
-    """Triangles between shells about the origin, from the innermost to the outermost.
+    """Triangles between shells (n, m + 1, 2) about the origin, from the innermost outwards.
 
-    Parameters
-    ----------
-    shells : (n, m + 1, 2)
-        Points in the order of their angle, straight lines between them; on an open fan the first
-        and the last points lie in planes of symmetry. Shells that cross raise ValueError: what is
-        put together on them is no function.
-    closed : bool
-        Whether the last point is followed by the first.
-
-    Returns
-    -------
-    section : Section
-    shell : (unknowns,)
-        Number of the shell, from 1, that just contains the place of each unknown's function.
+    The points of a shell are in the order of their angle, with straight lines between them. A
+    closed fan goes on from the last to the first; of an open one these lie in planes of symmetry.
+    Shells that cross raise ValueError: what is put together on them is no function. Returned, too,
+    is the number of the shell, from 1, that just contains the place of each unknown's function.
     """
     if not nested(shells, closed=closed):
         raise ValueError("shells about the origin must lie inside each other, and these cross")
@@ -282,19 +271,9 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
 class Prisms:
     """Finite elements below the surface, condensed onto some of the surface's coefficients.
 
-    Parameters
-    ----------
-    section : Section
-    depths : (m + 1,)
-        Depths of the layers, from 0.
-    retained : (r,)
-        The section's unknowns whose surface coefficients will be given; all others are free.
-
-    Attributes
-    ----------
-    stiffness : (r, r)
-        S with the energy v . S v/2 for E* = 1.
-    unknowns : int
+    Below a section layers reach from 0 to the last of the depths (m + 1,). The coefficients on the
+    surface of its `retained` unknowns (r,) will be given, all others are free: the energy for
+    E* = 1 is v . S v/2, S the `stiffness` (r, r).
     """
 
     def __init__(self, section: Section, depths: Array, retained: Indices) -> None:
@@ -356,10 +335,6 @@ class Prisms:
     def extend(self, coefficients: Array) -> Array:
         """All coefficients for those of the retained unknowns, for the least energy."""
         return expand(self._system, self._fronts, coefficients)
-
-    def on_surface(self, values: Array) -> Array:
-        """Return the surface's coefficients out of all."""
-        return values[self.surface]
 
     def energy_above(self, values: Array) -> float:
         """Upper bound of the energy of a function, for E* = 1, with rounding added."""

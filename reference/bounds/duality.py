@@ -30,14 +30,9 @@ class Pressures(ABC):
     The energy is that of whole parts (Galerkin's); displacements at their middles times forces
     (collocation) would bound nothing.
 
-    Attributes
-    ----------
-    matrix, errors : (n, n)
-        <p, K p> of one of the images is x . matrix . x, to |x| . errors . |x|.
-    rounding : float
-        Of the work x . w against that of the magnitude |x| . m, see `energy_below`.
-    images : float
-        How many times the parts make up the whole, less the relative rounding of the bound.
+    The parts make up the whole by a number of `images`, less the relative rounding of the bound.
+    For each <p, K p> is x . matrix . x to |x| . errors . |x|, and the work <p, d - g> is x . work,
+    to a share `rounding` of |x| . magnitude, the same of d + g.
     """
 
     def __init__(self, matrix: Array, errors: Array, rounding: float, images: float) -> None:
@@ -58,15 +53,8 @@ def energy_below(
 ) -> float:
     """Lower bound of the energy by the best pressure, or a given one, for E* = 1.
 
-    Parameters
-    ----------
-    pressures : Pressures
-    work : (n,)
-        Integrals of d - g over what the amounts stand for: <p, d - g> = x . work.
-    magnitude : (n,)
-        The same of d + g, for the rounding.
-    pressure : (n,), optional
-        One that is negative anywhere raises ValueError: it proves nothing.
+    Work and magnitude (n,) are the integrals of d - g and of d + g over what the amounts stand for.
+    A pressure that is negative anywhere raises ValueError: it proves nothing.
     """
     if pressure is None:
         pressure = pressures.best(work)
@@ -91,22 +79,17 @@ def energy_above(
 ) -> float:
     """Upper bound of the energy by the least displacement above a floor, for E* = 1.
 
-    Parameters
-    ----------
-    elements : Prisms
-        A function is nowhere below what none of its surface coefficients is below.
-    floor : (n,)
-        Such coefficients of d - g, for all of the surface; -inf where no body is. Beyond the
-        elements' retained ones they must prove to be met.
-    touching : (r,), optional
-        Where v is the floor to begin with; else it is there, on all retained coefficients.
+    The floor (n,) is in Bernstein's coefficients: with none below it v is nowhere below d - g. It
+    covers the whole surface, -inf where nothing is asked. On the elements' retained coefficients
+    the search begins with v = floor where it is touching; if that is not given, v stays there. On
+    all others the floor must prove to be met.
     """
     retained = elements.retained
     v = floor[retained]
     if touching is not None:
         v = least_above(elements.stiffness, 0 * v, v, touching)
     values = elements.extend(v)
-    if (elements.on_surface(values) < floor).any():
+    if (values[elements.surface] < floor).any():
         raise ArithmeticError("the displacement falls below the body beyond the contact")
     return elements.energy_above(values)
 

@@ -32,12 +32,8 @@ def complete(complement: Array | float, cosine: float, sine: Array | float) -> t
     and q/m tends to one quadratically: the arithmetic and the geometric mean. All terms are
     positive, nothing cancels, and a step errs by a few roundings, which are counted.
 
-    Parameters
-    ----------
-    complement : (...)
-        1 - k^2, from above 0 to 1, to six roundings.
-    cosine, sine : float, (...)
-        A and B, nowhere negative; B to six roundings.
+    A and B, the `cosine` and `sine`, are nowhere negative; B and 1 - k^2, in (0, 1], may err by
+    six roundings.
 
     Examples
     --------

@@ -15,17 +15,15 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 
 from reference.arguments import count_faults, refuse
-from reference.bounds.dirichlet import Prisms, fan, graded
+from reference.bounds.dirichlet import Prisms, fan, shells_about
 from reference.bounds.duality import energy_above, energy_below
 from reference.bounds.ellipses import Face, best_ellipse, force_of_ellipses
 from reference.bounds.interval import Interval, below
 from reference.bounds.outlines import Outline, polygon, slack
-from reference.bounds.pressures import Fan
+from reference.bounds.pressures import Fan, towards_edge
 
 # Exponents of the spacing towards the edge, and of displacements towards the corners.
 PRESSURE_EXPONENT, DISPLACEMENT_EXPONENT, DISPLACEMENT_AROUND = 4.0, 3.0, 2.0
-# Radius and depth of the elements, in half the length of the outline.
-_OUTSKIRTS = 6.0
 
 
 def stiffness_below(outline: Outline, cells: int) -> float:
@@ -33,8 +31,7 @@ def stiffness_below(outline: Outline, cells: int) -> float:
 
     The outline's points are spaced best by `polygon` with `PRESSURE_EXPONENT`.
     """
-    factors = 1 - (1 - np.arange(cells + 1) / cells) ** PRESSURE_EXPONENT
-    pressures = Fan(outline, factors)
+    pressures = Fan(outline, towards_edge(cells, PRESSURE_EXPONENT))
     return 2 * energy_below(pressures, pressures.areas, pressures.areas)
 
 
@@ -43,13 +40,10 @@ def stiffness_above(outline: Outline, cells: int) -> float:
 
     The outline's points are spaced best by `polygon` with `DISPLACEMENT_AROUND`.
     """
-    t = np.arange(cells + 1) / cells
-    end = _OUTSKIRTS * max(outline.extents) / outline.size
-    outwards = graded(cells, DISPLACEMENT_EXPONENT, end)
-    inner = 1 - t[-2::-1] ** DISPLACEMENT_EXPONENT
-    section, shell = fan(outline.shells(inner, outwards[1:]), closed=outline.closed)
+    shells, depths = shells_about(outline, cells, DISPLACEMENT_EXPONENT)
+    section, shell = fan(shells, closed=outline.closed)
     on_face = shell <= cells
-    elements = Prisms(section, outline.size * outwards, np.flatnonzero(on_face))
+    elements = Prisms(section, depths, np.flatnonzero(on_face))
     floor = np.where(on_face, 1.0, -np.inf)
     return 2 * len(outline.images) * energy_above(elements, floor)
 
@@ -62,12 +56,8 @@ def equal_area_stiffness(area: float) -> float:
 def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> Interval:
     """Stiffness of a flat polygon for E* = 1 between proved bounds.
 
-    Parameters
-    ----------
-    vertices : sequence of (x, y)
-        Counterclockwise, about an origin inside from which all of the outline is seen.
-    cells : (int, int)
-        From there to the edge: elements of the upper and cells of the lower bound, from 2.
+    The vertices go counterclockwise about an origin from which all of the outline is seen; from
+    there to the edge there are so many elements of the upper and cells of the lower bound, from 2.
 
     Examples
     --------

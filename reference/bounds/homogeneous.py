@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import count_faults, positive_faults, refuse
-from reference.bounds.dirichlet import Prisms, fan, graded
+from reference.bounds.dirichlet import Prisms, fan, shells_about
 from reference.bounds.duality import energy_above, energy_below
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.outlines import Outline, circle, dihedral
-from reference.bounds.pressures import Fan
+from reference.bounds.pressures import Fan, towards_edge
 from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 
@@ -32,8 +32,6 @@ _PRESSURE_EXPONENT, _DISPLACEMENT_EXPONENT, _POINTED = 2.0, 1.4, 2.0
 # The search for an outline: sectors and shells of its pressures, and how far these go, in copies of
 # the best circle and then of the first result.
 _SECTORS, _SHELLS, _REACHES = 8, 20, (2.6, 1.5)
-# Radius and depth of the elements, in half the length of the contact.
-_OUTSKIRTS = 6.0
 
 
 @dataclass(frozen=True)
@@ -49,28 +47,20 @@ class Paraboloid:
     degree = 2
 
     def __post_init__(self) -> None:
-        if not all(r > 0 and math.isfinite(r) for r in (self.radius_x, self.radius_y)):
-            raise ValueError(
-                "radii must be positive and finite, got "
-                f"radius_x = {self.radius_x!r}, radius_y = {self.radius_y!r}"
-            )
+        refuse(positive_faults(radius_x=self.radius_x, radius_y=self.radius_y))
 
     def gap(self, x: Array, y: Array) -> Array:
         """Return the gap."""
         return 0.5 * (x**2 / self.radius_x + y**2 / self.radius_y)
 
-    def _semi_axes(self) -> tuple[float, float]:
-        """Semi-axes of the contact at a penetration of 1, a guess that no bound hangs on."""
-        x, y = ellipsoid(self.radius_x, self.radius_y, 1.0).semi_axes(1.0)
-        return float(x), float(y)
-
     def punch(self, cells: int) -> Outline:
-        """Quarter of the contact ellipse at a penetration of 1, the outline itself."""
-        return circle(cells, dihedral(2), 0.5 * np.pi).stretched(*self._semi_axes())
+        """Quarter of the contact ellipse at a penetration of 1, a guess that no bound hangs on."""
+        x, y = ellipsoid(self.radius_x, self.radius_y, 1.0).semi_axes(1.0)
+        return circle(cells, dihedral(2), 0.5 * np.pi).stretched(float(x), float(y))
 
     def punch_force(self) -> float:
         """Lower bound k (1 - a^2/(6 R_x) - b^2/(6 R_y)) at a penetration of 1 for E* = 1."""
-        a, b = self._semi_axes()
+        a, b = self.punch(1).extents
         mean = a * a / (6 * self.radius_x) + b * b / (6 * self.radius_y)
         return elliptic_stiffness(a, b).lower * (1 - mean) * (1 - 32 * EPSILON)
 
@@ -105,23 +95,16 @@ class Pyramid:
         turns = 2 * np.pi * np.arange(self.faces) / self.faces
         return self.slope * np.max([np.cos(t) * x + np.sin(t) * y for t in turns], axis=0)
 
-    def _mean_gap(self) -> float:
-        """Mean of the gap under a circular punch of radius 1.
-
-        <r> = pi/4 under the shadow of a sphere, times the mean of cos over half a face's angle.
-        """
-        half = np.pi / self.faces
-        return self.slope * 0.25 * np.pi * math.sin(half) / half
-
     def punch(self, cells: int) -> Outline:
         """Half a face's part of the best circle: k (1 - <g>) is largest where <g> = 1/2."""
-        full_circle = circle(cells, dihedral(self.faces), np.pi / self.faces, _POINTED)
-        return full_circle.scaled(0.5 / self._mean_gap())
+        half = np.pi / self.faces
+        # of radius 1: <r> = pi/4 under the shadow of a sphere, and cos over half a face's angle
+        mean_gap = self.slope * 0.25 * np.pi * math.sin(half) / half
+        return circle(cells, dihedral(self.faces), half, _POINTED).scaled(0.5 / mean_gap)
 
     def punch_force(self) -> float:
-        """Lower bound 2 a (1 - <g>) at a penetration of 1 for E* = 1."""
-        a = 0.5 / self._mean_gap()
-        return 2 * a * (1 - a * self._mean_gap()) * (1 - 32 * EPSILON)
+        """Lower bound 2 a (1 - <g>) at a penetration of 1 for E* = 1, with <g> = 1/2."""
+        return self.punch(1).size * (1 - 32 * EPSILON)
 
 
 Body = Paraboloid | Pyramid
@@ -141,16 +124,13 @@ def force(
     scale = (2 * n + 1) / n * penetration ** (1 + 1 / n) * effective_modulus
 
     # dual: pressures on cells graded to the edge
-    factors = 1 - (1 - np.arange(cells[1] + 1) / cells[1]) ** _PRESSURE_EXPONENT
+    factors = towards_edge(cells[1], _PRESSURE_EXPONENT)
     lower = energy_below(*_work(body, contact_outline(body, cells[1]), factors))
 
     # primal: the gap is quadratic on every triangle, so its coefficients in Bernstein's polynomials
     # are exact, and a displacement with coefficients not below those of d - g is nowhere below it
     outline = contact_outline(body, cells[0])
-    t = np.arange(cells[0] + 1) / cells[0]
-    end = _OUTSKIRTS * max(outline.extents) / outline.size
-    outwards = graded(cells[0], _DISPLACEMENT_EXPONENT, end)
-    shells = outline.shells(1 - t[-2::-1] ** _DISPLACEMENT_EXPONENT, outwards[1:])
+    shells, depths = shells_about(outline, cells[0], _DISPLACEMENT_EXPONENT)
     section, shell = fan(shells, closed=outline.closed)
     gap = body.gap(*section.points.T)
     floor = 1 - section.bernstein(gap)
@@ -159,7 +139,7 @@ def force(
     wide = body.gap(shells[..., 0], shells[..., 1]).min(axis=1) > 1
     near = shell <= min(int(np.argmax(wide)) + 2, len(shells) - 1)
     floor[~near] = np.maximum(floor[~near], 0.0)
-    elements = Prisms(section, outline.size * outwards, np.flatnonzero(near))
+    elements = Prisms(section, depths, np.flatnonzero(near))
     upper = len(outline.images) * energy_above(elements, floor, shell[near] <= cells[0])
     return Interval(below(scale * lower, 16), above(scale * upper, 16))
 

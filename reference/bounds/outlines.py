@@ -21,17 +21,11 @@ _SYMMETRIC, _ON_AXIS = 1e-9, 4e-9
 class Outline:
     """One part of an outline, of which the whole consists of images.
 
-    Attributes
-    ----------
-    points : (m + 1, 2)
-        In the order of their angle; straight lines between them.
-    images : (g, 2, 2)
-        Rotations and reflections, the identity among them.
-    closed : bool
-        Whether the last point is followed by the first (then there is one image).
-    extents : (float, float)
-        Largest |x| and |y| of an outline whose images are the mirrors of these axes, or of no
-        symmetry; twice the same for others.
+    Points (m + 1, 2) in the order of their angle, with straight lines between them; in a closed
+    outline, which has one image, the last is followed by the first. The images (g, 2, 2) are
+    rotations and reflections, the identity among them. The extents are the largest |x| and |y| of
+    an outline whose images are the mirrors of these axes, or of no symmetry; twice the same for
+    others.
     """
 
     points: Array
@@ -90,15 +84,10 @@ def _cross(first: Array, second: Array) -> Array:
 def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
     """Polygon that is star-shaped about the origin, cut down by its mirror lines through there.
 
-    Turned so that the first mirror line is the x axis.
-
-    Parameters
-    ----------
-    vertices : sequence of (x, y)
-        Counterclockwise, once round the origin, which sees every side. Symmetric to 1e-9 of the
-        size counts as symmetric: `slack` says what that may change.
-    cells, exponent
-        Points on half a side between corners, finer towards each by this exponent.
+    The vertices go counterclockwise, once round the origin, which sees every side. Symmetric to
+    1e-9 of the size counts as symmetric: `slack` says what that may change. The outline is turned
+    so that the first mirror line is the x axis; half a side between corners has as many points as
+    cells, finer towards each corner by the exponent.
     """
     corners = np.asarray(vertices, dtype=float)
     if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:

@@ -21,6 +21,7 @@ stiffness lies between chords of the force, which is convex as the contact area 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,25 +59,9 @@ class Block:
     curvatures bound. With the same of the displacement (`GridPotential`) the conditions of the
     linear programme are proved everywhere on a cell, not at its middle.
 
-    Parameters
-    ----------
-    waves : Waves
-        The heights; the first point of their map lies in the origin.
-    top : float
-        Height from which the gap is counted.
-    spacing : float
-        Side of the cells.
-    corner : float
-        Place of the outer corner of cell (0, 0), along x and along y.
-    first, shape : (int, int)
-        Number of the first cell along x and y, and of cells from there.
-
-    Attributes
-    ----------
-    centres : (n, m)
-        Gap in the middles of the cells.
-    above_samples : float
-        How far the body rises above the top at most, between the samples that this was found in.
+    The gap is counted from the height `top`; the body rises above that by `above_samples` at most.
+    Cell (0, 0) has its outer corner at (corner, corner) from the first point of the map; of the
+    cells from `first` on, as many as `shape` says, `centres` (n, m) are the gaps in their middles.
     """
 
     def __init__(
@@ -172,17 +157,9 @@ class Block:
 class Patch:
     """A square patch of a band-limited rough surface over an elastic half-space.
 
-    Penetrations are counted from the highest sample of the surface.
-
-    Parameters
-    ----------
-    heights : (n, n)
-        Heights, growing towards the half-space; the surface is the trigonometric polynomial
-        through them, over the cells about these points (`reference.surfaces.subdivide`).
-    size : float
-        Side of the patch.
-    finer : int
-        Cells per point along a side.
+    It is the trigonometric polynomial through heights (n, n), which grow towards the half-space,
+    over the cells about these points (`reference.surfaces.subdivide`), so many times finer along a
+    side. Penetrations are counted from its highest sample.
     """
 
     def __init__(self, heights: Array, size: float, finer: int = 4) -> None:
@@ -299,32 +276,33 @@ def force_above(block: Block, penetration: float) -> float:
         for_all = math.hypot(*block.shape) * block.spacing * float(shortfall.max())
         return above(min(per_cell, for_all), 16)
 
-    raised = np.zeros(block.shape)
     # no pressure at all fails by d at most, and where the body is higher than its samples by more
     best = made_up(np.full(block.shape, penetration + block.above_samples))
-    for _ in range(_ROUNDS):
-        pressure = block.pressed(penetration, raised)
-        shortfall, _ = block.shortfall(pressure, penetration)
+    for pressure, shortfall, _ in _raised(block, penetration):
         best = min(best, block.force(pressure) + made_up(shortfall))
-        raised += shortfall
-        if not shortfall.any():
-            break
     return above(best, 16)
 
 
 def energy_above(block: Block, penetration: float) -> float:
     """Least energy of displacements that reach d - g everywhere, for E* = 1."""
-    raised, best = np.zeros(block.shape), math.inf
+    best = math.inf
     radius = 0.5 * above(math.hypot(*block.shape) * block.spacing, 4)
+    for pressure, shortfall, stored in _raised(block, penetration):
+        most = float(shortfall.max())
+        best = min(best, 0.5 * stored + most * (block.force(pressure) + radius * most))
+    return above(best, 16)
+
+
+def _raised(block: Block, penetration: float) -> Iterator[tuple[Array, Array, float]]:
+    """Pressures under a body that is raised wherever the last one failed, and their `shortfall`."""
+    raised = np.zeros(block.shape)
     for _ in range(_ROUNDS):
         pressure = block.pressed(penetration, raised)
         shortfall, stored = block.shortfall(pressure, penetration)
-        most = float(shortfall.max())
-        best = min(best, 0.5 * stored + most * (block.force(pressure) + radius * most))
-        raised += shortfall
-        if not most:
+        yield pressure, shortfall, stored
+        if not shortfall.any():
             break
-    return above(best, 16)
+        raised += shortfall
 
 
 def force_below(block: Block, penetration: float) -> float:

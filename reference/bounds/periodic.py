@@ -69,7 +69,7 @@ class PeriodicSurface:
 
     def energy(self, mean_pressure: float, effective_modulus: float) -> Interval:
         """Pi at a mean pressure, per area."""
-        _check(mean_pressure, effective_modulus)
+        refuse(positive_faults(mean_pressure=mean_pressure, effective_modulus=effective_modulus))
         P = mean_pressure / effective_modulus
         return effective_modulus * Interval(self._below(P), self._above(P))
 
@@ -82,7 +82,7 @@ class PeriodicSurface:
         (3 M1 - M2)/2: that holds for constants and for min(P, c) with any c, of which all growing
         concave functions consist. The means are difference quotients of Pi.
         """
-        _check(mean_pressure, effective_modulus)
+        refuse(positive_faults(mean_pressure=mean_pressure, effective_modulus=effective_modulus))
         P = mean_pressure / effective_modulus
         return Interval(self._not_below(P), self._not_above(P))
 
@@ -250,11 +250,3 @@ def _both_signs(grid: tuple[int, int]) -> Array:
     if grid[1] % 2 == 0:
         weights[-1] = 1.0
     return weights
-
-
-def _check(mean_pressure: float, effective_modulus: float) -> None:
-    if not all(x > 0 and math.isfinite(x) for x in (mean_pressure, effective_modulus)):
-        raise ValueError(
-            "mean pressure and modulus must be positive and finite, got "
-            f"{mean_pressure!r} and {effective_modulus!r}"
-        )

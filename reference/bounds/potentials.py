@@ -71,14 +71,8 @@ class Expansion(NamedTuple):
 class GridPotential:
     """Bounds of the displacement under pressures on n x m square cells of a free half-space.
 
-    For E* = 1, on `squares` by `squares` squares per cell.
-
-    Attributes
-    ----------
-    places : tuple of (float, float)
-        Middles of the squares, relative to the cell's middle, in cells.
-    half : float
-        Half the side of a square.
+    For E* = 1, on `squares` by `squares` squares per cell, with their middles at `places` from the
+    cell's middle, in cells, and sides of twice `half`.
     """
 
     def __init__(self, shape: tuple[int, int], spacing: float, squares: int) -> None:

@@ -12,6 +12,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.arguments import positive_faults, refuse
+
 Array = NDArray[np.float64]
 
 
@@ -23,7 +25,7 @@ class Profile(ABC):
     """
 
     def __post_init__(self) -> None:
-        _require(**{field.name: getattr(self, field.name) for field in fields(self)})
+        refuse(positive_faults(**{f.name: getattr(self, f.name) for f in fields(self)}))
 
     @property
     def degree(self) -> float | None:
@@ -105,7 +107,7 @@ class PowerLaw(Profile):
 
 def paraboloid(radius: float) -> PowerLaw:
     """Paraboloid r^2/(2R)."""
-    _require(radius=radius)
+    refuse(positive_faults(radius=radius))
     return PowerLaw(2.0, 0.5 / radius)
 
 
@@ -183,19 +185,14 @@ def minorant(profile: Profile, radii: Array) -> Array:
 
     A bound needs the gap everywhere, not at nodes. Where the third derivative of f keeps its sign,
     the parabola through f(r1) and f(r2) that has the slope of f at one of the two ends stays on one
-    side of f: the error of that interpolation is
+    side of f, as its error is
 
         f(r) - q(r) = f'''(s)/6 (r - r1) (r - r2)^2    with the slope at r2,
         f(r) - q(r) = f'''(s)/6 (r - r1)^2 (r - r2)    with the slope at r1
 
     for some s between r1 and r2 (Davis, Interpolation and Approximation, 1963, section 3.5). The
     coefficients of a piece are f(r1), b, f(r2) with b = f(r2) - f'(r2) h/2 or f(r1) + f'(r1) h/2.
-
-    Parameters
-    ----------
-    profile : Profile
-    radii : (n + 1,)
-        Increasing; the profile's corners among them.
+    Radii (n + 1,) increase; the profile's corners are among them.
 
     Examples
     --------
@@ -211,10 +208,3 @@ def minorant(profile: Profile, radii: Array) -> Array:
     else:
         coefficients[1::2] = gap[:-1] + slope[:-1] * half
     return coefficients
-
-
-def _require(**lengths: float) -> None:
-    wrong = {name: x for name, x in lengths.items() if not (x > 0 and math.isfinite(x))}
-    if wrong:
-        listed = ", ".join(f"{name} = {x!r}" for name, x in wrong.items())
-        raise ValueError(f"must be positive and finite: {listed}")

@@ -48,17 +48,10 @@ _SHARE = 0.2
 def fan_cells(outline: Array, factors: Array, *, closed: bool) -> Array:
     """Quadrangles between copies of an outline scaled about the origin, shape (m n, 4, 2).
 
-    Sides 0 and 2 of every cell lie on rays from the origin; those next to it are triangles. The
-    cells of one ray's sector come one after the other, from the inside.
-
-    Parameters
-    ----------
-    outline : (m + 1, 2)
-        Points in the order of their angle, m of them where the fan is closed.
-    factors : (n + 1,)
-        Increasing from 0.
-    closed : bool
-        Whether the last point is followed by the first.
+    Factors (n + 1,) increase from 0; of the outline's points (m + 1, 2), m in a closed fan, the
+    last is then followed by the first. Sides 0 and 2 of every cell lie on rays from the origin;
+    cells next to it are triangles. Those of one ray's sector come one after the other, from the
+    inside.
     """
     first = outline if closed else outline[:-1]
     last = np.roll(outline, -1, axis=0) if closed else outline[1:]
@@ -77,17 +70,8 @@ def areas(cells: Array) -> Array:
 def mutual_integrals(cells: Array, images: Array) -> tuple[Array, Array]:
     """Integrals (n, n) of 1/|x - y| over all pairs of a fan's cells, one of them with all images.
 
-    Parameters
-    ----------
-    cells : (n, 4, 2)
-        From `fan_cells`.
-    images : (g, 2, 2)
-        The symmetries of the whole, a group of rotations and reflections.
-
-    Returns
-    -------
-    integrals, errors : (n, n)
-        The errors bound rounding and quadrature.
+    The images (g, 2, 2) are a group of rotations and reflections. With bounds of the errors, of
+    rounding and quadrature.
     """
     integrals = np.zeros((len(cells), len(cells)))
     errors = np.zeros_like(integrals)

@@ -23,7 +23,7 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.dirichlet import Prisms, graded, rings
 from reference.bounds.duality import energy_above, energy_below
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.pressures import Rings
+from reference.bounds.pressures import Rings, towards_edge
 from reference.bounds.profiles import Profile, minorant
 
 Array = NDArray[np.float64]
@@ -214,7 +214,7 @@ def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELL
     (True, True)
     """
     _check(effective_modulus, cells, radius=radius)
-    pressures = Rings(_rings(cells, _SHARP_RINGS))
+    pressures = Rings(towards_edge(cells, _SHARP_RINGS)[1:])
     area = np.pi * pressures.radii**2
     radii, depths = _mesh(cells, _SHARP_ELEMENTS, ())
     elements = Prisms(rings(radii), depths, np.arange(2 * cells + 1))
@@ -266,16 +266,11 @@ def _check(effective_modulus: float, cells: int, **sizes: float) -> None:
     refuse(faults + count_faults(4, cells=cells))
 
 
-def _rings(cells: int, exponent: float) -> Array:
-    """Outer radii of rings on the unit disc, finer towards its edge."""
-    return 1 - (1 - np.arange(1, cells + 1) / cells) ** exponent
-
-
 def _energy_below(profile: Profile, penetration: float, radius: float, cells: int) -> float:
     """Lower bound of the energy for E* = 1."""
     best = 0.0
     for exponent in (_SMOOTH_RINGS, _CORNER_RINGS) if profile.corners else (_SMOOTH_RINGS,):
-        pressures = Rings(radius * _rings(cells, exponent))
+        pressures = Rings(radius * towards_edge(cells, exponent)[1:])
         base = np.pi * penetration * pressures.radii**2
         missing = 2 * np.pi * profile.moment(pressures.radii)
         best = max(best, energy_below(pressures, base - missing, base + missing))

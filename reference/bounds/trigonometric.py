@@ -114,12 +114,12 @@ class Waves:
         self, grid: tuple[int, int], shift: tuple[float, float], order: tuple[int, int] = (0, 0)
     ) -> Array:
         """Values or derivatives at the points of a grid, shifted by parts of its steps."""
-        factors = []
-        for axis in (0, 1):
-            wave = 2 * np.pi * self._orders[axis] / self._size[axis]
-            along = shift[axis] * self._size[axis] / grid[axis]
-            factors.append((1j * wave) ** order[axis] * np.exp(1j * wave * along))
-        modes = self._modes * factors[0][:, None] * factors[1][None, :]
+        x, y = (
+            np.array([part * side / n])
+            for part, side, n in zip(shift, self._size, grid, strict=True)
+        )
+        along_x, along_y = self._factors(x, y, order)
+        modes = self._modes * along_x.T * along_y
         whole = np.zeros(grid, dtype=complex)
         rows, columns = (
             np.round(o).astype(int) % n for o, n in zip(self._orders, grid, strict=True)
@@ -129,11 +129,16 @@ class Waves:
 
     def on(self, x: Array, y: Array, order: tuple[int, int] = (0, 0)) -> Array:
         """Values or derivatives at the places (x_i, y_j), lengths from the first point on."""
+        along_x, along_y = self._factors(x, y, order)
+        return np.asarray((along_x @ self._modes @ along_y.T).real)
+
+    def _factors(self, x: Array, y: Array, order: tuple[int, int]) -> list[Modes]:
+        """Values or derivatives of the waves of either direction (places, modes)."""
         factors = []
         for axis, places in enumerate((x, y)):
             wave = 2 * np.pi * self._orders[axis] / self._size[axis]
             factors.append((1j * wave) ** order[axis] * np.exp(1j * np.outer(places, wave)))
-        return np.asarray((factors[0] @ self._modes @ factors[1].T).real)
+        return factors
 
     def mean_under(self, middle: Array, axes: Array) -> float:
         """Mean under a flat elliptic punch with its semi-axes as columns, see `WavyGap`."""
@@ -202,14 +207,8 @@ def least_on_cells(
     bounded by the largest sixth derivatives; these are trigonometric polynomials, too, and the
     middles of the squares samples of them with M = 2.
 
-    Parameters
-    ----------
-    modes : (n, m // 2 + 1)
-        Of the real transform, divided by the number of points; none at half the sampling frequency.
-    spacing, grid
-        Sides of a cell, and the numbers n and m of cells.
-    ceiling : float
-        Where the bound lies above this value, it is a rougher one.
+    Modes (n, m // 2 + 1) are those of the real transform over the number of points, with none at
+    half the sampling frequency. Where the bound lies above the ceiling, it is a rougher one.
     """
     both = np.abs(modes[:, 1:]) ** 2
     norm = math.sqrt(grid[0] * grid[1] * (2 * both.sum() + (np.abs(modes[:, 0]) ** 2).sum()))
