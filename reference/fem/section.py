@@ -22,6 +22,7 @@ from skfem.helpers import ddot, div, dot, sym_grad
 
 from reference.arguments import choice_faults, count_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO
+from reference.fem.mesh_lines import graded_lines
 
 Kind = Literal["axisymmetric", "plane"]
 Support = Literal["fixed", "inertia"]
@@ -105,123 +106,82 @@ def press_section(
     if any(not SMALLEST_CIRCLE < rho <= radius for rho in radii):
         faults.append(f"radii must lie between {SMALLEST_CIRCLE:.3f} and {radius!r}, not {radii!r}")
     refuse(faults)
+    # Mesh lines in m are graded to the first circle, then even between the requested radii. At the
+    # edge of the punch the displacement is w f(arg w), w = m + i n, which is not polynomial; the
+    # error decreases as the square of the smallest element, the fourth power of `elements`.
     arguments = np.array([*radii, radius], dtype=float)
-    plain, mesh = _meshes(_lines(arguments, elements), elements)
+    graded = graded_lines(1.0, 0.0, elements, 0.5)[::-1]
+    step = np.pi / 2 / elements
+    even = [
+        np.linspace(start, end, max(1, round((end - start) / step)) + 1)[1:]
+        for start, end in pairwise(np.unique([_CIRCLES, *np.arccosh(arguments)]))
+    ]
+    lines = np.concatenate([_CIRCLES * graded, *even])
+    # the mesh in (m, n), and with curved quadratic elements in (x, z); the transition from ellipses
+    # to circles has a continuous slope on both sides
+    plain = skfem.MeshQuad.init_tensor(lines, np.pi / 2 * graded)
+    curved = skfem.MeshQuad2.from_mesh(plain)
+    m, n = curved.doflocs
+    share = np.minimum(m / _CIRCLES, 1.0) ** 2 * (3 - 2 * np.minimum(m / _CIRCLES, 1.0))
+    x = np.cosh(m) * np.cos(n)
+    x[np.abs(n - np.pi / 2) < 1e-12] = 0.0
+    z = (np.sinh(m) + share * np.exp(-m)) * np.sin(n)  # cosh - sinh = exp(-m)
+    mesh = skfem.MeshQuad2(np.stack([x, z]), curved.t)
+
+    def around(w: Any) -> Any:
+        """Circumference over 2 pi."""
+        return w.x[0] if kind == "axisymmetric" else 1.0
+
+    def density(u: Any, v: Any, w: Any) -> Any:
+        """Twice the strain energy density for E* = 1, times `around`."""
+        shear = (1 - poisson_ratio) / 2
+        lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
+        hoop_u, hoop_v = (f[0] / w.x[0] if kind == "axisymmetric" else 0 * f[0] for f in (u, v))
+        trace = (div(u) + hoop_u) * (div(v) + hoop_v)
+        strains = ddot(sym_grad(u), sym_grad(v)) + hoop_u * hoop_v
+        return (lame * trace + 2 * shear * strains) * around(w)
+
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()), intorder=6)
-    density = _energy_density(poisson_ratio, kind)
     stiffness = skfem.BilinearForm(density).assemble(basis)
-    mass = skfem.BilinearForm(lambda u, v, w: dot(u, v) * _measure(w.x, kind)).assemble(basis)
-    field, force = _solve(basis, plain, stiffness, mass, support)
+    mass = skfem.BilinearForm(lambda u, v, w: dot(u, v) * around(w)).assemble(basis)
+    # d = 1, against a fixed round side, or with inertia forces and the centre of mass at rest
+    face, round_side, axis = (
+        basis.get_dofs(plain.facets_satisfying(lambda x, i=i, at=at: np.isclose(x[i], at)))
+        for i, at in ((0, plain.p[0].min()), (0, plain.p[0].max()), (1, np.pi / 2))
+    )
+    pushed = face.all(["u^2"])
+    held = [axis.all(["u^1"]), pushed]
+    field, load, lift = basis.zeros(), basis.zeros(), basis.zeros()
+    lift[basis.split_indices()[1]] = 1.0  # the rigid displacement u_z = 1
+    if support == "fixed":
+        held.append(round_side.all())
+        field[pushed] = 1.0
+    else:
+        load = -(mass @ lift)
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+    inner = splu(stiffness[free][:, free].tocsc())
+    field[free] = inner.solve((load - stiffness @ field)[free])
+    force = float((stiffness @ field - load)[pushed].sum())
+    if support == "inertia":
+        centre = lift @ mass @ field / (lift @ mass @ lift)
+        field, force = (field - centre * lift) / -centre, force / -centre
+    # averages within the radii
     outer = plain.p[0][plain.t].max(axis=0)
     inside = [outer <= np.arccosh(rho) * (1 + 1e-9) for rho in arguments]
 
     def within(integrand: Callable[[Any], Any]) -> NDArray[np.float64]:
         parts = skfem.Functional(integrand).elemental(basis, u=field)
-        return np.array([parts[elements].sum() for elements in inside])
+        return np.array([parts[chosen].sum() for chosen in inside])
 
     energy = within(lambda w: density(w["u"], w["u"], w))
-    volume = within(lambda w: _measure(w.x, kind) + 0 * w.x[0])
+    volume = within(lambda w: around(w) + 0 * w.x[0])
+    squares = within(lambda w: dot(w["u"], w["u"]) * around(w))
     # force and form lack the angle around the axis, or the other half of the section
     return SectionContact(
         radius=float(radius),
         stiffness=(2 * np.pi if kind == "axisymmetric" else 2.0) * force,
         radii=arguments,
         energy=energy / energy[-1],
-        mean_displacement=within(lambda w: w["u"][1] * _measure(w.x, kind)) / volume,
-        mean_square_displacement=within(lambda w: dot(w["u"], w["u"]) * _measure(w.x, kind))
-        / volume,
+        mean_displacement=within(lambda w: w["u"][1] * around(w)) / volume,
+        mean_square_displacement=squares / volume,
     )
-
-
-def _lines(arguments: NDArray[np.float64], elements: int) -> NDArray[np.float64]:
-    """Return mesh lines in m: graded to the first circle, then even between the requested radii."""
-    marks = np.unique([_CIRCLES, *np.arccosh(arguments)])
-    step = np.pi / 2 / elements
-    parts = [
-        np.linspace(start, end, max(1, round((end - start) / step)) + 1)[1:]
-        for start, end in pairwise(marks)
-    ]
-    return np.concatenate([_CIRCLES * _graded(elements), *parts])
-
-
-def _graded(elements: int) -> NDArray[np.float64]:
-    """Return lines from 0 to 1, refined quadratically towards 0, the edge of the punch.
-
-    At the edge the displacement is w f(arg w), w = m + i n, which is not polynomial; the error
-    decreases as the square of the smallest element, the fourth power of `elements`.
-    """
-    return np.linspace(0, 1, elements + 1) ** 2
-
-
-def _meshes(lines: NDArray[np.float64], elements: int) -> tuple[skfem.MeshQuad, skfem.MeshQuad2]:
-    """Return the mesh in (m, n), and the same mesh with curved quadratic elements in (x, z)."""
-    plain = skfem.MeshQuad.init_tensor(lines, np.pi / 2 * _graded(elements))
-    curved = skfem.MeshQuad2.from_mesh(plain)
-    m, n = curved.doflocs
-    # the transition from ellipses to circles has a continuous slope on both sides
-    share = np.minimum(m / _CIRCLES, 1.0) ** 2
-    share *= 3 - 2 * np.minimum(m / _CIRCLES, 1.0)
-    z = (np.sinh(m) + share * np.exp(-m)) * np.sin(n)  # cosh - sinh = exp(-m)
-    x = np.cosh(m) * np.cos(n)
-    x[np.abs(n - np.pi / 2) < 1e-12] = 0.0
-    return plain, skfem.MeshQuad2(np.stack([x, z]), curved.t)
-
-
-def _measure(x: NDArray[np.float64], kind: Kind) -> NDArray[np.float64] | float:
-    return x[0] if kind == "axisymmetric" else 1.0
-
-
-def _energy_density(poisson_ratio: float, kind: Kind) -> Callable[..., Any]:
-    """Return twice the strain energy density for E* = 1, times the circumference over 2 pi."""
-    shear = (1 - poisson_ratio) / 2
-    lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
-
-    def density(u: Any, v: Any, w: Any) -> Any:
-        eps_u, eps_v = sym_grad(u), sym_grad(v)
-        hoop_u, hoop_v = (
-            (displacement[0] / w.x[0] if kind == "axisymmetric" else 0 * displacement[0])
-            for displacement in (u, v)
-        )
-        trace = (div(u) + hoop_u) * (div(v) + hoop_v)
-        return (lame * trace + 2 * shear * (ddot(eps_u, eps_v) + hoop_u * hoop_v)) * _measure(
-            w.x, kind
-        )
-
-    return density
-
-
-def _vertical(basis: skfem.Basis) -> NDArray[np.float64]:
-    """Return the rigid displacement u_z = 1."""
-    unit_displacement = basis.zeros()
-    unit_displacement[basis.split_indices()[1]] = 1.0
-    return unit_displacement
-
-
-def _solve(
-    basis: skfem.Basis, plain: skfem.MeshQuad, stiffness: Any, mass: Any, support: Support
-) -> tuple[NDArray[np.float64], float]:
-    """Return displacements for d = 1, support or centre of mass at rest, and the punch force."""
-    lines = plain.p[0].min(), plain.p[0].max()
-    face, round_side = (
-        basis.get_dofs(plain.facets_satisfying(lambda x, at=at: np.isclose(x[0], at)))
-        for at in lines
-    )
-    axis = basis.get_dofs(plain.facets_satisfying(lambda x: np.isclose(x[1], np.pi / 2)))
-    pushed = face.all(["u^2"])
-    constrained = [axis.all(["u^1"]), pushed]
-    if support == "fixed":
-        constrained.append(round_side.all())
-    free = np.setdiff1d(np.arange(basis.N), np.concatenate(constrained))
-    field, load = basis.zeros(), basis.zeros()
-    if support == "fixed":
-        field[pushed] = 1.0
-    else:
-        load = -(mass @ _vertical(basis))
-    inner = stiffness[free][:, free].tocsc()
-    field[free] = splu(inner).solve((load - stiffness @ field)[free])
-    force = float((stiffness @ field - load)[pushed].sum())
-    if support == "inertia":
-        unit_displacement = _vertical(basis)
-        centre = unit_displacement @ mass @ field / (unit_displacement @ mass @ unit_displacement)
-        field, force = (field - centre * unit_displacement) / -centre, force / -centre
-    return field, force
