@@ -187,32 +187,13 @@ class _Contact:
             self.piece, self.place = 0, 0.0
             if self.pieces.load[1] < self.pieces.load[0]:
                 self._spread("snap_in", State(0.0, 0.0, 0.0, 0.0), 0, 0.0)
-        if self.piece >= 0:
-            self._shrink(goal)
-        if self.piece >= 0:
-            self._grow(goal)
-        holds = self.piece >= 0 or self.control == PENETRATION or goal == 0
-        self.record.append((astuple(self._state(goal)), self.dissipated, holds))
-
-    def _grow(self, goal: float) -> None:
-        fold = not self._at_edge and self._load() < goal
-        while fold:
-            piece, fold = line.advance(self.pieces, self.piece, goal)
-            if not fold:
-                self._settle(piece, goal)
-                return
-            level = self.pieces.load[piece + 1]
-            self.piece, self.place = piece, self.pieces.stop[piece]
-            self._spread("jump", self._state(level), piece + 1, level)
-            fold = not self._at_edge
-
-    def _shrink(self, goal: float) -> None:
-        fold = self._load() > goal
+        # a contact that is too large shrinks, from fold to fold
+        fold = self.piece >= 0 and self._load() > goal
         while fold:
             node, fold = line.retreat(self.pieces, self.piece, goal)
             if not fold:
                 self._settle(node, goal)
-                return
+                break
             level = self.pieces.load[node]
             self.piece = node
             if not self._at_edge:
@@ -221,6 +202,19 @@ class _Contact:
             self._settle(line.last_stable(self.pieces, node, level), level)
             self._note("jump" if self.piece >= 0 else "pull_off", before, level)
             fold = self.piece >= 0
+        # one that is too small grows
+        fold = self.piece >= 0 and not self._at_edge and self._load() < goal
+        while fold:
+            piece, fold = line.advance(self.pieces, self.piece, goal)
+            if not fold:
+                self._settle(piece, goal)
+                break
+            level = self.pieces.load[piece + 1]
+            self.piece, self.place = piece, self.pieces.stop[piece]
+            self._spread("jump", self._state(level), piece + 1, level)
+            fold = not self._at_edge
+        holds = self.piece >= 0 or self.control == PENETRATION or goal == 0
+        self.record.append((astuple(self._state(goal)), self.dissipated, holds))
 
     def _spread(self, kind: str, before: State, node: int, goal: float) -> None:
         """Jump to the next stable radius beyond a node at the load `goal`."""

@@ -22,8 +22,7 @@ import numpy as np
 from numba import njit
 
 from reduced.profiles.section import Profile
-from reduced.springs.cubics import Half, part_moments, rise_and_slope
-from reduced.springs.line import SmoothLine
+from reduced.springs.line import Half, SmoothLine, part_moments, rise_and_slope
 
 PENETRATION, FORCE = 0, 1
 FOLD_LEVEL = (0.25, 2.25)

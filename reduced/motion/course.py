@@ -24,8 +24,7 @@ from reduced.errors import ConvergenceError
 from reduced.motion.elastic_impact import SpringContact
 from reduced.motion.stepping import Stepping
 from reduced.profiles.quadrature import gauss_legendre
-from reduced.springs.cubics import respond
-from reduced.springs.line import SmoothLine
+from reduced.springs.line import SmoothLine, respond
 
 SCHEMES = ("verlet", "yoshida", "energy")
 _CUBE_ROOT = 2.0 ** (1 / 3)

@@ -84,7 +84,11 @@ def _profile(
     """Return the profile of f' and f'' (None: unknown), a typical length, the kinks, the edge."""
     nodes = np.array([0.0, *marks, edge])
     bend = second or _relative_difference(first, nodes)
-    jumps = [(b, _jump(first, b)) for b in marks]
+    jumps = []
+    for b in marks:  # from the adjacent numbers; for smooth functions the difference is rounding
+        before, after = np.asarray(first(np.array([b * (1 - 1e-15), b * (1 + 1e-15)])), dtype=float)
+        kinked = abs(after - before) > 1e-13 * max(abs(before), abs(after))
+        jumps.append((b, after - before if kinked else 0.0))
     whole = float(beta((1 + power) / 2, 0.5) / 2)  # int_0^(pi/2) cos(t)^power dt
 
     def transform(function: Curve, x: np.ndarray) -> np.ndarray:
@@ -147,14 +151,6 @@ def _transform(function: Curve, x: np.ndarray, marks: np.ndarray, power: float =
         return value * np.cos(t) ** power if power else value
 
     return np.where(x > 0, integrate_panels(integrand, ends[:, :-1], ends[:, 1:]), 0.0)
-
-
-def _jump(function: Curve, b: float) -> float:
-    """Return the jump of a function at b, from the adjacent floating-point numbers."""
-    sides = np.array([b * (1 - 1e-15), b * (1 + 1e-15)])
-    before, after = np.asarray(function(sides), dtype=float)
-    # For smooth functions the difference is rounding, not a kink.
-    return 0.0 if abs(after - before) <= 1e-13 * max(abs(before), abs(after)) else after - before
 
 
 def _relative_difference(function: Curve, nodes: np.ndarray) -> Curve:

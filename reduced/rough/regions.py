@@ -71,8 +71,16 @@ def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") ->
     closes = inside & ~np.concatenate([inside[1:], [False]])
     first, last = np.flatnonzero(opens), np.flatnonzero(closes)
     lengths = (last - first).astype(float)
-    for ends, step in ((first, -1), (last, 1)):
-        lengths += _reach(delta[order], ends, step, edges, periodic)
+    if edges == "nodal":
+        lengths += 1.0
+    else:
+        along = delta[order]
+        for ends, step in ((first, -1), (last, 1)):  # how far contacts reach into the next cell
+            beyond = ends + step
+            outside = along[beyond % n]
+            part = along[ends] / np.where(outside <= 0, along[ends] - outside, 1.0)
+            off_line = (beyond < 0) | (beyond >= n)
+            lengths += part if periodic else np.where(off_line, 0.5, part)
     region = (np.cumsum(opens) - 1)[inside]
     points = order[inside]
     return Regions(lengths * spacing, points, region, delta[points])
@@ -108,20 +116,6 @@ def line_stress(
     valid = bend > 0
     stress = effective_modulus / np.pi * np.sqrt(2 * contacts.deflection * np.where(valid, bend, 0))
     return LineStress(stress, valid, float(np.mean(~valid)), contacts)
-
-
-def _reach(
-    delta: np.ndarray, ends: np.ndarray, step: int, edges: str, periodic: bool
-) -> np.ndarray:
-    """Return how far contacts extend beyond their outermost points, in cells."""
-    n = delta.size
-    beyond = ends + step
-    off_line = (beyond < 0) | (beyond >= n)
-    beyond_end = delta[beyond % n]
-    if edges == "nodal":
-        return np.full(ends.size, 0.5)
-    part = delta[ends] / np.where(beyond_end <= 0, delta[ends] - beyond_end, 1.0)
-    return part if periodic else np.where(off_line, 0.5, part)
 
 
 def curvature(line: RoughLines) -> np.ndarray:

@@ -49,13 +49,9 @@ class Coatings:
 
     def modulus(self, contact_radius: np.ndarray) -> np.ndarray:
         """Return the effective modulus of contacts of these radii."""
-        depths = np.cumsum(self.thicknesses)[:, None] / contact_radius
-        weights = np.vstack([np.zeros(contact_radius.size), _weight(depths, self.poisson_ratio)])
+        s, nu = np.cumsum(self.thicknesses)[:, None] / contact_radius, self.poisson_ratio
+        more = (1 - 2 * nu) * s * np.log1p(s**-2) - s / (1 + s**2)
+        below = 2 / np.pi * np.arctan(s) + more / (2 * np.pi * (1 - nu))
+        weights = np.vstack([np.zeros(contact_radius.size), below])
         shares = np.diff(weights, axis=0) / np.array(self.moduli)[:, None]
         return np.asarray(1 / (shares.sum(axis=0) + (1 - weights[-1]) / self.base))
-
-
-def _weight(s: np.ndarray, nu: float) -> np.ndarray:
-    """Return Gao's function of thickness over radius."""
-    more = (1 - 2 * nu) * s * np.log1p(s**-2) - s / (1 + s**2)
-    return np.asarray(2 / np.pi * np.arctan(s) + more / (2 * np.pi * (1 - nu)))
