@@ -146,19 +146,11 @@ class Ball:
 class PointFilm:
     """The film below a ball.
 
-    Attributes
-    ----------
-    load : float
-        Integral of the pressure.
-    penetration : float
-        How much closer the bodies are than at dry first touch.
-    shear, drag : float
-        Friction on the half-space: of sliding at a speed difference equal to `speed`, over r < R,
-        and of the pressure's flow.
-    x, y : ndarray
-        Centres of the cells; `core` are the equal ones. Fields have the shape (nx, ny).
-    error : float
-        Largest imbalance of mass, relative, or of forces.
+    `load` is the integral of the pressure, `penetration` how much closer the bodies are than at dry
+    first touch. Friction on the half-space is `shear`, of sliding at a speed difference equal to
+    `speed`, over r < R, and `drag`, of the pressure's flow. `x` and `y` are centres of the cells,
+    of which those in `core` are equal; fields are (nx, ny). `error` is the largest relative
+    imbalance, of mass or of forces.
     """
 
     speed: float

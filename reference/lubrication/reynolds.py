@@ -38,19 +38,10 @@ _ROUNDS = 30
 class FilmState:
     """A film: pressure and vapour, and the gap.
 
-    Attributes
-    ----------
-    s : ndarray
-        p where positive, -theta where negative.
-    separation : float
-        Height that is added to the gap of the undeformed bodies at first touch.
-    displacement : ndarray
-        Displacement of the surface.
-    error : float
-        Largest imbalance: of mass in a cell, relative to what is carried through its faces, or of
-        forces, relative to the load.
-    rounds : int
-        Of Newton's method; `history` has the errors.
+    `s` is p where positive, -theta where negative. The `separation` is the height that is added to
+    the gap of the undeformed bodies at first touch, and the `displacement` that of the surface.
+    `error` is the largest imbalance: of mass in a cell, relative to what is carried through its
+    faces, or of forces, relative to the load. `history` has that of all rounds of Newton's method.
     """
 
     s: Field = field(repr=False)

@@ -39,19 +39,10 @@ _BALANCED = 1e-8
 class PlaneFlow:
     """The flow along x through a rough gap.
 
-    Attributes
-    ----------
-    pressure_factor : float
-        phi_p; zero where spots of contact close every way through.
-    shear_factor : float
-        phi_U.
-    open : bool
-        Whether there is a way through.
-    flow : ndarray, shape (nx, ny)
-        Oil through the face behind each cell along x, under a pressure that falls by one per
-        length, times 12 eta.
-    imbalance : float
-        Largest imbalance of mass in a cell, relative to what flows through the widest one.
+    `pressure_factor` is phi_p, `shear_factor` phi_U: zero where spots of contact close every way
+    through, and the gap is not `open`. `flow` (nx, ny) is that of oil through the face behind each
+    cell along x, under a pressure that falls by one per length, times 12 eta. `imbalance` is the
+    largest one of mass in a cell, relative to the flow through the widest one.
     """
 
     pressure_factor: float
@@ -148,20 +139,6 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
         flow=flow * mean**3,
         imbalance=imbalance,
     )
-
-
-def _checked(gap: ArrayLike, spacing: tuple[float, float]) -> Field:
-    """Return the gap as an array, or refuse it."""
-    h = np.asarray(gap, dtype=np.float64)
-    faults = spacing_faults(spacing)
-    if h.ndim != 2 or min(h.shape, default=0) < 3:
-        faults.append(f"gap must have two axes of at least 3 cells, not shape {h.shape}")
-    elif not (np.isfinite(h).all() and (h >= 0).all()):
-        faults.append("gap must be finite and not negative")
-    elif not h.any():
-        faults.append("gap must be open somewhere")
-    refuse(faults)
-    return h
 
 
 def _between(h: Field, axis: int, power: int) -> Field:

@@ -176,24 +176,12 @@ class Asperities:
 class Drag:
     """The outcome of a pass.
 
-    Attributes
-    ----------
-    way, force, load : ndarray
-        Way of the upper body; force against it, and force that presses it away.
-    places : (n, 3) ndarray
-    upper : (n,) ndarray of bool
-        Which particles began in the upper body.
-    stress : (n, 6) ndarray
-        Half the force moments of the pairs over the volume, at the largest force, in the order of
-        `fem.recovery`; `stressed` are the places then.
-    broken, healed : int
-        Bonds.
-    worn : int
-        Particles that moved by more than two spacings against the body they belonged to.
-    loose : int
-        Particles that hold to neither body by bonds.
-    work, stored, damped, spent : float
-        Of the drag; gain of elastic and moving energy; lost in dashpots; lost with bonds.
+    Against the `way` of the upper body stand the force against it and the load that presses it
+    away. At the largest force `stress` (n, 6), half the force moments of the pairs over the volume
+    in the order of `fem.recovery`, and `stressed` (n, 3), the places then. `upper` are particles
+    that began in the upper body; `worn` ones moved by more than two spacings against the body they
+    belonged to; `loose` ones hold to neither body by bonds. The work of the drag is `stored`
+    (elastic and moving at the end, less the beginning), `damped` in dashpots and `spent` on bonds.
     """
 
     way: Floats

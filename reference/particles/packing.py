@@ -38,17 +38,10 @@ Places = NDArray[np.float64]
 class Packing:
     """Automata in face-centred cubic order.
 
-    Attributes
-    ----------
-    places : (n, 3) ndarray
-        Centres in units of r0; those that move come first, then those that are held.
-    neighbours : (n, 12) ndarray of int32
-        The neighbour in each of `DIRECTIONS`, `NONE` where there is none.
-    free : int
-        How many may move.
-    surface : int
-        How many of these, the first ones, lie at z = 0. The surface cuts them and the bonds between
-        them in half: a homogeneous strain then pulls at each with the traction on r0^2 exactly.
+    `places` (n, 3) are centres in units of r0; those that move, `free` in number, come first, then
+    those that are held. `neighbours` (n, 12) are in each of `DIRECTIONS`, `NONE` where there is
+    none. The first `surface` automata lie at z = 0, which cuts them and the bonds between them in
+    half: a homogeneous strain then pulls at each with the traction on r0^2 exactly.
     """
 
     places: Places

@@ -57,22 +57,12 @@ USUAL_EXPONENT, EXPONENTS = 1.5, (0.8, 5.0)
 class ParticleContact:
     """A solved contact, in the units of its loads.
 
-    Attributes
-    ----------
-    reactions, displacement : (m,) ndarray
-        Forces on the automata of the surface, and how far they are pressed in.
-    active : (m,) ndarray of bool
-        Which of them touch.
-    steps : int
-        How often the forces between all automata were computed.
-    history : list of float
-        What is not balanced, over the reactions, by step of the last round.
-    moved : (n, 6) ndarray
-        Displacements in units of the spacing, and rotations, of all automata; (2, n, 6) of a pair.
-    traces : (n,) or (2, n) ndarray
-        Their relative changes of volume.
-    flowed : (n, 3, 3) ndarray
-        Their plastic strains; none at all where none can flow.
+    `reactions` and `displacement` (m,) are forces on the automata of the surface and how far they
+    are pressed in; those that touch are `active`. `steps` counts how often the forces between all
+    automata were computed; `history` is the unbalanced share of the reactions, by step of the last
+    round. Of all automata `moved` (n, 6) are displacements in units of the spacing and rotations,
+    `traces` (n,) relative changes of volume, both with a first axis of two for a pair; `flowed`
+    (n, 3, 3) plastic strains, none at all where none can flow.
     """
 
     penetration: float

@@ -35,16 +35,9 @@ _SAME = 1e-6
 class Dent:
     """A contact with a half-space that has yielded, at one load of a path.
 
-    Attributes
-    ----------
-    contact : Contact
-        The elastic contact with the dented surface: its initial gap is g + w.
-    sunk : ndarray, shape (nx, ny)
-        Plastic displacement w so far.
-    saturated : ndarray of bool, shape (nx, ny)
-        Cells under the hardness.
-    work, dissipated : float
-        Work of the force by the trapezoidal rule over the steps, and H int w so far.
+    `contact` is the elastic one with the dented surface: its initial gap is g + w. `sunk` is the
+    plastic displacement w so far, `saturated` are the cells under the hardness. `work` of the force
+    is by the trapezoidal rule over the steps, `dissipated` H int w so far.
     """
 
     contact: Contact

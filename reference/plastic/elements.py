@@ -44,20 +44,10 @@ _SAMPLES = 12
 class TouchableSurface(NamedTuple):
     """Quadrature points of the surface that may be touched, facet by facet.
 
-    Attributes
-    ----------
-    place : ndarray, shape (1 or 2, facets, points)
-        Radii (from the axis outwards), or x and y.
-    weight : ndarray, shape (facets, points)
-        The areas that belong to the points.
-    shape : ndarray, shape (facets, points, functions)
-        Shape functions of the element below.
-    element : ndarray, shape (facets,)
-        Its number.
-    unknowns : ndarray, shape (facets, functions)
-        Its displacements into the body.
-    length : ndarray, shape (facets,)
-        Shorter sides of the facets.
+    Facets have `place` (1 or 2, facets, points), radii (from the axis outwards) or x and y; the
+    areas `weight` of their points; shape functions (facets, points, functions) of the element
+    below, its number, and its displacements `unknowns` (facets, functions) into the body; and the
+    `length` of their shorter side.
     """
 
     place: Array

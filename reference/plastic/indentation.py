@@ -38,22 +38,11 @@ class OutgrownError(ConvergenceError):
 class PlasticState:
     """An indentation at one load.
 
-    Attributes
-    ----------
-    unknowns : ndarray
-        Displacements, and the amplitude of the exterior.
-    stress : ndarray, shape (elements, points, components)
-    peak : float
-        Largest force so far.
-    elastic, dissipated, work : float
-        Elastic energy with that of the exterior and of the springs, dissipation, and the work of
-        the force; the last two integrated along the steps.
-    iterations : int
-        Newton steps so far.
-    residual : float
-        Unbalanced forces over the force.
-    rate : ndarray or None
-        Change of the unknowns per penetration in the last step: where the next one starts from.
+    `unknowns` are displacements and the amplitude of the exterior, `stress` is (elements, points,
+    components), `peak` the largest force so far. `elastic` is the energy with that of the exterior
+    and of the springs; dissipation and the work of the force are integrated along the steps.
+    `iterations` counts Newton's steps so far; `residual` is the unbalanced forces over the force.
+    The next step starts from `rate`, the change of the unknowns per penetration in the last one.
     """
 
     penetration: float
