@@ -14,7 +14,7 @@ from typing import Any
 import psutil
 
 PACKAGES = (
-    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyvista"),
+    *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
 )

@@ -21,7 +21,7 @@ PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
 # The standard library apart, what each of the two numerical rooms may import (contract).
 ALLOWED = {
     "reduced": {"numpy", "scipy", "numba", "reduced"},
-    "reference": {"numpy", "scipy", "numba", "skfem", "meshio", "pypardiso", "reference"},
+    "reference": {"numpy", "scipy", "numba", "skfem", "meshio", "pyamg", "pypardiso", "reference"},
 }
 
 
@@ -114,7 +114,7 @@ def test_the_packages_carry_their_types():
         assert (ROOT / package / "py.typed").exists()
 
 
-HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
+HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy", "skfem"}
 
 
 @pytest.mark.parametrize(

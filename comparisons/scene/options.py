@@ -80,7 +80,8 @@ class FemOptions(Options):
     solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or
     "conjugate_gradients", which condense nothing and take rigid single contacts; "automatic" is
     nested dissection up to 300 000 unknowns, and conjugate gradients where they can above, with
-    nu up to 0.499.
+    nu up to 0.499. Of a [body]: "nested_dissection", or "conjugate_gradients" with algebraic
+    multigrid, which "automatic" takes above 200 000 unknowns with nu up to 0.49.
     mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
     condensed like any other mesh (free patches of up to 32 points a side).
     element: of a repeating mesh: quadratic "splines", bilinear ("linear") in the plane, or

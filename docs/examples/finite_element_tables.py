@@ -20,6 +20,7 @@ import numpy as np
 import psutil
 from scipy.integrate import quad
 from scipy.special import gamma
+from skfem import MeshTet, MeshTet2
 from threadpoolctl import threadpool_limits
 
 import roughline
@@ -38,11 +39,13 @@ from reference.fem import (
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import PeriodicBody
+from reference.fem.solid_mesh import KINDS, SolidMesh
+from reference.fem.supported_body import SupportedMesh, supported_body
 from reference.halfspace import PeriodicOperator, fft, kernels
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
-from reference.loads import Load
+from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
 from reports.tables.documents import rewrite
 
@@ -414,6 +417,52 @@ def iterative_table() -> list[list[str]]:
 
 
 # %% [markdown]
+# A ball on a body of a file: a cube of ten-node tetrahedra, its bottom fixed.
+
+
+# %%
+def body_job(cells: int, solver: str) -> tuple[int, int, float, float, float]:
+    """Return unknowns, nodes in contact, force, seconds and memory, in a process of its own."""
+    ball = LoadPath("penetration", [0.005, 0.01, 0.02])
+
+    def run(cells: int) -> tuple[int, int, float]:
+        line = np.linspace(0.0, 1.0, cells + 1)
+        mesh = MeshTet2.from_mesh(MeshTet.init_tensor(line, line, line))
+        solid = SolidMesh(KINDS["tetra10"], mesh.doflocs.T.copy(), mesh.dofs.element_dofs.T.copy())
+        fixed = np.repeat(solid.points[:, 2:] == 1.0, 3, axis=1)
+        surface = solid.faces_within(solid.points[:, 2] == 0.0)
+        supported = SupportedMesh(solid, surface, fixed)
+        body = supported_body(supported, Material(1.0, 0.3), solver=solver)
+        gap = ((body.points - 0.5) ** 2).sum(axis=1)
+        *_, last = press(body, gap, ball)
+        return body.unknowns, int(last.active.sum()), last.force
+
+    run(3)  # loads what is compiled
+    before, start = psutil.Process().memory_info().rss, time.process_time()
+    with threadpool_limits(limits=1):
+        unknowns, touching, force = run(cells)
+    spent = time.process_time() - start
+    taken = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    return unknowns, touching, force, spent, taken
+
+
+def body_table() -> list[list[str]]:
+    """Cost and memory of the elimination, and of a column by multigrid for every contact node."""
+    head = ["unknowns", "nodes in contact", "eliminated, s", "memory"]
+    rows = [[*head, "by conjugate gradients, s", "memory", "force differs by"]]
+    for cells in (10, 15, 20):
+        jobs = []
+        for solver in ("nested_dissection", "conjugate_gradients"):
+            with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+                jobs.append(process.submit(body_job, cells, solver).result())
+        (unknowns, touching, force, *_), (_, _, same, *_) = jobs
+        costs = [text for job in jobs for text in (f"{job[3]:.2g}", f"{job[4] / 1e9:.2f} GB")]
+        number = f"{unknowns:,}".replace(",", " ")
+        rows.append([number, str(touching), *costs, f"{abs(same / force - 1):.0e}"])
+    return rows
+
+
+# %% [markdown]
 # Incompressible layers that are thin against a cell, on a rigid base (docs/layers.md).
 
 
@@ -472,6 +521,7 @@ TABLES = {
     "rough": rough_table,
     "large": large_table,
     "iterative": iterative_table,
+    "bodies": body_table,
 }
 
 

@@ -12,6 +12,7 @@ from scipy.linalg import cho_factor, cho_solve
 from reference.fem.half_space_mesh import GradedMesh
 from reference.fem.linear_system import LinearSystem
 from reference.fem.matrix_free import IterativeFlexibility
+from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import Front, Shift, condense, expand
 
 Array = NDArray[np.float64]
@@ -111,7 +112,7 @@ class CondensedBody:
         For the recovery of the interior.
     exterior : (k, k)
         Far-field stiffness.
-    iterative : IterativeFlexibility or None
+    iterative : IterativeFlexibility or MultigridFlexibility or None
         Replaces the condensation; `scaled_compliance` then has shape (0, 0).
     nodal : CondensedBody or None
         The body with its nodes as candidates, if the candidates are other points.
@@ -137,12 +138,12 @@ class CondensedBody:
     grid: GradedMesh
     system: LinearSystem
     exterior: Array
-    iterative: IterativeFlexibility | None = None
+    iterative: IterativeFlexibility | MultigridFlexibility | None = None
     nodal: CondensedBody | None = None
     interpolation: Array | None = None
 
     @cached_property
-    def flexibility(self) -> DenseFlexibility | IterativeFlexibility:
+    def flexibility(self) -> DenseFlexibility | IterativeFlexibility | MultigridFlexibility:
         """Response of the body to forces on its candidates, in scaled quantities."""
         return self.iterative or DenseFlexibility(
             self.scaled_compliance, self.system, self.exterior

@@ -1,23 +1,25 @@
-"""A finite body with supports, condensed onto the nodes of its contact surface."""
+"""A finite body with supports, as the response of the nodes of its contact surface."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.arguments import refuse
+from reference.arguments import choice_faults, refuse
 from reference.elasticity import Material
 from reference.fem.condensed_body import CondensedBody
 from reference.fem.element_stiffness import stiffness_matrices
 from reference.fem.half_space_mesh import GradedMesh
 from reference.fem.linear_system import LinearSystem
+from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import condense
 from reference.fem.solid_mesh import SolidMesh
 
+SOLVERS = ("nested_dissection", "conjugate_gradients")
 # Linear tetrahedra have one lambda per cell in any rule, and lock.
 LARGEST_POISSON_LINEAR_TETRAHEDRA = 0.45
 # Under uniform pressure the corners of a ten-node tetrahedron carry no force.
@@ -65,8 +67,9 @@ def supported_body(
     *,
     symmetry: int = 1,
     nodes: NDArray[np.int64] | None = None,
+    solver: str = "nested_dissection",
 ) -> CondensedBody:
-    """Return a supported body condensed onto normal displacements of its contact surface.
+    """Return a supported body for contact on normal displacements of its surface.
 
     There is no far field: the body ends with its mesh and is held by its supports only.
 
@@ -79,7 +82,11 @@ def supported_body(
     nodes : (c,), optional
         Candidate nodes, some or (by default) all of `contact_nodes`; the candidates of the body
         have their order.
+    solver : {"nested_dissection", "conjugate_gradients"}
+        A factorisation condenses the body at once; conjugate gradients with algebraic multigrid
+        find the compliance of the points that come into contact (`MultigridFlexibility`).
     """
+    refuse(choice_faults("solver", solver, SOLVERS))
     mesh, surface, fixed = supported.solid, supported.surface, supported.fixed
     nu = material.poisson_ratio
     linear_tetrahedra = mesh.kind.simplex and mesh.kind.order == 1
@@ -113,9 +120,16 @@ def supported_body(
     seconds["assembly"] = time.perf_counter() - started
 
     started = time.perf_counter()
-    exterior = np.zeros((0, 0))
-    stiffness = condense(system, exterior)
-    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+    exterior, compliance, iterative = np.zeros((0, 0)), np.zeros((0, 0)), None
+    if solver == "conjugate_gradients":
+        iterative = MultigridFlexibility(
+            system.matrices, elements, grid.doflocs.T, free, numbers[nodes]
+        )
+        system = replace(system, matrices=system.matrices[:0])
+    else:
+        stiffness = condense(system, exterior)
+        compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+        compliance = 0.5 * (compliance + compliance.T)
     seconds["condensation"] = time.perf_counter() - started
     facets = grid.t2f[surface[:, 1], surface[:, 0]]
     return CondensedBody(
@@ -125,18 +139,19 @@ def supported_body(
         scaled_points=mesh.points[nodes, :2] / length,
         scaled_weights=weights[nodes],
         nodes=numbers[nodes],
-        scaled_compliance=0.5 * (compliance + compliance.T),
+        scaled_compliance=compliance,
         symmetry=symmetry,
         offset=np.zeros(2),
         ring=None,
         stretch=(1.0, 1.0),
         spacing_scaled=float(np.sqrt(np.median(weights[nodes]))),
         unknowns=system.first,
-        solver="nested dissection",
+        solver=solver.replace("_", " "),
         seconds=seconds,
         grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64)),
         system=system,
         exterior=exterior,
+        iterative=iterative,
     )
 
 

@@ -146,6 +146,8 @@ def couple(
             f"both bodies must be the same share of a symmetric whole, got one of "
             f"{slave.symmetry} and one of {master.symmetry}"
         )
+    if slave.iterative is not None or master.iterative is not None:
+        faults.append("both bodies must be condensed, not solved by conjugate gradients")
     refuse(faults)
     # One unit of length for the whole geometry, so that scenes in nm and m have the same digits.
     ours, theirs = (ContactFaces(body, slave.length) for body in (slave, master))

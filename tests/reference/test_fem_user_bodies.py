@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import meshio
 import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from reference.fem import Material, press, recover
+from reference.errors import ConvergenceError
+from reference.fem import Enforcement, Material, multigrid, press, recover
 from reference.fem.solid_mesh import KINDS, SolidMesh
 from reference.fem.supported_body import SupportedMesh, contact_nodes, free_motions, supported_body
-from reference.loads import Load
+from reference.fem.two_bodies import couple
+from reference.loads import Load, LoadPath
 
 ALL_KINDS = (*KINDS, "hexahedron20")
 
@@ -222,3 +225,117 @@ def test_corners_of_ten_node_tetrahedra_are_no_candidates():
     assert len(nodes) == len(mesh.nodes_of(top(mesh))) - 16
     assert isinstance(mesh.to_scikit()[0], MeshTet)
     assert isinstance(block("hexahedron", CUBE).to_scikit()[0], MeshHex)
+
+
+# --- conjugate gradients with algebraic multigrid -------------------------------------------
+
+
+def both(mesh, held, nu=0.3, **options):
+    """Return the body condensed by nested dissection, and that of conjugate gradients."""
+    supported = SupportedMesh(mesh, top(mesh), held)
+    return [
+        supported_body(supported, Material(1.0, nu), solver=solver, **options)
+        for solver in ("nested_dissection", "conjugate_gradients")
+    ]
+
+
+def on_its_bottom(mesh):
+    held = np.zeros(mesh.points.shape, dtype=bool)
+    held[mesh.points[:, 2] > mesh.points[:, 2].max() - 1e-12] = True
+    return held
+
+
+@pytest.mark.parametrize("name", ALL_KINDS)
+@pytest.mark.parametrize("hold", [on_rollers, on_its_bottom])
+def test_multigrid_solves_what_the_factorisation_does(name, hold, tmp_path):
+    """Meshes written and read by meshio, loads of both kinds, springs: 1e-7, ten tolerances."""
+    lines = np.linspace(0.0, 1.0, 5 if block(name, CUBE).kind.order == 2 else 7)
+    mesh = block(name, [lines] * 3, distort=0.3)
+    cells = np.empty_like(mesh.cells)
+    cells[:, mesh.kind.from_vtk] = mesh.cells
+    vtk = name if name != "hexahedron20" else "hexahedron27"
+    meshio.write(tmp_path / "body.vtu", meshio.Mesh(mesh.points, [(vtk, cells)]))
+    read = meshio.read(tmp_path / "body.vtu")
+    mesh = SolidMesh.from_vtk(read.cells[0].type, read.points, read.cells[0].data)
+    direct, iterative = both(mesh, hold(mesh))
+    gap = 0.3 * ((direct.points - 0.45) ** 2).sum(axis=1)
+    for load, how in (
+        (LoadPath("penetration", [0.02, 0.05]), Enforcement()),
+        (LoadPath("force", [0.01, 0.003]), Enforcement()),
+        (LoadPath("penetration", [0.03]), Enforcement("penalty", 30.0)),
+        (LoadPath("penetration", [0.03]), Enforcement("augmented_lagrangian", 30.0)),
+    ):
+        for exact, step in zip(
+            press(direct, gap, load, how), press(iterative, gap, load, how), strict=True
+        ):
+            assert np.array_equal(step.active, exact.active)
+            assert step.force == pytest.approx(exact.force, rel=1e-7)
+            assert step.penetration == pytest.approx(exact.penetration, rel=1e-7)
+            scale = exact.reactions.max()
+            np.testing.assert_allclose(step.reactions, exact.reactions, atol=1e-7 * scale, rtol=0)
+    fields = [recover(body, exact.reactions).displacement for body in (direct, iterative)]
+    np.testing.assert_allclose(fields[1], fields[0], atol=1e-7 * np.abs(fields[0]).max(), rtol=0)
+
+
+def test_only_points_that_may_touch_take_a_column():
+    mesh = block("tetra10", [np.linspace(0.0, 1.0, 7)] * 3)
+    iterative = both(mesh, on_its_bottom(mesh))[1]
+    gap = 0.5 * ((iterative.points - 0.5) ** 2).sum(axis=1)
+    (step,) = press(iterative, gap, Load("penetration", 0.03))
+    known = iterative.iterative.known
+    assert step.active.sum() <= known.sum() < 0.5 * len(known)
+    assert not (step.active & ~known).any()
+
+
+@pytest.mark.parametrize("name", ["hexahedron", "hexahedron27", "tetra", "tetra10"])
+def test_steps_of_multigrid_do_not_grow_with_the_mesh(name):
+    """The rigid motions are in the coarse space: without the turns steps would double.
+
+    On 6 and on 12 elements a side (linear), half as many (quadratic).
+    """
+    steps = []
+    for cells in (6, 12) if name in ("hexahedron", "tetra") else (3, 6):
+        mesh = block(name, [np.linspace(0.0, 1.0, cells + 1)] * 3)
+        body = both(mesh, on_its_bottom(mesh))[1]
+        body.flexibility.respond(np.arange(3), np.ones((3, 1)), np.zeros(3))
+        steps += body.iterative.iterations
+    assert steps[1] <= 2 * steps[0]
+    assert steps[1] < 60
+
+
+def test_units_do_not_change_digits_of_multigrid():
+    """By powers of two no digit, from metres to nanometres rounding times the steps."""
+    mesh = block("tetra10", [np.linspace(0.0, 1.0, 5)] * 3, distort=0.2)
+    forces = []
+    for size, modulus in ((1.0, 1.0), (2.0**-20, 2.0**33), (1e-9, 2e11)):
+        scaled = SolidMesh(mesh.kind, mesh.points * size, mesh.cells)
+        body = supported_body(
+            SupportedMesh(scaled, top(mesh), on_its_bottom(mesh)),
+            Material(modulus, 0.3),
+            solver="conjugate_gradients",
+        )
+        gap = ((body.points / size - 0.5) ** 2).sum(axis=1) * size
+        (step,) = press(body, gap, Load("penetration", 0.1 * size))
+        forces.append(step.force / (modulus * size**2))
+    assert forces[0] == forces[1]
+    assert forces[2] == pytest.approx(forces[0], rel=1e-7)
+
+
+def test_multigrid_reports_no_convergence(monkeypatch):
+    mesh = block("hexahedron", CUBE)
+    body = both(mesh, on_rollers(mesh))[1]
+    one = np.arange(1)
+    monkeypatch.setattr(multigrid, "MOST_STEPS", 2)
+    with pytest.raises(ConvergenceError, match="did not converge") as caught:
+        body.flexibility.respond(one, np.ones((1, 1)), np.zeros(1))
+    assert caught.value.history[0] == 1.0
+    assert len(caught.value.history) == 3
+    with pytest.raises(ConvergenceError, match="broke down"):
+        body.flexibility.interior(np.full(len(body.nodes), np.nan))
+    assert not body.flexibility.interior(np.zeros(len(body.nodes))).any()
+    with pytest.raises(ValueError, match="both bodies must be condensed"):
+        couple(body, body)
+    with pytest.raises(ValueError, match="solver must be 'nested_dissection' or 'conjugate_grad"):
+        supported_body(
+            SupportedMesh(mesh, top(mesh), on_rollers(mesh)), Material(1.0, 0.3), solver="gauss"
+        )

@@ -72,11 +72,16 @@ class FemSolver(Solver[G]):
         self.options_read -= idle_enforcement(scene)
 
     def press(
-        self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
+        self,
+        task: Task[G],
+        body: fem.CondensedBody,
+        gap: np.ndarray,
+        loads: np.ndarray,
+        start: np.ndarray | None = None,
     ) -> Iterator[fem.NodalContact]:
         """Yield the contact at each load on a mesh that stays."""
         load = LoadPath(task.loads.control, loads)
-        yield from fem.press(body, gap, load, self.enforcement)
+        yield from fem.press(body, gap, load, self.enforcement, start=start)
 
 
 def meshes_both(scene: Scene) -> bool:
@@ -244,7 +249,8 @@ def points_problem(scene: Scene) -> str:
 def solver_problem(scene: Scene, solver: str) -> str:
     """Return why a linear solver cannot do the scene, or an empty text."""
     contact = scene.methods.fem.contact
-    if solver in ("automatic", "nested_dissection"):
+    of_body = scene.body is not None and solver == "conjugate_gradients"
+    if of_body or solver in ("automatic", "nested_dissection"):
         return ""
     if not _quadratic(scene) or (scene.indenter and scene.indenter.outline is not None):
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"

@@ -19,6 +19,10 @@ _DENSE = 4
 # Conjugate gradients: mesh and vectors for each unknown, and four sets of band factors in single
 # precision, each for one of three components; a band is so many nodes around the contact wide.
 _VECTORS, _FACTORS, _BAND = 240.0, 16.0 / 3.0, 2.6
+# Algebraic multigrid: 3 x 3 blocks of the stiffness for each pair of nodes in an element, in double
+# and in single precision, and the vectors of a block of right-hand sides for each node.
+_NEIGHBOURS = {"hexahedron": 27, "hexahedron27": 64, "tetra": 15, "tetra10": 28}
+_BLOCK, _BLOCK_VECTORS = 300.0, 10_000.0
 
 
 def of_elimination(mesh: fem.RingMesh | fem.TensorMesh) -> float:
@@ -54,3 +58,8 @@ def of_iteration(mesh: fem.RingMesh) -> float:
     """Return bytes of mesh, vectors and band factors of conjugate gradients."""
     band = _BAND * mesh.lattice[0] + 1.0
     return mesh.unknowns * (_VECTORS + _FACTORS * band)
+
+
+def of_multigrid(kind: str, nodes: int) -> float:
+    """Return bytes of the sparse stiffness in three forms, of its hierarchy and the vectors."""
+    return nodes * (_NEIGHBOURS[kind] * _BLOCK + _BLOCK_VECTORS) + _BESIDE

@@ -28,8 +28,13 @@ from reference.fem.supported_body import (
     supported_body,
 )
 
-# A minute of elimination on one core; memory is asked for apart.
-MOST_UNKNOWNS = 80_000
+# A minute of elimination on one core; memory is asked for apart. Beyond it the compliance of the
+# nodes in contact is found by conjugate gradients, for some ten minutes at most: so many unknowns
+# times nodes in contact (docs/finite-elements.md has the measurement).
+MOST_FACTORISED = 200_000
+MOST_ITERATED = 2e8
+# A column takes twice the steps at 0.45, four times at 0.49 and ten times at 0.499.
+LARGEST_POISSON_ITERATED = 0.49
 # Refinement that the plan chooses by itself stays within some ten seconds.
 PLANNED_UNKNOWNS = 30_000
 LEVELS = (1, 2, 4)
@@ -47,6 +52,7 @@ class FemBody(FemSolver[BodyGeometry]):
 
     name = "fem"
     bodies = True
+    options_read = frozenset({"contact", "penalty", "solver"})
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -65,26 +71,54 @@ class FemBody(FemSolver[BodyGeometry]):
         n, count = task.resolution, unknowns(task.geometry, task.resolution)
         if n & (n - 1):
             return f"every cell is halved again and again: N must be 1, 2, 4, ..., got {n}"
-        if count > MOST_UNKNOWNS:
-            return f"about {count} unknowns, more than {MOST_UNKNOWNS}"
+        if self._linear_solver(count) == "nested_dissection":
+            most = MOST_FACTORISED
+            return f"about {count} unknowns, more than {most}" if count > most else ""
+        touching = n**2 * _overlapping(task.geometry)
+        if count * touching > MOST_ITERATED:
+            return f"about {count} unknowns, and {touching} nodes in contact: hours"
         return ""
 
     def memory(self, task: Task[BodyGeometry]) -> float:
-        """Bytes of element matrices and elimination."""
+        """Bytes of element matrices, and of the elimination or of multigrid."""
         solid, finer = task.geometry.solid, task.resolution**3
         elements = 72.0 * solid.cells.shape[1] ** 2 * len(solid.cells) * finer
+        if self._linear_solver(unknowns(task.geometry, task.resolution)) == "conjugate_gradients":
+            return elements + memory.of_multigrid(solid.kind.name, len(solid.points) * finer)
         return elements + memory.fronts(3.0 * (len(solid.points) * finer) ** (2 / 3))
+
+    def _linear_solver(self, count: int) -> str:
+        """Return the solver of so many unknowns: a factorisation up to the size where it pays."""
+        if self.options.solver != "automatic":
+            return self.options.solver
+        large = self._soft and count > MOST_FACTORISED
+        return "conjugate_gradients" if large else "nested_dissection"
+
+    @property
+    def _soft(self) -> bool:
+        return self.scene.elastic_constants[1] <= LARGEST_POISSON_ITERATED
 
     def model(self, geometry: BodyGeometry) -> str:
         """Say what is solved."""
         cells = f"{len(geometry.solid.cells)} {geometry.solid.kind.name} cells"
         parts = geometry.symmetric_parts
         share = f", one of {parts} equal parts" if parts > 1 else ""
-        return f"the body of the file, {cells}{share}, held by its supports; no far field"
+        solved = "condensed by nested dissection"
+        if self.options.solver == "conjugate_gradients":
+            solved = "solved by conjugate gradients with algebraic multigrid"
+        elif self.options.solver == "automatic" and self._soft:
+            solved += f" (above {MOST_FACTORISED // 1000} 000 unknowns solved by conjugate "
+            solved += "gradients with algebraic multigrid)"
+        elif self.options.solver == "automatic":
+            stiff = f"nu above {LARGEST_POISSON_ITERATED:g}"
+            solved += f" ({stiff}: many steps for conjugate gradients)"
+        body = f"the body of the file, {cells}{share}, held by its supports; no far field"
+        return f"{body}; {solved}"
 
     def rows(self, task: Task[BodyGeometry]) -> Iterator[Row]:
         """Condense the body once."""
-        body, gap, edge = _body(task)
+        solver = self._linear_solver(unknowns(task.geometry, task.resolution))
+        body, gap, edge = _body(task, solver)
         yield Row(partial(self._steps, task, body, gap, edge), unknowns=body.unknowns)
 
     def _steps(
@@ -95,7 +129,11 @@ class FemBody(FemSolver[BodyGeometry]):
         edge: float,
         loads: np.ndarray,
     ) -> Iterator[Step]:
-        for contact in self.press(task, body, gap, loads):
+        start = None
+        if body.iterative is not None and task.loads.control == "force":
+            # every node that a contact set passes takes a column: begin near the answer
+            start = gap <= task.geometry.penetrations[len(task.loads.values) - len(loads)]
+        for contact in self.press(task, body, gap, loads, start):
             if contact.active.any() and gap[contact.active].max() > edge:
                 raise NoAnswerError("the contact is larger than the nodes that may touch")
             area = _area(task.geometry, body, contact)
@@ -113,6 +151,22 @@ def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
     return f"nu = {poisson_ratio:g}: {cells} go to {largest}"
 
 
+def _overlapping(geometry: BodyGeometry) -> int:
+    """Return about how many nodes of the file's mesh touch: those that overlap at most."""
+    nodes = contact_nodes(geometry.solid, geometry.surface)
+    return int(np.count_nonzero(_gap(geometry, geometry.solid, nodes) <= geometry.penetration))
+
+
+def _gap(geometry: BodyGeometry, mesh: SolidMesh, nodes: np.ndarray) -> np.ndarray:
+    """Return the gap of the indenter plus what the surface lies below its highest point."""
+    x, y, depth = mesh.points[nodes].T
+    gap = geometry.indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))  # a node on a sharp edge belongs
+    if not geometry.flat_surface:
+        gap = gap + depth
+        gap = gap - gap.min()
+    return gap
+
+
 def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.ndarray, np.ndarray]:
     """Return the mesh, the faces that may touch and the held components at a resolution."""
     mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))
@@ -123,20 +177,15 @@ def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.nda
     return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
 
 
-def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, float]:
-    """Return the condensed body, the gap at its candidates, and that of the nearest node left out.
+def _body(task: Task[BodyGeometry], solver: str) -> tuple[fem.CondensedBody, np.ndarray, float]:
+    """Return the body, the gap at its candidates, and that of the nearest node left out.
 
-    The gap is that of the indenter plus what the surface itself lies below its highest point;
-    penetration counts from first touch.
+    Penetration counts from first touch.
     """
     geometry = task.geometry
     mesh, surface, fixed = _refined(geometry, task.resolution)
     nodes = contact_nodes(mesh, surface)
-    x, y, depth = mesh.points[nodes].T
-    gap = geometry.indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))  # a node on a sharp edge belongs
-    if not geometry.flat_surface:
-        gap = gap + depth
-        gap = gap - gap.min()
+    gap = _gap(geometry, mesh, nodes)
     edge = np.inf
     if len(nodes) > MOST_CANDIDATES:
         order = np.argsort(gap, kind="stable")
@@ -149,6 +198,7 @@ def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, floa
         Material(modulus, nu),
         symmetry=geometry.symmetric_parts,
         nodes=nodes,
+        solver=solver,
     )
     return body, gap, edge
 

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.abaqus_surfaces import FACES
+from comparisons.methods.fem import user_body
+from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.results.vtu import mesh_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
@@ -276,6 +278,35 @@ def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
         assert plans[name].reason == "models a half-space, and the [body] is finite"
     assert plans["reduced"].supported
     assert "half-space" in plans["reduced"].reason
+
+
+def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(tmp_path, monkeypatch):
+    """The same forces to 1e-7; which solver from which size on, and what it cannot do."""
+    write(tmp_path / "block.msh")
+    for load in ({"penetration": [2e-6, 4e-6]}, {"force": [1e-4, 1e-3]}):
+        data = tables("block.msh") | {"loading": load}
+        made = make_scene(data, "test", tmp_path)
+        chosen = make_scene(
+            data | {"methods": {"fem": {"solver": "conjugate_gradients"}}}, "test", tmp_path
+        )
+        both = solved(made), solved(chosen)
+        for name in ("force", "penetration", "stiffness", "energy"):
+            direct, iterated = (solution.quantities[name] for solution in both)
+            np.testing.assert_allclose(iterated, direct, rtol=1e-7, err_msg=name)
+    (plan,) = plan_scene(made)
+    solver, geometry = solver_for("fem", made), plan.geometry
+    assert "above 200 000 unknowns solved by conjugate gradients" in solver.model(geometry)
+    assert "by conjugate gradients" in solver_for("fem", chosen).model(geometry)
+    monkeypatch.setattr(user_body, "MOST_FACTORISED", 100)
+    task = task_of(plan, "fem", 1)
+    larger = execute(task, 1).quantities["force"]
+    np.testing.assert_allclose(larger, both[0].quantities["force"], rtol=1e-7)
+    assert not solver.refusal(task)
+    monkeypatch.setattr(user_body, "MOST_ITERATED", 1e2)
+    assert "nodes in contact" in solver.refusal(task)
+    monkeypatch.setattr(user_body, "LARGEST_POISSON_ITERATED", 0.2)
+    assert "more than 100" in solver.refusal(task)
+    assert "nu above 0.2: many steps" in solver.model(geometry)
 
 
 def test_cells_that_would_lock_are_refused(tmp_path):
