@@ -210,16 +210,11 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     mesh = MeshTri(vertices.T, np.concatenate([core, *quads], axis=1))
     basis = Basis(mesh, ElementTriP2(), intorder=4)
 
-    # vertices of every unknown, and its shell
-    rank = np.concatenate([[0], np.repeat(np.arange(1, layers + 1), count)])
-    corners = basis.element_dofs[:3]
-    ends = np.zeros((basis.N, 2), dtype=np.int64)
-    ends[corners] = corners[:, :, None]
-    shell = np.zeros(basis.N, dtype=np.int64)
-    shell[corners] = rank[mesh.t]
-    for edge, pair in enumerate(_EDGES):
-        ends[basis.element_dofs[3 + edge]] = corners[list(pair)].T
-        shell[basis.element_dofs[3 + edge]] = rank[mesh.t[list(pair)]].max(axis=0)
+    # an unknown stands at each vertex, with the vertex's number, and at the middle of each edge
+    ends = np.empty((basis.N, 2), dtype=np.int64)
+    ends[basis.nodal_dofs[0]] = np.arange(len(vertices))[:, None]
+    ends[basis.facet_dofs[0]] = mesh.facets.T
+    shell = np.concatenate([[0], np.repeat(np.arange(1, layers + 1), count)])[ends].max(axis=1)
     sides = np.diff(mesh.p[:, mesh.t[[0, 1, 2, 0]]], axis=1)
     doubled = np.abs(sides[0, 0] * sides[1, 1] - sides[1, 0] * sides[0, 1])
     slender = ((sides**2).sum(axis=0).max(axis=0) / doubled).max()
@@ -237,14 +232,12 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     )
 
     # the outermost edges: the triangle of each, and which of its functions live there
-    edges = 1 + count * (layers - 1) + np.stack([near, far], axis=1)
-    elements, local = [], []
-    for one, other in edges:
-        owner = int(np.flatnonzero((mesh.t == one).any(0) & (mesh.t == other).any(0))[0])
-        a, b = (int(np.flatnonzero(mesh.t[:, owner] == vertex)[0]) for vertex in (one, other))
-        elements.append(owner)
-        local.append([a, 3 + _EDGES.index((min(a, b), max(a, b))), b])
-    start, end = mesh.p[:, edges[:, 0]], mesh.p[:, edges[:, 1]]
+    outer = np.flatnonzero((mesh.facets > count * (layers - 1)).all(axis=0))
+    owner = mesh.f2t[0, outer]
+    first, last = mesh.facets[:, outer]
+    on_edge = np.stack([first, basis.facet_dofs[0, outer], last], axis=1)
+    local = (basis.element_dofs[:, owner].T[:, None] == on_edge[:, :, None]).argmax(axis=2)
+    start, end = mesh.p[:, first], mesh.p[:, last]
     along = (end - start) / np.hypot(*(end - start))
     line = _Line((start * along).sum(0), (end * along).sum(0), bernstein=True)
     section = Section(
@@ -256,8 +249,8 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
         ends=ends,
         rounding=8 * EPSILON * float(slender),
         side=Side(
-            elements=np.array(elements),
-            local=np.array(local),
+            elements=owner,
+            local=local,
             distances=np.abs(start[0] * along[1] - start[1] * along[0]),
             stiffness=line.form(line.slopes, line.slopes),
             mass=line.form(line.values, line.values),

@@ -10,7 +10,7 @@ by the linear programme whose value is the force (Barber 1974, Int. J. Eng. Sci.
 with <g> the mean of the gap over the sphere: a bound for bodies that have no other formula. Several
 ellipses carry more. Under the force f_j ellipse j sinks in by f_j/k_j, and a point outside by
 f_j R_F(s, s + a_j^2, s + b_j^2)/pi, s the confocal coordinate of the point (R_F Carlson's
-integral, `elliptic.first_kind_above`). No point of another convex set with the support function h
+integral, `first_kind_above`). No point of another convex set with the support function h
 lies within the confocal ellipse s if for any one direction n, c the vector between the middles,
 
     s <= (n . c - h(n))^2 - h_j(n)^2,    n . c > h(n),        h_j(n)^2 = a^2 n_1^2 + b^2 n_2^2,

@@ -40,8 +40,7 @@ class Outline:
 
     def scaled(self, size: float) -> Outline:
         """Return the outline times a length."""
-        a, b = self.extents
-        return replace(self, points=size * self.points, extents=(size * a, size * b))
+        return self.stretched(size, size)
 
     def stretched(self, x: float, y: float) -> Outline:
         """Stretch along the axes; only for outlines whose images are the mirrors of these."""

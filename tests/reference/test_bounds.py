@@ -258,6 +258,17 @@ def test_a_displacement_that_dips_between_nodes_is_no_upper_bound():
     assert exact < honest < 1.01 * exact
 
 
+def test_a_displacement_that_is_below_the_body_where_it_was_left_free_is_refused():
+    # one on the disc of radius 1, and less than one beyond: a body that is as deep there is not met
+    radii, depths = np.array([0.0, 0.5, 1.0, 2.0, 4.0]), np.array([0.0, 1.0, 3.0])
+    elements = Prisms(rings(radii), depths, np.arange(5))
+    floor = np.where(np.arange(9) < 5, 1.0, -np.inf)
+    assert 1.0 < energy_above(elements, floor) < 2.0
+    floor[5:7] = 1.0
+    with pytest.raises(ArithmeticError, match="below the body"):
+        energy_above(elements, floor)
+
+
 def test_sides_in_the_wrong_order_are_an_error():
     with pytest.raises(ValueError, match="is not below"):
         Interval(1.0, 0.999)
