@@ -65,16 +65,10 @@ _FIRST, _GROWTH = 0.35, 1.25
 
 @dataclass(frozen=True)
 class Layers:
-    """Materials below the surface, each down to a depth, on a rigid base or on a half-space.
+    """Materials from the surface down, on a rigid base or on a half-space (`below`).
 
-    Parameters
-    ----------
-    thicknesses : sequence of float
-        From the surface down.
-    materials : sequence of Material
-    below : Material, optional
-        Of a half-space below them all, which enters by the stiffness of its surface: the theory
-        of the half-space solvers, where clamped columns share none. None: a rigid base.
+    The half-space enters by the stiffness of its surface: the theory of the half-space solvers,
+    where clamped columns share none.
     """
 
     thicknesses: Sequence[float]
@@ -116,7 +110,10 @@ def compliance(
     first: float = _FIRST,
     growth: float = _GROWTH,
 ) -> Array:
-    """Displacement of the surface per pressure, for waves of given phases from cell to cell.
+    """Displacement C of the surface per pressure, for waves of given phases from cell to cell.
+
+    For long waves on a deep body 2/(E* |q|); at q = 0 the sum of thickness (1 - 2 nu)(1 + nu)/(E
+    (1 - nu)), infinite on a half-space.
 
     Parameters
     ----------
@@ -124,18 +121,10 @@ def compliance(
         theta_x and theta_y of every wave, between -pi and pi, broadcast against each other.
     spacing : (float, float)
         Sides of the cells.
-    layers : Layers
-    element : {"linear", "splines", "quadratic"}
     first : float
         Thickness of the uppermost elements over the smaller side of the cells.
     growth : float
         Of the thickness of elements from one to the next below.
-
-    Returns
-    -------
-    ndarray
-        C in length per pressure. For long waves on a deep body 2/(E* |q|); at q = 0 the sum of
-        thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), infinite on a half-space.
 
     Examples
     --------
@@ -200,21 +189,13 @@ def tensor(
     element: Element = "splines",
     inertia: float = 0.0,
 ) -> Array:
-    """Displacement of the surface per traction of any direction, for waves as of `compliance`.
+    """Displacement of the surface per traction of any direction, (3, 3, ...); as `compliance`.
 
-    Parameters
-    ----------
-    phases, spacing, layers, element
-        As for `compliance`.
-    inertia : float
-        rho V^2/G of a body that flows along x with the speed V under tractions that stand still:
-        its kinetic energy -rho V^2 |dx(u)|^2/2 belongs to the stationary frame (Nackenhorst 2004).
-        Below the square of Rayleigh's speed over that of shear waves, 0.76 at nu = 0.
+    Real, between i u_x, i u_y, u_z and i q_x, i q_y, p; zero where both phases are.
 
-    Returns
-    -------
-    ndarray, shape (3, 3, ...)
-        Real, between i u_x, i u_y, u_z and i q_x, i q_y, p; zero where both phases are.
+    `inertia` is rho V^2/G of a body that flows along x with the speed V under tractions that stand
+    still: its kinetic energy -rho V^2 |dx(u)|^2/2 belongs to the stationary frame (Nackenhorst
+    2004). Below the square of Rayleigh's speed over that of shear waves, 0.76 at nu = 0.
 
     Examples
     --------

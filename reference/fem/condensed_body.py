@@ -20,13 +20,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class DenseFlexibility:
-    """Response of a body by the compliance between all its candidates (unit modulus and length).
+    """Response of a body by the compliance (n, n) between its candidates, unit modulus and length.
 
-    Attributes
-    ----------
-    compliance : (n, n)
-    system, exterior
-        The condensed system, for the interior.
+    `system` and `exterior` are those that were condensed, for the interior.
     """
 
     compliance: Array
@@ -36,25 +32,11 @@ class DenseFlexibility:
     def respond(
         self, inside: NDArray[np.int64], right: Array, softness: Array
     ) -> tuple[Array, Array]:
-        """Solve ``u_i + softness_i R_i = right_i`` on the points `inside`, R = 0 elsewhere.
+        """Solve ``u_i + softness_i R_i = right_i`` on the points `inside` (k,), R = 0 elsewhere.
 
-        By a Cholesky factorisation of part of the compliance.
-
-        Parameters
-        ----------
-        inside : (k,)
-            Numbers of candidates.
-        right : (k, m)
-            Right-hand sides of m cases.
-        softness : (k,)
-            Compliance of springs between the rigid shape and the body (penalty); zero for rigid
-            contact.
-
-        Returns
-        -------
-        forces : (k, m)
-        displacement : (n, m)
-            Displacements of all candidates.
+        `right` (k, m) are m cases; `softness` (k,) is the compliance of springs between the rigid
+        shape and the body (penalty), zero for rigid contact. Returns forces (k, m) and the
+        displacements (n, m) of all candidates.
         """
         matrix = self.compliance[np.ix_(inside, inside)]
         matrix[np.diag_indices(len(inside))] += softness
@@ -82,7 +64,6 @@ class CondensedBody:
     ----------
     length, youngs_modulus : float
         The units of the scaled quantities.
-    poisson_ratio : float
     scaled_points : (n, 2)
         Candidate positions on the surface / length.
     scaled_weights : (n,)
@@ -103,15 +84,10 @@ class CondensedBody:
         Semi-axes of the mesh ellipse over the radius of the circle.
     unknowns : int
         Number of free displacements of the mesh and far-field unknowns.
-    solver : str
-        The solver of the condensation.
     seconds : dict
         Time spent on "mesh", "assembly", "condensation".
-    grid : GradedMesh
-    system : LinearSystem
-        For the recovery of the interior.
-    exterior : (k, k)
-        Far-field stiffness.
+    system, exterior
+        Equations of the mesh, and far-field stiffness (k, k): for the interior.
     iterative : IterativeFlexibility or MultigridFlexibility or None
         Replaces the condensation; `scaled_compliance` then has shape (0, 0).
     nodal : CondensedBody or None
@@ -185,11 +161,7 @@ class CondensedBody:
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
     def scaled(self, factor: float) -> CondensedBody:
-        """Return the body with its mesh scaled by `factor`.
-
-        A half-space has no length scale, so no new solution is needed: compliances are divided by
-        the factor.
-        """
+        """Return the body with its mesh scaled: a half-space has no length, compliances follow."""
         if not (np.isfinite(factor) and factor > 0.0):
             raise ValueError(f"factor must be positive and finite, got {factor!r}")
         nodal = None if self.nodal is None else self.nodal.scaled(factor)

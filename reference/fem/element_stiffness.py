@@ -71,14 +71,8 @@ def facet_quadrature(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return Gauss points on the facets of hexahedra.
 
-    Returns
-    -------
-    nodes : (facets, n)
-    shapes : (n, points)
-        Values of the shape functions of the nodes.
-    points : (facets, points, 3)
-    areas : (facets, points, 3)
-        Gauss weight times the normal area vector, of either sign.
+    That is nodes (facets, n), values of their shape functions (n, points), points (facets, points,
+    3), and Gauss weights times normal area vectors (facets, points, 3), of either sign.
     """
     nodes, element = mesh.facets[:, facets], ElementQuad1()
     if mesh.elem is ElementHex2:
@@ -100,16 +94,11 @@ def facet_quadrature(
 def shape_gradients(
     mesh: MeshHex | MeshTet, per_direction: int, part: slice = slice(None)
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return gradients of the scalar shape functions at the Gauss points of a part of the elements.
+    """Return gradients (elements, points, nodes, 3) of the scalar shape functions, and volumes.
 
-    Hexahedra use `per_direction` points per direction; tetrahedra the rule that is exact to one
-    degree less, as needed for their gradients.
-
-    Returns
-    -------
-    gradients : (elements, points, nodes, 3)
-    volumes : (elements, points)
-        Gauss weight times Jacobian.
+    At Gauss points, whose volumes (elements, points) are weight times Jacobian. Hexahedra use
+    `per_direction` points per direction; tetrahedra the rule that is exact to one degree less, as
+    needed for their gradients.
     """
     simplex = isinstance(mesh, MeshTet)
     points, weights = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)

@@ -24,22 +24,8 @@ def boussinesq(points: Array, poisson_ratio: float) -> tuple[Array, Array]:
     """Return displacement and its gradient for a unit force into the half-space at the origin.
 
     ``u = [-z grad(1/r) - (1 - 2 nu) grad ln(r + z) + (3 - 4 nu) e_z / r] / (4 pi mu)`` (Boussinesq;
-    Johnson 1985, eq. 3.18).
-
-    Parameters
-    ----------
-    points : (..., 3)
-        Anywhere in the half-space except the origin.
-
-    Returns
-    -------
-    displacement : (..., 3)
-    gradient : (..., 3, 3)
-        ``gradient[..., i, j] = d u_i / d x_j``.
-
-    Examples
-    --------
-    On the surface ``u_z = (1 - nu^2)/(pi E r)``:
+    Johnson 1985, eq. 3.18) and ``gradient[..., i, j] = d u_i / d x_j``, at points (..., 3) except
+    the origin. On the surface ``u_z = (1 - nu^2)/(pi E r)``:
 
     >>> u, _ = boussinesq(np.array([2.0, 0.0, 0.0]), 0.5)
     >>> round(float(u[2] * np.pi * 2.0), 12)
@@ -70,17 +56,8 @@ def boussinesq(points: Array, poisson_ratio: float) -> tuple[Array, Array]:
 def cerruti(points: Array, poisson_ratio: float) -> Array:
     """Return the displacement (..., 3) for a unit force along x at the origin.
 
-    Cerruti 1882; Johnson 1985, eqs. (3.76).
-
-    Parameters
-    ----------
-    points : (..., 3)
-        Anywhere in the half-space except the origin.
-
-    Examples
-    --------
-    On the surface, transverse to the force, ``u_x = (1 - nu)/(2 pi G r)`` with ``G = E/(2 (1 +
-    nu))``:
+    Cerruti 1882; Johnson 1985, eqs. (3.76). On the surface, transverse to the force, ``u_x = (1 -
+    nu)/(2 pi G r)`` with ``G = E/(2 (1 + nu))``:
 
     >>> u = cerruti(np.array([0.0, 2.0, 0.0]), 0.25)
     >>> round(float(u[0] * 2 * np.pi * 2.0), 12)

@@ -69,16 +69,10 @@ LONGEST = 100
 
 
 class GridBody(OfBody):
-    """What both bodies share: what they are made of, and the same again on other cells.
+    """A half-space, layers, or a modulus that is a power of the depth, below (nx, ny) cells.
 
     Parameters
     ----------
-    shape : (int, int)
-        Number of cells (nx, ny).
-    spacing : (float, float)
-        Cell sides (dx, dy), consistent units.
-    body : Material, Stack or Graded
-        A half-space, layers, or a modulus that is a power of the depth.
     element : {"linear", "splines", "quadratic"}
         See `column_elements`.
     contact_compliance : float
@@ -135,9 +129,11 @@ class GridBody(OfBody):
 
     def softened(self, compliance: float) -> Self:
         """Return the same body with more overlap per pressure (kept)."""
-        body = self._alike(self.shape, self.spacing, compliance)
-        body._cache["elastic"] = self.elastic
-        softer: Self = self.cached(("softened", compliance), lambda: body)
+        key = "softened", compliance
+        if key not in self._cache:
+            body = self._cache[key] = self._alike(self.shape, self.spacing, compliance)
+            body._cache["elastic"] = self.elastic
+        softer: Self = self._cache[key]
         return softer
 
 
@@ -276,16 +272,8 @@ class ShearBody(NormalAndTangential):
     For friction and for rolling. Under rollers the mesh stands still and the material flows through
     it (arbitrary Lagrange-Euler; Nackenhorst 2004); its inertia, rho V^2, is a part of the columns.
 
-    Parameters
-    ----------
-    shape, spacing
-        As for `NormalAndTangential`.
-    material : Material
-    element : {"linear", "splines", "quadratic"}
-        See `column_elements`.
-    inertia : float
-        rho V^2/G of a body that flows along x, as of `columns.tensor`; pressures and normal
-        displacements at rest.
+    `inertia` is rho V^2/G of a body that flows along x (see `columns.tensor`); pressures and normal
+    displacements are those at rest.
 
     Examples
     --------
@@ -352,15 +340,9 @@ def beyond_cells(
 ) -> Transfer:
     """Return displacements of elements less those of the half-space, by tractions on a cell.
 
-    Fields have the shape of the period, at offsets modulo it, up to constants.
-
-    Parameters
-    ----------
-    period : (int, int)
-        Cells to the next images of load and displacement. One across: tractions that do not vary
-        with y, plane strain.
-    spacing, material, element, inertia
-        As for `ShearBody`.
+    Fields have the shape of the period, the cells to the next images of load and displacement, at
+    offsets modulo it, up to constants. A period of one cell across is plane strain: tractions do
+    not vary with y.
     """
     phases = (
         2 * np.pi * fft.fftfreq(period[0])[:, None],

@@ -48,20 +48,18 @@ def half_space_body(
 ) -> CondensedBody:
     """Return a half-space condensed onto the normal displacements of its candidate surface nodes.
 
-    The exterior consists of Boussinesq fields (see `reference.fem.far_field`).
+    The exterior consists of Boussinesq fields (see `far_field`). Above nu = 0.4999 a mixed form is
+    used (`element_stiffness.mixed_matrices`).
 
     Parameters
     ----------
-    mesh : RingMesh or TensorMesh
-    material : Material
-        Above nu = 0.4999 a mixed form is used (`element_stiffness.mixed_matrices`).
     far_field : {"boussinesq", "fixed"}
         "fixed" clamps the outer boundary; for comparisons with published models only.
     reduced_integration : bool
         False shows locking.
     solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
         "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
-        condenses and assembles nothing (see `reference.fem.matrix_free`).
+        condenses and assembles nothing (see `matrix_free`).
     """
     faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
     refuse(faults + _solver_faults(solver, mesh, material))
@@ -178,7 +176,6 @@ class FrictionalBody:
         including its far field; the mirrored half is loaded equally.
     fixed : (n,) bool
         Points on the plane of symmetry, which do not move normal to it.
-    unknowns : int
     """
 
     points: Array
@@ -196,16 +193,9 @@ def frictional_body(
     force, Boussinesq's for its normal and Cerruti's for its tangential part, is prescribed on the
     outer boundary; the error from higher moments decreases at least as (a/L)^2.
 
-    Parameters
-    ----------
-    contact_radius : float
-        Largest contact radius; candidates extend a quarter further.
-    material : Material
-        nu <= 0.4999.
-    elements : int
-        27-node elements (two node spacings) per contact radius, at least 2.
-    extent : float
-        Radius and depth of the mesh in contact radii, at least 2.
+    Candidates extend a quarter further than the (largest) contact radius, which has so many 27-node
+    elements (two node spacings), at least 2; `extent` is radius and depth of the mesh in contact
+    radii, at least 2; nu <= 0.4999.
     """
     faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
     nu = material.poisson_ratio

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Planes = tuple[bool, bool]
 Region = Callable[[Array, Array], NDArray[np.bool_]]
 
-# Planes of symmetry x = 0 and y = 0, of which only the positive sides are meshed.
+# Whether x = 0 and y = 0 are planes of symmetry, of which only the positive sides are meshed.
 SYMMETRIES = {
     "none": (False, False),
     "half_x": (True, False),
@@ -34,18 +34,7 @@ LARGEST_ASPECT, LARGEST_EXTENT = 100, 1000
 
 @dataclass(frozen=True, eq=False)
 class GradedMesh:
-    """A mesh and parts of its boundary.
-
-    Attributes
-    ----------
-    mesh : skfem.MeshHex or skfem.MeshHex2
-    surface : (k,)
-        Facets at z = 0.
-    outer : (l,)
-        Facets towards the unmeshed exterior of the half-space.
-    planes : (bool, bool)
-        Whether x = 0 and y = 0 are planes of symmetry, with only the positive side meshed.
-    """
+    """A mesh, its facets at z = 0 and towards the unmeshed exterior, and its planes of symmetry."""
 
     mesh: MeshHex
     surface: NDArray[np.int64]
@@ -78,7 +67,7 @@ def ring_mesh(
         Factors on x and y that stretch circles up to radius 1 to ellipses; beyond, they become
         round again, so that the outer boundary is equidistant from the load.
     planes : (bool, bool)
-        Symmetry planes x = 0 and y = 0; with both, only the quadrant x, y >= 0 is meshed.
+        Symmetry planes x = 0 and y = 0, of which only the positive sides are meshed.
     """
     # a quarter disc of lattices: a bilinear core with the corners (0, 0), (core, 0),
     # (corner, corner), (0, core), and two sectors, linear from the square to the circle
@@ -164,7 +153,6 @@ class Meshed(NamedTuple):
 
     Attributes
     ----------
-    grid : GradedMesh
     candidate : callable
         Function that selects candidate surface nodes (x, y).
     sources : (float, float)
@@ -248,8 +236,6 @@ class RingMesh:
     def unknowns(self) -> int:
         """Number of displacements of the mesh, without constructing it.
 
-        Examples
-        --------
         >>> mesh = RingMesh(1.0, elements=2, symmetry="half_x")
         >>> mesh.unknowns == mesh.meshed().grid.mesh.p.size
         True
@@ -387,8 +373,6 @@ class TensorMesh:
     def unknowns(self) -> int:
         """Number of displacements of the mesh, without constructing it.
 
-        Examples
-        --------
         >>> mesh = TensorMesh(np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 4))
         >>> mesh.unknowns == mesh.meshed().grid.mesh.p.size
         True

@@ -47,17 +47,9 @@ IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones i
 class Lattice:
     """The nodes of an extruded mesh by plane node and level.
 
-    Attributes
-    ----------
-    nodes : (n, levels)
-        Numbers of the nodes of the mesh, from the surface down; plane nodes in an order that keeps
-        neighbours close.
-    cells : (cells, 4 or 9)
-        Plane nodes of the faces at the surface.
-    plane : (n, 2)
-    depths : (levels,)
-    order : {1, 2}
-        Of the elements.
+    Numbers of the nodes (n, levels) from the surface down, plane nodes in an order that keeps
+    neighbours close; plane nodes (cells, 4 or 9) of the faces at the surface; places (n, 2) and
+    depths (levels,); order of the elements.
     """
 
     nodes: Integers
@@ -95,16 +87,7 @@ class Lattice:
 class Products:
     """Integrals by one Gauss rule: matrices (n, n) over the plane, (levels, levels) of the depth.
 
-    Attributes
-    ----------
-    plane : list of list
-        P, of two derivatives.
-    slope : list
-        Q, of one derivative (of the row).
-    mass : sparse.csr_array
-        M, of none.
-    depth_mass, depth_slopes, depth_slope : (levels, levels)
-        m, k, and d (the derivative of the column).
+    Of two derivatives (P, k), of one (Q, of the row; d, of the column), and of none (M, m).
     """
 
     plane: list[list[sparse.csr_array]]
@@ -160,15 +143,8 @@ class Products:
 class ExtrudedStiffness:
     """The stiffness of an extruded mesh of unit Young's modulus, applied without assembling it.
 
-    Integrated selectively (see `element_stiffness`), both factors of the lambda term have a Gauss
-    point less.
-
-    Parameters
-    ----------
-    lattice : Lattice
-    poisson_ratio : float
-    reduced_integration : bool
-        As of `stiffness_matrices`; 8-node elements must be bricks.
+    Integrated selectively (as `stiffness_matrices`, but 8-node elements must be bricks), both
+    factors of the lambda term have a Gauss point less.
     """
 
     def __init__(
@@ -268,11 +244,8 @@ class SeparatedInverse:
     compliance of the free part is approximated, by that of the whole surface: the steps grow with
     the logarithm of contact radius over size of the elements only.
 
-    Parameters
-    ----------
-    stiffness : ExtrudedStiffness
-    free : (3, n, levels) bool
-        Free displacements; none at the lowest level, and elsewhere equal at all levels.
+    Displacements (3, n, levels) are free at no node of the lowest level, and elsewhere alike at all
+    levels.
     """
 
     def __init__(self, stiffness: ExtrudedStiffness, free: NDArray[np.bool_]) -> None:
@@ -324,22 +297,8 @@ class IterativeFlexibility:
     contact edge the set never changes, and all depths of a paraboloid take two solves (1 and r^2).
 
     Vectors are the displacements of all nodes (3, n, levels), flat and zero where nothing is free,
-    followed by the far-field unknowns, whose block is inverted exactly.
-
-    Parameters
-    ----------
-    system : LinearSystem
-        Its matrices are not used.
-    exterior : (k, k)
-        Stiffness of the unmeshed exterior on the far-field unknowns.
-    grid : GradedMesh
-    poisson_ratio, reduced_integration
-        As for `ExtrudedStiffness`.
-
-    Attributes
-    ----------
-    iterations : list of int
-        Steps of every solve.
+    followed by the far-field unknowns, whose block is inverted exactly. `iterations` are the steps
+    of every solve.
     """
 
     def __init__(

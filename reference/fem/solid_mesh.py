@@ -54,14 +54,8 @@ def _vtk_locations(corners: Integers, *groups: tuple[tuple[int, ...], ...]) -> A
 class CellKind:
     """A cell type.
 
-    Attributes
-    ----------
-    name : str
-        Name in meshio.
-    mesh, straight : type
-        Mesh class in scikit-fem, and that of its straight-sided, linear version.
-    vtk : (n, 3)
-        Reference positions of the nodes in VTK's order.
+    It has its name in meshio, mesh class in scikit-fem, that of the straight-sided, linear version,
+    and the reference positions (n, 3) of the nodes in VTK's order.
     """
 
     name: str
@@ -170,14 +164,8 @@ KINDS = {
 class SolidMesh:
     """A mesh with cells of one type.
 
-    A face is a pair (cell, local face); arrays of faces have shape (k, 2).
-
-    Attributes
-    ----------
-    kind : CellKind
-    points : (n, 3)
-    cells : (e, nodes)
-        Nodes in the order of `kind.locations`.
+    Cells (e, nodes) name points (n, 3) in the order of `kind.locations`. A face is a pair (cell,
+    local face); arrays of faces have shape (k, 2).
     """
 
     kind: CellKind
@@ -270,12 +258,9 @@ class SolidMesh:
         return replace(self, points=(self.points - origin) @ np.asarray(axes).T)
 
     def face_integrals(self, faces: Integers) -> list[tuple[Integers, Array, Array]]:
-        """Return nodes, shape functions and outward area vectors at integration points of faces.
+        """Return nodes (k, n), shape functions (n, m) and outward areas (k, m, 3) of faces.
 
-        Returns
-        -------
-        list of (nodes (k, n), shapes (n, m), areas (k, m, 3))
-            One entry per occurring local face; the areas include the weights.
+        Area vectors at integration points, times weights; one entry per occurring local face.
         """
         integrals = []
         for face in np.unique(faces[:, 1]):
@@ -292,19 +277,12 @@ class SolidMesh:
         return integrals
 
     def refined(self, *marked: Integers) -> tuple[SolidMesh, Integers, list[Integers]]:
-        """Return the mesh with cells divided into eight along its curves, and the marked faces.
+        """Return the mesh with cells divided into eight along its curves.
 
-        Nodes of neighbours are identified by their interpolation weights (multiples of 1/512), not
-        by position, so that cracks stay open. (`skfem.Mesh.refined` straightens quadratic cells and
+        Also new numbers (n,) of the old nodes, and the marked faces, divided into four. Nodes of
+        neighbours are identified by their interpolation weights (multiples of 1/512), not by
+        position, so that cracks stay open. (`skfem.Mesh.refined` straightens quadratic cells and
         forgets faces.)
-
-        Returns
-        -------
-        SolidMesh
-        numbers : (n,)
-            New numbers of the old nodes.
-        list of (k, 2)
-            The marked faces, divided into four.
         """
         kind, nodes = self.kind, len(self.points)
         places = np.concatenate([kind.in_child(child, kind.locations) for child in range(8)])
