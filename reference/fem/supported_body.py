@@ -14,7 +14,7 @@ from reference.elasticity import Material
 from reference.fem.condensed_body import CondensedBody
 from reference.fem.element_stiffness import stiffness_matrices
 from reference.fem.half_space_mesh import GradedMesh
-from reference.fem.linear_system import LinearSystem
+from reference.fem.linear_system import linear_system
 from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import condense
 from reference.fem.solid_mesh import SolidMesh
@@ -104,26 +104,16 @@ def supported_body(
     seconds = {"mesh": time.perf_counter() - started}
 
     started = time.perf_counter()
-    free = np.empty_like(fixed)
-    free[numbers] = ~fixed
-    number = np.full(free.shape, -1, dtype=np.int64)
-    number[free] = np.arange(free.sum())
-    elements = grid.dofs.element_dofs.T
-    system = LinearSystem(
-        matrices=stiffness_matrices(grid, nu),
-        unknowns=number[elements].reshape(len(elements), -1),
-        boundary=np.zeros((0, 0)),
-        first=int(free.sum()),
-        retained=number[numbers[nodes], 2],
-        centres=grid.p[:, grid.t].mean(axis=1).T,
-    )
+    held = np.empty_like(fixed)
+    held[numbers] = fixed
+    system = linear_system(grid, stiffness_matrices(grid, nu), held, 3 * numbers[nodes] + 2)
     seconds["assembly"] = time.perf_counter() - started
 
     started = time.perf_counter()
     exterior, compliance, iterative = np.zeros((0, 0)), np.zeros((0, 0)), None
     if solver == "conjugate_gradients":
         iterative = MultigridFlexibility(
-            system.matrices, elements, grid.doflocs.T, free, numbers[nodes]
+            system.matrices, grid.dofs.element_dofs.T, grid.doflocs.T, ~held, numbers[nodes]
         )
         system = replace(system, matrices=system.matrices[:0])
     else:
