@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.contact import press as unilateral
 from reference.contact.press import Contact
-from reference.halfspace import fft
 from reference.halfspace.solution import Press
 from reference.loads import Load, LoadPath
 
@@ -69,7 +69,8 @@ def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[
     """Yield the contact at each load of a path of penetrations or forces.
 
     `press` has the hardness; penetrations count from first touch; forces must not be negative, nor
-    more than the hardness carries. The tolerance is that of `fft.solve`.
+    more than the hardness carries. The tolerance is that of
+    `reference.contact.press`.
 
     Examples
     --------
@@ -93,13 +94,17 @@ def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[
     sunk, work = nothing, 0.0
     for load in path.values.tolist():
         # elastic contact with the surface as it is dented, its pressure capped
-        dented = Press(operator, press.gap + sunk, hardness)
-        if (load == 0) if control == "force" else (load <= dented.lowest):
-            depth = dented.lowest if control == "force" else load
-            contact = Contact(depth, 0.0, nothing, 0, 0.0, operator, dented.gap)
+        gap = press.gap + sunk
+        lowest = float(gap.min())
+        if (load == 0) if control == "force" else (load <= lowest):
+            depth = lowest if control == "force" else load
+            contact = Contact(depth, 0.0, nothing, 0, 0.0, operator, gap)
         else:
             start = before if before.mask.any() else None
-            contact = fft.solve(dented, Load(control, load), tolerance=tolerance, start=start)
+            prescribed = Load(control, load)
+            contact = unilateral.press(
+                operator, gap, prescribed, cap=hardness, tolerance=tolerance, start=start
+            )
         # overlaps under the hardness have become plastic
         overlap = np.where(contact.pressure >= hardness, np.maximum(-contact.gap, 0.0), 0.0)
         sunk = sunk + overlap

@@ -20,8 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.contact import press as unilateral
 from reference.contact.press import Contact
-from reference.halfspace.fft import solve
 from reference.halfspace.solution import Press
 from reference.loads import History, Load
 from reference.viscoelastic.hereditary import contact_factor
@@ -66,7 +66,7 @@ def press_in_time(
         ``"penetration"`` or ``"force"``, forces > 0 (the first may be 0: first touch). There is no
         contact before the first time; a positive first value is a jump.
     tolerance : float
-        Of every contact problem, as for `fft.solve`.
+        Of every contact problem, as for `reference.contact.press`.
     """
     name, values = history.one_of("penetration", "force"), history.values
     if name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
@@ -115,8 +115,8 @@ def _steps(
         else:
             prescribed = Load(name, load - top if name == "penetration" else load * scale)
             start = None if contact is None else replace(contact, pressure=pressure * scale)
-            contact = solve(
-                Press(operator, gap - top), prescribed, tolerance=tolerance, start=start
+            contact = unilateral.press(
+                operator, gap - top, prescribed, tolerance=tolerance, start=start
             )
             pressure, depth = contact.pressure / scale, contact.penetration + top
             now = contact.displacement / compliance
