@@ -19,8 +19,8 @@ from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
 from comparisons.questions.experiments.reading_scan import CHOICES
 from reference.closed_form.asperities import line_peaks, surface_peaks
+from reference.dynamics.wave_impact import rayleigh_share, wave_impact
 from reference.fem.section import press_section
-from reference.impact import impact, rayleigh_share
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "experiments.md"
@@ -85,8 +85,8 @@ def constants() -> list[list[str]]:
     near = press_section(100.0, 0.3, elements=16)
     shares = [EXPERIMENTS["energy-share"].measure(k) for k in (1.0, 5.0)]
     plane = EXPERIMENTS["kinetic-energy"].measure(1e-4, frame="held", kind="plane")
-    slow, fast = (impact(v, 0.3) for v in (1e-5, 1e-2))
-    steel = impact(1e-5, 0.3, elastic_sphere=True)
+    slow, fast = (wave_impact(v, 0.3) for v in (1e-5, 1e-2))
+    steel = wave_impact(1e-5, 0.3, elastic_sphere=True)
     line, summits = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
     numbers = {
         "k/(2E\\*a) − 1 of the held half-ball, times R/a": 100 * (near.stiffness / 2 - 1),

@@ -1,7 +1,7 @@
 """A rigid mass against an elastic half-space, quasi-static: closed forms and quadrature.
 
 m x'' = -F(x) from x = 0 at the velocity v; F is the static force of a penetration (Hertz 1881; the
-neglected waves are in `reference.impact`).
+neglected waves are in `wave_impact`).
 """
 
 from __future__ import annotations
@@ -12,21 +12,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 from scipy.special import beta, betaincinv
 
 from reference.closed_form.form import ClosedForm, require_positive
+from reference.closed_form.numerics import gauss_rule
 from reference.closed_form.shapes import power_law
 from reference.errors import ConvergenceError
 
-_SEARCH, _HALVINGS = 2000, 60
-_PANELS = 20
+Array = NDArray[np.float64]
 Curve = Callable[[Any], Any]
-_NODES, _WEIGHTS = leggauss(8)
-_GAUSS = ((_NODES + 1) / 2, _WEIGHTS / 2)  # on (0, 1)
 
 
 @dataclass(frozen=True)
@@ -55,19 +52,11 @@ def power_law_collision(
     """Return the impact of a body with the section f = c r^n, in closed form.
 
     The force is F = C x^((n+1)/n); with p = (2n+1)/n the energy gives x_m^p = p m v^2/(2 C) and the
-    duration 2 (x_m/v) int_0^1 du/sqrt(1 - u^p) = 2 (x_m/v) B(1/p, 1/2)/p. For n = 2 the integral is
-    that of Hertz and Deresiewicz, 2.9432 x_m/v (Hertz 1881; Deresiewicz, Acta Mech. 6 (1968) 110;
-    Johnson 1985, (11.21)-(11.24); other n: Galin's static law).
+    duration 2 (x_m/v) int_0^1 du/sqrt(1 - u^p) = 2 (x_m/v) B(1/p, 1/2)/p. For n = 2 (a paraboloid,
+    c = 1/(2 R)) the integral is that of Hertz and Deresiewicz, 2.9432 x_m/v (Hertz 1881;
+    Deresiewicz, Acta Mech. 6 (1968) 110; Johnson 1985, (11.21)-(11.24); other n: Galin's static
+    law).
 
-    Parameters
-    ----------
-    exponent, coefficient : float
-        n and c; n = 2, c = 1/(2 R) for the paraboloid, n = 1 for the cone.
-    effective_modulus, mass, velocity : float
-        E*, m, v.
-
-    Examples
-    --------
     >>> hertz = power_law_collision(2, 0.5, 1.0, 1.0, 1.0)
     >>> round(hertz.duration / hertz.penetration, 4)
     2.9433
@@ -99,17 +88,14 @@ def power_law_motion(exponent: float, collision: Collision, times: ArrayLike) ->
 def collide(form: ClosedForm, mass: float, velocity: float) -> Collision:
     """Return the impact of a body with a closed-form static contact, by quadrature.
 
-    Examples
-    --------
     >>> from reference.closed_form import cylinder
     >>> disc = collide(cylinder(0.5, 1.0), 1.0, 0.1)  # a linear spring: half a period
     >>> round(disc.duration / math.pi, 12)
     1.0
     """
     require_positive("collision", mass=mass, velocity=velocity)
-    kinetic = 0.5 * mass * velocity**2
-    depth = _stopping_depth(form, kinetic)
-    return _by_quadrature(form.force, form.energy, mass, velocity, depth)
+    depth = _stopping_depth(form, 0.5 * mass * velocity**2)
+    return _by_quadrature(form.force, form.energy, mass, depth)
 
 
 def collide_curve(
@@ -123,17 +109,12 @@ def collide_curve(
     Parameters
     ----------
     penetration, force : array_like, shape (k,)
-        Increasing, at least four points, up to a depth that stops the mass.
+        Increasing, at least four points, up to a depth that stops the mass, else ValueError.
     mass, velocity : float
         m and v.
     bar : float
         Relative uncertainty of the forces; half of it enters the duration (T ~ F^(-1/2) at equal
         depth).
-
-    Raises
-    ------
-    ValueError
-        If the curve is too short to stop the mass.
     """
     require_positive("collision", mass=mass, velocity=velocity)
     d, F = np.asarray(penetration, float), np.asarray(force, float)
@@ -147,7 +128,7 @@ def collide_curve(
     )
 
 
-def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) -> Collision:
+def _collide_points(d: Array, F: Array, mass: float, velocity: float) -> Collision:
     """Return the impact on the interpolated curve, with energies by integration."""
     unit, size = d[-1], F[-1]
     curve = PchipInterpolator(np.log(d / unit), np.log(F / size))
@@ -159,22 +140,25 @@ def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) 
         return size * np.exp(inside)
 
     grid = np.concatenate([[0.0], np.geomspace(1e-6, 1, 400)]) * unit
-    nodes, weights = _GAUSS
-    x = grid[:-1, None] + np.diff(grid)[:, None] * nodes
-    stored = np.concatenate([[0.0], np.cumsum((force(x) @ weights) * np.diff(grid))])
+    stored = np.concatenate([[0.0], np.cumsum(_integral(force, grid[:-1], np.diff(grid)))])
 
     def energy(at: Any) -> Any:
         at = np.asarray(at, float)
         k = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, grid.size - 2)
-        width = at - grid[k]
-        inner = grid[k][..., None] + width[..., None] * nodes
-        return stored[k] + (force(inner) @ weights) * width
+        return stored[k] + _integral(force, grid[k], at - grid[k])
 
     kinetic = 0.5 * mass * velocity**2
     if stored[-1] < kinetic:
         raise ValueError(f"the load curve ends at {unit!r}, before it stops the mass")
     depth = unit * brentq(lambda s: float(energy(s * unit)) / kinetic - 1, 0, 1, xtol=1e-15)
-    return _by_quadrature(force, energy, mass, velocity, depth)
+    return _by_quadrature(force, energy, mass, depth)
+
+
+def _integral(force: Curve, low: Array, way: Array) -> Array:
+    """Integrate a force over intervals, by 8 Gauss points each."""
+    nodes, weights = gauss_rule(8)
+    x = low[..., None] + way[..., None] * ((nodes + 1) / 2)
+    return (np.asarray(force(x)) @ (weights / 2)) * way
 
 
 def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
@@ -186,20 +170,20 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
         except ValueError:  # deeper than valid for the shape
             return math.inf
 
-    low = 1.0
-    for _ in range(_SEARCH):
+    low, searches = 1.0, 2000
+    for _ in range(searches):
         if excess(low) <= 0:
             break
         low /= 16
     high = low
-    for _ in range(_SEARCH):
+    for _ in range(searches):
         if excess(high) >= 0:
             break
         high *= 16
     if math.isinf(excess(high)):
         # the largest depth valid for the shape, by bisection
         inside = high / 16
-        for _ in range(_HALVINGS):
+        for _ in range(60):
             middle = 0.5 * (inside + high)
             inside, high = (inside, middle) if math.isinf(excess(middle)) else (middle, high)
         high = inside
@@ -208,34 +192,30 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
     return brentq(excess, low, high, xtol=1e-15 * high, rtol=1e-15)
 
 
-def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
+def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> Array:
     """Return the energy stored between two penetrations, without cancellation; elementwise.
 
-    It is a difference of energies or, if digits would be lost, an integral of the force (8-point
-    Gauss rule over an interval short enough for the force to be smooth).
+    It is a difference of energies or, if digits would be lost, an integral of the force over an
+    interval short enough for it to be smooth.
     """
     low, high = np.broadcast_arrays(np.asarray(low, float), np.asarray(high, float))
     way = high - low
-    nodes, weights = _GAUSS
-    short = np.asarray(force(low[..., None] + way[..., None] * nodes)) @ weights
-    stored, far = np.array(way * short), np.asarray(way > 0.1 * high)
+    stored, far = np.array(_integral(force, low, way)), np.asarray(way > 0.1 * high)
     if far.any():
         stored[far] = np.asarray(energy(high[far])) - np.asarray(energy(low[far]))
     return stored
 
 
-def _by_quadrature(
-    force: Curve, energy: Curve, mass: float, velocity: float, depth: float
-) -> Collision:
+def _by_quadrature(force: Curve, energy: Curve, mass: float, depth: float) -> Collision:
     """Return T = 2 int_0^d dx/w, m w^2/2 = U(d) - U(x), by x = d (1 - s^2), smooth at the turn.
 
     At first touch, s = 1, the power law depends on the shape: panels halve towards it. The bar is
     the change for fewer nodes.
     """
-    ends = np.concatenate([[0.0], 1 - 0.5 ** np.arange(1, _PANELS), [1.0]])
+    ends = np.concatenate([[0.0], 1 - 0.5 ** np.arange(1, 20), [1.0]])
 
     def half(order: int) -> float:
-        nodes, weights = leggauss(order)
+        nodes, weights = gauss_rule(order)
         s = ends[:-1, None] + np.diff(ends)[:, None] * (nodes + 1) / 2
         released = work(force, energy, depth * (1 - s) * (1 + s), depth)
         rate = 2 * depth * s / np.sqrt(2 / mass * released)

@@ -21,7 +21,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reference.dynamics.blocks import Array, Blocks, initial_state
+from reference.dynamics.coulomb import Array, Blocks
 from reference.errors import ConvergenceError
 
 _EPSILON = float(np.finfo(float).eps)
@@ -55,29 +55,11 @@ def march(
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
 ) -> March:
-    """Integrate the motion of the blocks from t = 0.
+    """Integrate the motion of the blocks from t = 0, with position and velocity (n,) there.
 
     A block at rest at the end of a step resists up to mu_s F_N in the next one, others mu_k F_N.
+    ConvergenceError if the impulses of a step do not converge, or a velocity is not finite.
 
-    Parameters
-    ----------
-    blocks : Blocks
-    step, steps
-        Length h and number of the steps.
-    theta : float
-        In [1/2, 1].
-    position, velocity : array_like, shape (n,)
-        At t = 0.
-
-    Raises
-    ------
-    ValueError
-        For arguments out of range.
-    ConvergenceError
-        If the impulses of a step do not converge, or a velocity is not finite.
-
-    Examples
-    --------
     >>> sled = march(Blocks(1.0, 0.5), step=0.25, steps=40, velocity=2.0)
     >>> float(sled.position[-1, 0]), float(sled.velocity[-1, 0])  # v^2/(2 mu g), and rest
     (4.0, 0.0)
@@ -87,13 +69,16 @@ def march(
             "expected step > 0, steps >= 1 and 1/2 <= theta <= 1, "
             f"not {step!r}, {steps!r} and {theta!r}"
         )
-    system = blocks.arrays()
-    x, v = initial_state(system, position, velocity)
+    x, v = blocks.initial_state(position, velocity)
     records = np.empty((2, int(steps) + 1, x.size))
     records[:, 0] = x, v
     part = float(step) * float(theta)
-    matrix = np.diag(system.mass) + part * system.damping + part * part * system.stiffness
-    evaluations, failed = _march(system, matrix, float(step), float(theta), records)
+    matrix = np.diag(blocks.mass) + part * blocks.damping + part * part * blocks.stiffness
+    evaluations, failed = _march(
+        *(blocks.mass, blocks.kinetic, blocks.static, blocks.stiffness, blocks.damping),
+        *(blocks.load, blocks.amplitude, blocks.frequency, blocks.belt),
+        *(matrix, float(step), float(theta), records),
+    )
     if failed >= 0 or not np.isfinite(records).all():
         raise ConvergenceError(f"no finite velocity at step {max(failed, 0)}", [step])
     time = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
@@ -101,14 +86,29 @@ def march(
 
 
 @njit(cache=True)
-def _march(system, matrix, h, theta, records):
+def _march(  # noqa: PLR0913
+    mass,
+    kinetic,
+    static,
+    stiffness,
+    damping,
+    load,
+    amplitude,
+    frequency,
+    belt,
+    matrix,
+    h,
+    theta,
+    records,
+):
     """Fill positions and velocities; return evaluations, and the failed step or -1."""
-    mass, load, amplitude, belt, kinetic, static, stiffness, damping, frequency = system
     n, evaluations = mass.size, 0
     free, moved, bound = np.empty(n), np.empty(n), np.empty(n)
     for k in range(records.shape[1] - 1):
         x, v = records[0, k], records[1, k]
-        new, moves = records[1, k + 1], records[0, k + 1]
+        moves, new = records[0, k + 1], records[1, k + 1]
+
+        # right-hand side without friction
         for i in range(n):
             new[i], moved[i] = v[i], x[i] + h * theta * (1.0 - theta) * v[i]
         swing = np.cos(frequency * (k + theta) * h)
@@ -117,36 +117,30 @@ def _march(system, matrix, h, theta, records):
             for j in range(n):
                 free[i] -= h * (1.0 - theta) * damping[i, j] * v[j] + h * stiffness[i, j] * moved[j]
             bound[i] = h * (static[i] if v[i] == belt[i] else kinetic[i])
-        used = _solve(matrix, free, bound, belt, new)
-        if used < 0:
+
+        # Coulomb's law, by non-smooth Gauss-Seidel sweeps: the velocities minimise a strictly
+        # convex function, for which they converge (Jean 1999)
+        settled = False
+        for _ in range(_SWEEPS):
+            change, size = 0.0, 0.0
+            for i in range(n):
+                drive = free[i] - matrix[i, i] * belt[i]
+                for j in range(n):
+                    if j != i:
+                        drive -= matrix[i, j] * new[j]
+                if abs(drive) <= bound[i]:
+                    speed = belt[i]
+                else:
+                    speed = belt[i] + (drive - np.copysign(bound[i], drive)) / matrix[i, i]
+                change, size = max(change, abs(speed - new[i])), max(size, abs(speed))
+                new[i] = speed
+            evaluations += n
+            if n == 1 or change <= 4.0 * _EPSILON * size:
+                settled = True
+                break
+        if not settled:
             return evaluations, k
-        evaluations += used
+
         for i in range(n):
             moves[i] = x[i] + h * (theta * new[i] + (1.0 - theta) * v[i])
     return evaluations, -1
-
-
-@njit(cache=True)
-def _solve(matrix, free, bound, belt, v):
-    """Solve for the velocities under Coulomb's law by non-smooth Gauss-Seidel sweeps.
-
-    The solution minimises a strictly convex function, for which such sweeps converge (Jean 1999).
-    Returns evaluations of the law, or -1.
-    """
-    n = free.size
-    for sweep in range(_SWEEPS):
-        change, size = 0.0, 0.0
-        for i in range(n):
-            drive = free[i] - matrix[i, i] * belt[i]
-            for j in range(n):
-                if j != i:
-                    drive -= matrix[i, j] * v[j]
-            if abs(drive) <= bound[i]:
-                new = belt[i]
-            else:
-                new = belt[i] + (drive - np.copysign(bound[i], drive)) / matrix[i, i]
-            change, size = max(change, abs(new - v[i])), max(size, abs(new))
-            v[i] = new
-        if n == 1 or change <= 4.0 * _EPSILON * size:
-            return (sweep + 1) * n
-    return -1

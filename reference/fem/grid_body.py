@@ -38,8 +38,15 @@ from reference.halfspace.cerruti import Compliance, Transfer
 from reference.halfspace.operators import FreeOperator
 from reference.halfspace.traction import NormalAndTangential
 from reference.layered.graded import Graded
-from reference.layered.operators import OfBody, cell_modes, cell_modulus, is_local, uniform
-from reference.layered.radial import Body, cell_coefficients
+from reference.layered.layered_grid import (
+    Body,
+    OfBody,
+    cell_coefficients,
+    cell_modes,
+    cell_modulus,
+    is_local,
+    uniform,
+)
 from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]

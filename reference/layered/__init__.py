@@ -7,7 +7,7 @@ True
 """
 
 from reference.layered.graded import Graded
-from reference.layered.operators import LayeredFree, LayeredPeriodic
+from reference.layered.layered_grid import LayeredFree, LayeredPeriodic
 from reference.layered.round_contact import RoundContact
 from reference.layered.stack import Stack
 

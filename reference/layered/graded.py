@@ -7,8 +7,9 @@ A point force F displaces the surface by
 (Booker, Balaam & Davis, Int. J. Numer. Anal. Meth. Geomech. 9 (1985) 353; Giannakopoulos & Suresh,
 Int. J. Solids Struct. 34 (1997) 2357; in this form Hess, Int. J. Eng. Sci. 104 (2016) 20), so that
 a wave of pressure gives C(q) ~ q^(k-1). c_N |x/c0|^k is the stiffness per length of springs that
-give the same force, penetration and radius of every round contact (`round_contact`). For k >= 1 the
-integral of u over a loaded area diverges: such a body has no compliance.
+give the same force, penetration and radius of every round contact, under the line g(x) = x^(1-k)
+int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr. For k >= 1 the integral of u over a loaded area diverges:
+such a body has no compliance.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gamma
+from scipy.special import beta, gamma
 
-from reference.arguments import positive_faults, refuse
+from reference.arguments import choice_faults, positive_faults, refuse
 from reference.elasticity import Material
+from reference.layered.round_contact import RoundStep
 
 Array = NDArray[np.float64]
 
@@ -33,10 +35,8 @@ class Graded:
     ----------
     material : Material
         Modulus E0 at the depth c0, and Poisson's ratio everywhere.
-    exponent : float
-        k.
-    depth : float
-        c0.
+    exponent, depth : float
+        k and c0.
 
     Examples
     --------
@@ -80,8 +80,13 @@ class Graded:
         with np.errstate(divide="ignore"):
             return factor * np.asarray(wavenumber, dtype=float) ** (k - 1)
 
+    def modulus(self, wavenumber: ArrayLike) -> Array:
+        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
+        q = np.asarray(wavenumber, dtype=float)
+        return 2 / (q * self.compliance(q))
+
     def slices(self, ends: Array) -> list[Material]:
-        """Return what slices between increasing depths, from zero on, are made of.
+        """Return the materials of slices between increasing depths, from zero on.
 
         E of the geometric mean of their ends; of the uppermost, up to the surface where E is zero
         or infinite, by the mean of 1/E.
@@ -91,11 +96,6 @@ class Graded:
         moduli = self.material.youngs_modulus * ratios / self.depth**k
         return [Material(float(E), nu) for E in moduli]
 
-    def modulus(self, wavenumber: ArrayLike) -> Array:
-        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
-        q = np.asarray(wavenumber, dtype=float)
-        return 2 / (q * self.compliance(q))
-
 
 def stiffening(exponent: float, poisson_ratio: float) -> float:
     """h(k, nu), one for k = 0 (Hess 2016, eq. 9 with (5)).
@@ -104,9 +104,69 @@ def stiffening(exponent: float, poisson_ratio: float) -> float:
     1.0
     """
     k, nu = exponent, poisson_ratio
-    beta = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
-    C = 2 ** (1 + k) * gamma((3 + k + beta) / 2) * gamma((3 + k - beta) / 2)
+    root = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
+    C = 2 ** (1 + k) * gamma((3 + k + root) / 2) * gamma((3 + k - root) / 2)
     C /= np.pi * gamma(2 + k)
     upper = 2 * (1 + k) * np.cos(np.pi * k / 2) * gamma(1 + k / 2)
-    lower = np.sqrt(np.pi) * C * beta * np.sin(np.pi * beta / 2) * gamma((1 + k) / 2)
+    lower = np.sqrt(np.pi) * C * root * np.sin(np.pi * root / 2) * gamma((1 + k) / 2)
     return float(upper / lower)
+
+
+def line_factor(exponent: float, grading: float = 0.0) -> float:
+    """G over f for a section f ~ r^n: (n/2) B(n/2, (1 + k)/2), two for a paraboloid and k = 0.
+
+    >>> round(line_factor(2.0), 12)
+    2.0
+    """
+    return float(exponent / 2 * beta(exponent / 2, (1 + grading) / 2))
+
+
+def face_stiffness(body: Graded, radius: float) -> float:
+    """F/d of a flat circular face: 2 c_N a^(1+k)/((1 + k) c0^k)."""
+    k = body.exponent
+    return float(2 * body.spring_modulus * radius * (radius / body.depth) ** k / (1 + k))
+
+
+@dataclass(frozen=True)
+class GradedContact:
+    """A rigid body of revolution f = c r^n on a graded half-space (Hess 2016).
+
+    d = kappa c a^n, and F is the integral of c_N |x/c0|^k (d - g) over the contact; Giannakopoulos
+    & Suresh (1997) have the cone and the paraboloid.
+
+    Parameters
+    ----------
+    body : Graded
+    exponent, coefficient : float
+        n and c.
+
+    Examples
+    --------
+    Hertz, k = 0:
+
+    >>> ball = GradedContact(Graded(Material(0.75, 0.5), 0.0, 1.0), 2.0, 0.5)
+    >>> round(ball.at("penetration", 0.25).force, 12)
+    0.166666666667
+    """
+
+    body: Graded
+    exponent: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        refuse(positive_faults(exponent=self.exponent, coefficient=self.coefficient))
+
+    def at_radius(self, contact_radius: float) -> RoundStep:
+        """Return the contact of a radius."""
+        n, k, a = self.exponent, self.body.exponent, contact_radius
+        depth = line_factor(n, k) * self.coefficient * a**n
+        stiffness = face_stiffness(self.body, a)
+        force = stiffness * depth * n / (n + k + 1)
+        return RoundStep(a, depth, force, stiffness, force * depth * n / (2 * n + k + 1))
+
+    def at(self, control: str, value: float) -> RoundStep:
+        """Return the contact at a penetration or a force, whichever `control` names."""
+        refuse(choice_faults("control", control, ("penetration", "force")))
+        power = self.exponent + (self.body.exponent + 1 if control == "force" else 0)
+        unit = self.at_radius(1.0)
+        return self.at_radius(float((value / getattr(unit, control)) ** (1 / power)))

@@ -1,4 +1,4 @@
-r"""Round contacts on layered and graded bodies, from an integral equation over the contact.
+r"""Round contacts on layered bodies, from an integral equation over the contact.
 
 A rigid body of revolution, whose section f gives the line g = x int_0^x f'(r)/sqrt(x^2 - r^2) dr,
 touches a half-space of modulus E within r <= a. The pressure summed along a line, s(x) = 2
@@ -8,13 +8,11 @@ Ufliand, PMM 22 (1958) 442) it obeys
     s(x) + int_-a^a K(x - t) s(t) dt = E1 (d - g(x)),
     K(x) = (1/pi) int_0^inf (M(q) - 1) cos(q x) dq,
 
-with M as in `radial`, and it vanishes at the edge of a smooth contact, which gives d. Sums of even
-Legendre polynomials solve it: their transforms are spherical Bessel functions, and they crowd at
-the edge, where thin layers have their boundary layer. Force 2 int_0^a s dx; dF/dd is that of the
-flat punch of the same radius. This shares the compliance with the grid solvers, and nothing else.
-
-On a graded half-space springs of stiffness c_N |x/c0|^k under g(x) = x^(1-k) int_0^x f'(r)
-(x^2 - r^2)^((k-1)/2) dr are exact (Hess 2016); they are the reduced model's own.
+with M as in `Stack.softening`, and it vanishes at the edge of a smooth contact, which gives d. Sums
+of even Legendre polynomials solve it: their transforms are spherical Bessel functions, and they
+crowd at the edge, where thin layers have their boundary layer. Force 2 int_0^a s dx; dF/dd is that
+of the flat punch of the same radius. This shares the compliance with the grid solvers, and nothing
+else.
 """
 
 from __future__ import annotations
@@ -30,37 +28,20 @@ from scipy.special import eval_legendre, spherical_jn
 
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError
-from reference.layered.radial import softening
 from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
 
-# Polynomials: so many, and so many times the root of radius over thickness.
-_LEAST, _MORE = 16, 3.0
 # Short waves that see only the uppermost layer, in its thickness: exp(-2 x 14) = 1e-12.
 _SHORT = 14.0
-# Gauss points of a panel, their length above x = 1, and panels below it, each half of the next.
-_GAUSS, _LENGTH, _PANELS = 12, 4.0, 44
-# Long waves in the thickness of all layers to which compliances are tabulated.
-_LONG = 1e-12
 # Values of Bessel functions that are held at once: 0.1 GB with what they are made of.
 _AT_ONCE = 2**22
-_STEPS = 200
 
 
 @dataclass(frozen=True)
 class RoundStep:
-    """A round contact of one radius.
-
-    Attributes
-    ----------
-    contact_radius, penetration, force : float
-    stiffness : float
-        dF/dd on the fixed contact.
-    energy : float
-        Elastic energy, the integral of the force over the penetration.
-    """
+    """A round contact of one radius; `stiffness` is dF/dd on the fixed contact."""
 
     contact_radius: float
     penetration: float
@@ -99,23 +80,35 @@ class RoundContact:
     def at_radius(self, contact_radius: float) -> RoundStep:
         """Return the smooth contact of a radius."""
         a = float(contact_radius)
-        number, matrix = self._equations(a)
+        # so many polynomials, and more by the root of radius over thickness
+        thin = a / min(self.body.thicknesses, default=np.inf)
+        number = int(16 + 3.0 * np.sqrt(thin))
+        n = np.arange(number)[:, None]
+
+        # the equation in even Legendre polynomials of x/a
+        matrix = np.diag(1.0 / (4 * n[:, 0] + 1))
+        if self.body.thicknesses:
+            q, weights = _panels(_SHORT * a / self.body.thicknesses[0])
+            weights = 2 / np.pi * weights * self._excess(q / a)
+            for part in np.array_split(np.arange(q.size), 1 + q.size * number // _AT_ONCE):
+                bessel = _even_bessel(number, q[part])
+                matrix += (bessel * weights[part]) @ bessel.T
+
+        # solved in units of the modulus for two sides: one, and the line
         nodes, weights = gauss_rule(4 * number)
         x, weights = (nodes + 1) / 2, weights / 2
-        basis = eval_legendre(2 * np.arange(number)[:, None], x)
+        basis = eval_legendre(2 * n, x)
         height = self.line(a * x)
-        # in units of the modulus: one, and the line
         sides = np.stack([basis @ weights, basis @ (weights * height)], axis=1)
-        known = sides * (4 * np.arange(number)[:, None] + 1)
         solved = np.linalg.solve(matrix, sides)
-        # what the layers add is smooth: its polynomials sum up at the edge
-        added = (solved - known).sum(axis=0)
-        punch = 1 + added[0]
-        depth = (float(self.line(np.array([a]))[0]) + added[1]) / punch
-        modulus = plane_modulus(self.body.top)
-        mean = 2 * a * modulus * solved[0]
+
+        # the part that the layers add is smooth: its polynomials sum up at the edge
+        added = (solved - sides * (4 * n + 1)).sum(axis=0)
+        depth = (float(self.line(np.array([a]))[0]) + added[1]) / (1 + added[0])
+        unit = 2 * a * plane_modulus(self.body.top)
+        mean = unit * solved[0]
         # half of int s (d - g), of which sides are the polynomials
-        moment = 2 * a * modulus * (sides[:, 1] @ (depth * solved[:, 0] - solved[:, 1]))
+        moment = unit * (sides[:, 1] @ (depth * solved[:, 0] - solved[:, 1]))
         force = depth * mean[0] - mean[1]
         energy = (force * depth - moment) / 2
         return RoundStep(a, depth, float(force), float(mean[0]), float(energy))
@@ -123,15 +116,10 @@ class RoundContact:
     def at(self, control: str, value: float, guess: float, tolerance: float = 1e-13) -> RoundStep:
         """Return the contact at a penetration or a force, whichever `control` names.
 
-        The tolerance is that of the radius.
-
-        Raises
-        ------
-        ConvergenceError
-            If no radius within 1e6 times the guess has it.
+        The tolerance is that of the radius. ConvergenceError if no radius has it.
         """
         low = high = self.at_radius(min(guess, self.edge))
-        for _ in range(_STEPS):
+        for _ in range(200):
             if getattr(low, control) <= value <= getattr(high, control):
                 break
             if getattr(low, control) > value:
@@ -153,24 +141,10 @@ class RoundContact:
         )
         return self.at_radius(float(radius))
 
-    def _equations(self, a: float) -> tuple[int, Array]:
-        """Matrix of the equation in even Legendre polynomials of x/a, and how many."""
-        thin = a / min(self.body.thicknesses, default=np.inf)
-        number = int(_LEAST + _MORE * np.sqrt(thin))
-        matrix = np.diag(1.0 / (4 * np.arange(number) + 1))
-        if not self.body.thicknesses:
-            return number, matrix
-        x, weights = _panels(_SHORT * a / self.body.thicknesses[0])
-        weights = 2 / np.pi * weights * self._excess(x / a)
-        for part in np.array_split(np.arange(x.size), 1 + x.size * number // _AT_ONCE):
-            bessel = _even_bessel(number, x[part])
-            matrix += (bessel * weights[part]) @ bessel.T
-        return number, matrix
-
     @cached_property
     def _excess(self) -> Line:
-        body = self.body
-        return softening(body, _LONG / body.total, _SHORT / body.thicknesses[0])
+        # long waves to 1e-12 of the thickness of all layers
+        return self.body.softening(1e-12 / self.body.total, _SHORT / self.body.thicknesses[0])
 
 
 def _pressed_further(full: RoundStep, control: str, value: float) -> RoundStep:
@@ -184,12 +158,15 @@ def _pressed_further(full: RoundStep, control: str, value: float) -> RoundStep:
 
 
 def _panels(reach: float) -> tuple[Array, Array]:
-    """Gauss points and weights from zero to `reach`, for what varies with log x or with cos 2x."""
+    """Gauss points and weights from zero to `reach`, for what varies with log x or with cos 2x.
+
+    44 panels below x = 1, each half of the next, and of length 4 above.
+    """
     first = min(1.0, reach)
-    small = first * 0.5 ** np.arange(_PANELS, -1, -1.0)
-    large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / _LENGTH)) + 1))
+    small = first * 0.5 ** np.arange(44, -1, -1.0)
+    large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / 4.0)) + 1))
     ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
-    nodes, weights = gauss_rule(_GAUSS)
+    nodes, weights = gauss_rule(12)
     middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
     return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
 

@@ -26,11 +26,12 @@ On a rigid base R = 0; of a half-space it is known.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
 
 from reference.arguments import positive_faults, refuse
 from reference.elasticity import Material
@@ -38,10 +39,9 @@ from reference.elasticity import Material
 Array = NDArray[np.float64]
 
 # Layers thicker than this over 2 pi of a wavelength hide what is below: exp(-2 x 24) = 1e-21.
-_HIDDEN = 24.0
-# Up to this h the difference h ch - sh is summed as a series, which loses no digits.
-_SERIES = 1.0
-_TERMS = 12
+HIDDEN = 24.0
+# Nodes per decade of tables: cubic splines between them err by 1e-11.
+PER_DECADE = 400
 
 
 @dataclass(frozen=True)
@@ -85,12 +85,9 @@ class Stack:
 
     @property
     def top(self) -> Material:
-        """The material at the surface."""
-        return self.materials[0] if self.materials else self.known_base
-
-    @property
-    def known_base(self) -> Material:
-        """The half-space at the bottom, of a stack that has one."""
+        """The uppermost material."""
+        if self.materials:
+            return self.materials[0]
         assert self.base is not None
         return self.base
 
@@ -101,30 +98,37 @@ class Stack:
 
     @property
     def squeezed(self) -> float:
-        """Compliance under uniform pressure: infinite on a half-space."""
+        """Compliance under uniform pressure: infinite on a half-space.
+
+        Where nothing moves sideways, the strain per pressure is (1 + nu)(1 - 2 nu)/(E (1 - nu)).
+        """
         if self.base is not None:
             return np.inf
-        pairs = zip(self.thicknesses, self.materials, strict=True)
-        return sum(t * _confined(material) for t, material in pairs)
+        total = 0.0
+        for t, material in zip(self.thicknesses, self.materials, strict=True):
+            E, nu = material.youngs_modulus, material.poisson_ratio
+            total += t * ((1 + nu) * (1 - 2 * nu) / (E * (1 - nu)))
+        return total
 
     def compliance(self, wavenumber: ArrayLike) -> Array:
-        """Return the normal displacement of the surface per pressure, for waves.
+        """Return the normal displacement of the surface per pressure, for waves q >= 0.
 
-        Parameters
-        ----------
-        wavenumber : array_like
-            Angular, q >= 0.
-
-        Returns
-        -------
-        ndarray
-            Length per pressure; at q = 0 `squeezed`. Relative error about 1e-14.
+        At q = 0 `squeezed`. Relative error about 1e-14.
         """
         q = np.asarray(wavenumber, dtype=float)
-        waves = np.atleast_1d(q).ravel()
-        result = np.full(waves.shape, self.squeezed)
-        moving = waves > 0
-        result[moving] = self._of_waves(waves[moving])
+        result = np.full(q.size, self.squeezed)
+        moving = q.ravel() > 0
+        waves = q.ravel()[moving]
+        # in units of 1/(G q) of the material that it is in
+        below, modulus = np.zeros((waves.size, 2, 2)), 1.0
+        if self.base is not None:
+            below, modulus = below + half_space(self.base), shear_modulus(self.base)
+        layers = list(zip(self.thicknesses, self.materials, strict=True))
+        for thickness, material in reversed(layers):
+            below *= shear_modulus(material) / modulus
+            modulus = shear_modulus(material)
+            below = through(below, waves * thickness, material)
+        result[moving] = -below[:, 1, 1] / (modulus * waves)
         return result.reshape(q.shape)[()]
 
     def modulus(self, wavenumber: ArrayLike) -> Array:
@@ -132,17 +136,23 @@ class Stack:
         q = np.asarray(wavenumber, dtype=float)
         return 2 / (q * self.compliance(q))
 
-    def _of_waves(self, q: Array) -> Array:
-        """Carry the compliance of what lies below upwards, in units of each layer's 1/(G q)."""
-        below, modulus = np.zeros((q.size, 2, 2)), 1.0
-        if self.base is not None:
-            below, modulus = below + half_space(self.base), shear_modulus(self.base)
-        pairs = list(zip(self.thicknesses, self.materials, strict=True))
-        for thickness, material in reversed(pairs):
-            below *= shear_modulus(material) / modulus
-            modulus = shear_modulus(material)
-            below = _through(below, q * thickness, material)
-        return -below[:, 1, 1] / (modulus * q)
+    def softening(self, lowest: float, highest: float) -> Callable[[Array], Array]:
+        """Return M - 1 as a function of q, M = q C(q)/(q C(q) at short waves), from a table.
+
+        Short waves see the uppermost material only, for which M = 1.
+        """
+        highest = max(highest, 2 * lowest)
+        number = int(PER_DECADE * np.log10(highest / lowest)) + 8
+        logs = np.linspace(np.log(lowest), np.log(highest), number)
+        q = np.exp(logs)
+        table = CubicSpline(logs, np.log(q * self.compliance(q) * plane_modulus(self.top) / 2))
+
+        def excess(wavenumber: Array) -> Array:
+            inside = np.clip(np.log(wavenumber), logs[0], logs[-1])
+            hidden = wavenumber * self.thicknesses[0] > HIDDEN
+            return np.where(hidden, 0.0, np.expm1(table(inside)))
+
+        return excess
 
 
 def shear_modulus(material: Material) -> float:
@@ -155,60 +165,54 @@ def plane_modulus(material: Material) -> float:
     return material.youngs_modulus / (1 - material.poisson_ratio**2)
 
 
-def _confined(material: Material) -> float:
-    """Strain per pressure where nothing moves sideways, (1 + nu)(1 - 2 nu)/(E (1 - nu))."""
-    nu = material.poisson_ratio
-    return (1 + nu) * (1 - 2 * nu) / (material.youngs_modulus * (1 - nu))
-
-
 def half_space(material: Material) -> Array:
     """Compliance R of a half-space below, times G q (Johnson 1985, ch. 13)."""
     nu = material.poisson_ratio
     return np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
 
 
-def _through(below: Array, depth: Array, material: Material) -> Array:
-    """Compliance at the top of a layer of thicknesses q t, from that at its bottom."""
-    slices = np.ceil(np.minimum(depth, _HIDDEN)).astype(int)
-    result = np.where((depth > _HIDDEN)[:, None, None], half_space(material), below)
-    for count in range(1, int(slices.max(initial=0)) + 1):
-        active = (slices >= count) & (depth <= _HIDDEN)
-        matrix = slice_matrix(depth[active] / slices[active], material)
-        above, under = matrix[:, :2], matrix[:, 2:]
-        known = result[active]
-        rows = above[:, :, :2] @ known + above[:, :, 2:]
-        columns = under[:, :, :2] @ known + under[:, :, 2:]
-        moved = np.linalg.solve(columns.transpose(0, 2, 1), rows.transpose(0, 2, 1))
-        # symmetric by reciprocity
-        result[active] = (moved + moved.transpose(0, 2, 1)) / 2
-    return result
+def through(below: Array, depth: Array, material: Material, down: Array | None = None) -> Array:
+    """Return the compliance at the top of layers of thicknesses q t, from that at their bottom.
 
-
-def slice_matrix(depth: Array, material: Material) -> Array:
-    """exp(-A h), which takes (U, W, T, S) from the bottom of slices to their tops; (n, 4, 4)."""
+    `down` (n, 2, 2), if given, is filled with what takes tractions (T, S) from the top to the
+    bottom: the product of (E21 R + E22)^-1; zero where the layer is so thick that nothing passes.
+    """
+    slices = np.ceil(np.minimum(depth, HIDDEN)).astype(int)
+    hidden = depth > HIDDEN
+    result = np.where(hidden[:, None, None], half_space(material), below)
+    if down is not None:
+        down[:] = np.where(hidden[:, None, None], 0.0, np.eye(2))
     nu = material.poisson_ratio
     b, c = nu / (1 - nu), (1 - 2 * nu) / (2 * (1 - nu))
     first = np.array([[0, 1, 1, 0], [-b, 0, 0, c], [2 / (1 - nu), 0, 0, b], [0, 0, -1, 0]])
     second = first @ first
-    h = depth[:, None, None]
-    ch, sh = np.cosh(h), np.sinh(h)
-    return (
-        (ch - h * sh / 2) * np.eye(4)
-        - (sh - rest(h)) * first
-        + h * sh / 2 * second
-        - rest(h) * (second @ first)
-    )
+    for count in range(1, int(slices.max(initial=0)) + 1):
+        active = (slices >= count) & ~hidden
+        # E = exp(-A h), which takes (U, W, T, S) from the bottom of a slice to its top
+        h = (depth[active] / slices[active])[:, None, None]
+        ch, sh, small = np.cosh(h), np.sinh(h), rest(h)
+        E = (ch - h * sh / 2) * np.eye(4) - (sh - small) * first
+        E = E + h * sh / 2 * second - small * (second @ first)
+        known = result[active]
+        rows = E[:, :2, :2] @ known + E[:, :2, 2:]
+        columns = E[:, 2:, :2] @ known + E[:, 2:, 2:]
+        moved = np.linalg.solve(columns.transpose(0, 2, 1), rows.transpose(0, 2, 1))
+        # symmetric by reciprocity
+        result[active] = (moved + moved.transpose(0, 2, 1)) / 2
+        if down is not None:
+            down[active] = down[active] @ np.linalg.inv(columns)
+    return result
 
 
 def rest(h: Array) -> Array:
-    """(h ch - sh)/2 to full accuracy: h^3/6 + h^5/60 + ...
+    """(h ch - sh)/2 to full accuracy: h^3/6 + h^5/60 + ..., a series up to h = 1.
 
     >>> bool(np.isclose(rest(np.array([1e-3]))[0], 1e-9 / 6 + 1e-15 / 60, rtol=1e-13))
     True
     """
     h = np.asarray(h, dtype=float)
     total, term = np.zeros_like(h), h.copy()
-    for k in range(1, _TERMS):
+    for k in range(1, 12):
         term = term * h**2 / ((2 * k) * (2 * k + 1))
         total = total + k * term
-    return np.where(h <= _SERIES, total, (h * np.cosh(h) - np.sinh(h)) / 2)
+    return np.where(h <= 1.0, total, (h * np.cosh(h) - np.sinh(h)) / 2)

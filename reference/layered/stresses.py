@@ -13,9 +13,8 @@ compliance R of what lies below, the tractions at the bottom of a slice are
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,13 +23,10 @@ from scipy import fft
 from reference.arguments import refuse, spacing_faults
 from reference.elasticity import Material, von_mises
 from reference.halfspace import kernels
-from reference.layered.stack import Stack, half_space, shear_modulus, slice_matrix
+from reference.layered.stack import Stack, half_space, shear_modulus, through
 
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
-# Waves over 2 pi that a field decays over before it is nothing.
-_REACH = 24.0
 # Lengths of waves that differ by less than this part of the largest are the same.
 _DIGITS = 2.0**45
 
@@ -99,153 +95,85 @@ def inside(
     if not (depths.size and (np.diff(depths) > 0).all() and depths[0] > 0):
         faults.append("depths must be positive and increase")
     refuse(faults)
-    waves = _Waves.of(pressure, spacing)
-    lengths, wave = _different(waves.length)
-    parts = _cut(body, depths)
-    matrices, below = _upwards(body, parts, lengths)
-    traction = np.zeros((lengths.size, 2))
-    traction[:, 1] = -1.0  # of unit pressure
-    for (_, material, depth), matrix, compliance in zip(parts, matrices, below, strict=True):
-        traction = (matrix @ traction[:, :, None])[:, :, 0]
-        if depth in depths:
-            moved = (compliance @ traction[:, :, None])[:, :, 0]
-            yield waves.fields(depth, material, traction[wave], moved[wave])
 
-
-def _different(lengths: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Return the lengths that differ, and for each of all the place of its like.
-
-    Bodies are isotropic, so that waves of one length have one state: some seventh of a square grid.
-    """
-    keys = np.rint(lengths * (_DIGITS / lengths.max()))
+    # Waves of the pressure. The mean has no direction; as a wave it counts with the shortest.
+    qx, qy = np.broadcast_arrays(*kernels.wavenumbers(pressure.shape, spacing))
+    length = np.hypot(qx, qy).ravel()
+    length = np.where(length > 0, length, length.max() or 1.0)
+    cosine, sine = qx.ravel() / length, qy.ravel() / length
+    cosine[0], sine[0] = 1.0, 0.0
+    amplitude = fft.rfft2(pressure, workers=1).ravel()
+    # Bodies are isotropic, so that waves of one length have one state: a seventh of a square grid.
+    keys = np.rint(length * (_DIGITS / length.max()))
     _, first, wave = np.unique(keys, return_index=True, return_inverse=True)
-    return lengths[first], wave
+    q = length[first]
 
+    # From the bottom up: the compliance below each slice, in units of 1/(G q) of its material, and
+    # what takes tractions down through it.
+    slices = _slices(body, depths)
+    downs, belows = [], []
+    below, modulus = np.zeros((q.size, 2, 2)), 1.0
+    if body.base is not None:
+        below, modulus = below + half_space(body.base), shear_modulus(body.base)
+    for thickness, material, _ in reversed(slices):
+        below = below * (shear_modulus(material) / modulus)
+        modulus = shear_modulus(material)
+        belows.append(below)
+        down = np.empty_like(below)
+        below = through(below, q * thickness, material, down)
+        downs.append(down)
 
-@dataclass(frozen=True)
-class _Waves:
-    """Transform of a pressure: amplitudes, wavenumbers and directions of all waves but the mean."""
+    def back(*factors: NDArray[np.complex128] | Array) -> Array:
+        half = pressure.shape[0], pressure.shape[1] // 2 + 1
+        fields = np.empty((len(factors), *pressure.shape))
+        for field, part in zip(fields, factors, strict=True):
+            field[:] = fft.irfft2((amplitude * part).reshape(half), pressure.shape, workers=1)
+        return fields
 
-    shape: tuple[int, int]
-    amplitude: Complex
-    length: Array
-    along: Array
-    across: Array
-
-    @classmethod
-    def of(cls, pressure: Array, spacing: tuple[float, float]) -> _Waves:
-        qx, qy = np.broadcast_arrays(*kernels.wavenumbers(pressure.shape, spacing))
-        length = np.hypot(qx, qy).ravel()
-        # the mean has no direction; as a wave it counts with the shortest
-        safe = np.where(length > 0, length, length.max() or 1.0)
-        directions = [q.ravel() / safe for q in (qx, qy)]
-        amplitude = fft.rfft2(pressure, workers=1).ravel()
-        return cls(pressure.shape, amplitude, safe, *directions)
-
-    def fields(
-        self, depth: float, material: Material, traction: Array, displacement: Array
-    ) -> Inside:
-        """Return the fields of states of unit pressure; displacements in units of 1/(G q)."""
+    # From the top down, tractions of unit pressure.
+    traction = np.zeros((q.size, 2))
+    traction[:, 1] = -1.0
+    for (_, material, depth), down, below in zip(
+        slices, reversed(downs), reversed(belows), strict=True
+    ):
+        traction = (down @ traction[:, :, None])[:, :, 0]
+        if depth not in depths:
+            continue
         nu, modulus = material.poisson_ratio, shear_modulus(material)
-        moved = displacement / (modulus * self.length[:, None])
-        shear, normal = traction.T.copy()
-        stretch = modulus * self.length * moved[:, 0]
+        moved = (below @ traction[:, :, None])[wave, :, 0] / (modulus * length[:, None])
+        shear, normal = traction[wave].T.copy()
+        stretch = modulus * length * moved[:, 0]
         along = 2 * stretch / (1 - nu) + nu / (1 - nu) * normal
         across = nu * (along + normal)
         # the mean is squeezed, and nothing moves sideways
         along[0] = across[0] = -nu / (1 - nu)
         normal[0], shear[0], moved[0] = -1.0, 0.0, 0.0
-        c, s = self.along, self.across
-        c[0], s[0] = 1.0, 0.0
-        stress = (
-            c**2 * along + s**2 * across,
-            s**2 * along + c**2 * across,
+        stress = back(
+            cosine**2 * along + sine**2 * across,
+            sine**2 * along + cosine**2 * across,
             normal,
-            -1j * s * shear,
-            -1j * c * shear,
-            c * s * (along - across),
+            -1j * sine * shear,
+            -1j * cosine * shear,
+            cosine * sine * (along - across),
         )
-        shift = (-1j * c * moved[:, 0], -1j * s * moved[:, 0], moved[:, 1])
-        return Inside(depth, self._back(shift), self._back(stress))
-
-    def _back(self, factors: Sequence[NDArray[Any]]) -> Array:
-        half = self.shape[0], self.shape[1] // 2 + 1
-        fields = np.empty((len(factors), *self.shape))
-        for field, part in zip(fields, factors, strict=True):
-            field[:] = fft.irfft2((self.amplitude * part).reshape(half), self.shape, workers=1)
-        return fields
+        shift = back(-1j * cosine * moved[:, 0], -1j * sine * moved[:, 0], moved[:, 1])
+        yield Inside(depth, shift, stress)
 
 
-Part = tuple[float, Material, float]
+def _slices(body: Stack, depths: Array) -> list[tuple[float, Material, float]]:
+    """Cut a body into slices of one material: thicknesses, materials, and where each ends.
 
-
-def _cut(body: Stack, depths: Array) -> list[Part]:
-    """Return slices of one material down to the deepest depth, and where each of them ends."""
+    They go down through all layers, and to the deepest depth that is not below a rigid base.
+    """
     ends, materials = np.cumsum(body.thicknesses), list(body.materials)
-    bottom = depths[-1] if body.base is not None else min(depths[-1], body.total)
-    every = np.unique(np.concatenate([ends[ends < bottom], depths[depths <= bottom]]))
     if body.base is not None:
         materials.append(body.base)
+    else:
+        depths = depths[depths <= body.total]
+    every = np.unique(np.concatenate([ends, depths]))
     starts = np.append(0.0, every[:-1])
     layers = np.searchsorted(ends, (starts + every) / 2)
     return [
         (float(end - start), materials[layer], float(end))
         for start, end, layer in zip(starts, every, layers, strict=True)
     ]
-
-
-def _upwards(body: Stack, parts: list[Part], q: Array) -> tuple[list[Array], list[Array]]:
-    """Return what takes tractions down through each slice, and the compliance at its bottom.
-
-    Both in units of 1/(G q) of the slice's material.
-    """
-    compliance, modulus = _under(body, parts, q)
-    matrices: list[Array] = []
-    below: list[Array] = []
-    for thickness, material, _ in reversed(parts):
-        compliance = compliance * (shear_modulus(material) / modulus)
-        modulus = shear_modulus(material)
-        below.append(compliance)
-        matrix, compliance = _passed(compliance, q * thickness, material)
-        matrices.append(matrix)
-    return matrices[::-1], below[::-1]
-
-
-def _under(body: Stack, parts: list[Part], q: Array) -> tuple[Array, float]:
-    """Return the compliance of what lies below the slices, in units of 1/(G q), and G."""
-    bottom = parts[-1][2]
-    modulus, compliance = 1.0, np.zeros((q.size, 2, 2))
-    if body.base is not None:
-        modulus, compliance = shear_modulus(body.base), compliance + half_space(body.base)
-    ends = np.cumsum(body.thicknesses)
-    for thickness, material, end in reversed(
-        list(zip(body.thicknesses, body.materials, ends, strict=True))
-    ):
-        left = min(thickness, end - bottom)
-        if left <= 1e-12 * thickness:
-            break
-        compliance = compliance * (shear_modulus(material) / modulus)
-        modulus = shear_modulus(material)
-        _, compliance = _passed(compliance, q * left, material)
-    return compliance, modulus
-
-
-def _passed(below: Array, depth: Array, material: Material) -> tuple[Array, Array]:
-    """Return what takes tractions down through a slice of thickness q t, and the compliance above.
-
-    Where the slice is so thick that nothing comes through, the first is zero.
-    """
-    hidden = depth > _REACH
-    slices = np.ceil(np.minimum(depth, _REACH)).astype(int)
-    compliance = np.where(hidden[:, None, None], half_space(material), below)
-    down = np.where(hidden[:, None, None], 0.0, np.eye(2))
-    for count in range(1, int(slices.max(initial=0)) + 1):
-        active = (slices >= count) & ~hidden
-        matrix = slice_matrix(depth[active] / slices[active], material)
-        known = compliance[active]
-        rows = matrix[:, :2, :2] @ known + matrix[:, :2, 2:]
-        inverse = np.linalg.inv(matrix[:, 2:, :2] @ known + matrix[:, 2:, 2:])
-        moved = rows @ inverse
-        compliance[active] = (moved + moved.transpose(0, 2, 1)) / 2
-        down[active] = down[active] @ inverse
-    return down, compliance

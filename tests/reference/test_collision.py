@@ -15,11 +15,9 @@ from reference.dynamics.collision import (
     power_law_collision,
     power_law_motion,
 )
-from reference.dynamics.course import course
-from reference.dynamics.oscillator import (
-    Mass,
-    Push,
+from reference.dynamics.vibration import (
     contact_resonance,
+    course,
     deepest_without_flight,
     forced_vibration,
     free_period,
@@ -218,7 +216,7 @@ def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
     shift = []
     for share in (0.005, 0.01):
         motion = forced_vibration(
-            BALL, Mass(1.0, 0.1), Push(LOAD, share * LOAD, 1.0), periods=40, tolerance=1e-8
+            BALL, 1.0, 0.1, LOAD, share * LOAD, 1.0, periods=40, tolerance=1e-8
         )
         linear = linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
         assert motion.amplitude == pytest.approx(linear, rel=(linear / 0.25) ** 2 + 1e-6)
@@ -229,9 +227,7 @@ def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
 
 def test_a_strong_force_lifts_the_mass_off():
     """P = 0.5 F0 at resonance: twice the amplitude at which contact is lost."""
-    motion = forced_vibration(
-        BALL, Mass(1.0, 0.2), Push(LOAD, 0.5 * LOAD, 1.0), periods=30, tolerance=1e-7
-    )
+    motion = forced_vibration(BALL, 1.0, 0.2, LOAD, 0.5 * LOAD, 1.0, periods=30, tolerance=1e-7)
     assert motion.flight > 0.05
     assert motion.change < 1e-4
 
@@ -239,8 +235,6 @@ def test_a_strong_force_lifts_the_mass_off():
 def test_a_punch_resonates_as_a_linear_oscillator():
     """Flat contact, k = 2 E* a: any amplitude below the static depth."""
     punch = cylinder(0.5, 1.0)
-    motion = forced_vibration(
-        punch, Mass(1.0, 0.4), Push(1.0, 0.3, 0.9), periods=25, tolerance=1e-9
-    )
+    motion = forced_vibration(punch, 1.0, 0.4, 1.0, 0.3, 0.9, periods=25, tolerance=1e-9)
     # maxima are read off 2000 points per period
     assert motion.amplitude == pytest.approx(linear_amplitude(1, 1, 0.4, 0.3, 0.9), rel=1e-5)

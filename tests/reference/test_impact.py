@@ -7,11 +7,11 @@ import math
 import pytest
 from scipy.integrate import quad
 
-from reference.impact import (
+from reference.dynamics.wave_impact import (
     HERTZ_DURATION,
-    impact,
     radiation_number,
     rayleigh_share,
+    wave_impact,
     weak_loss,
 )
 
@@ -71,7 +71,7 @@ def test_slow_impacts_of_steel_radiate_the_power_of_hertzs_force(poisson_ratio):
     waves = body_waves(poisson_ratio) / (1 - rayleigh_share(poisson_ratio))
     lag = waves / (2 * math.pi * shear * math.sqrt(shear / density))
     lost = 2 * lag * quad(radiated, 0, depth, epsabs=0)[0] / (0.5 * mass * speed**2)
-    rebound = impact(slow, poisson_ratio, elastic_sphere=True)
+    rebound = wave_impact(slow, poisson_ratio, elastic_sphere=True)
     assert rebound.energy_lost == pytest.approx(lost, rel=1e-4)
 
 
@@ -81,7 +81,7 @@ def test_hunters_constant_lies_between_what_half_sines_give():
     Hunter (1957) replaced the history of the force by half a sine; his 1.04 (v/c0)^(3/5) is quoted
     from the literature, and how he matched the sine is not known here: a bracket, no oracle.
     """
-    ours = impact(1e-7, 0.25, elastic_sphere=True).energy_lost / 1e-7**0.6
+    ours = wave_impact(1e-7, 0.25, elastic_sphere=True).energy_lost / 1e-7**0.6
     exact = weak_loss(1.0) / 2.5  # int f'^2 dt, in units of the largest force and delta/v
     same_peak = math.pi**2 / (2 * HERTZ_DURATION)
     # 2 m v = 2 A T/pi, with m v^2 = (4/5) F delta
@@ -93,7 +93,7 @@ def test_the_loss_tends_to_its_first_order_linearly():
     """The relative difference of loss and first order halves with e, to 20 %."""
     rest = []
     for speed in (1e-4, 1e-4 / 2 ** (5 / 3)):
-        rebound = impact(speed)
+        rebound = wave_impact(speed)
         rest.append(weak_loss(rebound.radiation) / rebound.energy_lost - 1)
     assert rest[0] / rest[1] == pytest.approx(2, rel=0.2)
 
@@ -101,7 +101,7 @@ def test_the_loss_tends_to_its_first_order_linearly():
 def test_without_waves_it_is_hertzs_impact():
     """Duration 2.9432 delta/v (Johnson (11.24)); a millionth of the speed of sound loses 0.07 %."""
     assert pytest.approx(2.9432, abs=1e-4) == HERTZ_DURATION
-    slow = impact(1e-6)
+    slow = wave_impact(1e-6)
     assert slow.duration == pytest.approx(1, abs=1e-4)
     assert slow.restitution == pytest.approx(1 - slow.energy_lost / 2, rel=1e-6)
     assert slow.energy_lost < 1e-3
@@ -109,7 +109,7 @@ def test_without_waves_it_is_hertzs_impact():
 
 def test_heavy_spheres_radiate_less_of_their_energy():
     """As e = beta F v/delta^2 ~ m v^3/delta^3 and delta ~ (m v^2)^(2/5): e ~ m^(-1/5)."""
-    light, heavy = (impact(1e-6, density_ratio=ratio).radiation for ratio in (1.0, 32.0))
+    light, heavy = (wave_impact(1e-6, density_ratio=ratio).radiation for ratio in (1.0, 32.0))
     assert light / heavy == pytest.approx(2.0, rel=1e-9)
 
 
@@ -118,4 +118,4 @@ def test_heavy_spheres_radiate_less_of_their_energy():
 )
 def test_impacts_outside_the_theory_are_refused(wrong):
     with pytest.raises(ValueError, match=r"expected|poisson_ratio"):
-        impact(**({"speed": 0.01} | wrong))
+        wave_impact(**({"speed": 0.01} | wrong))

@@ -15,8 +15,7 @@ from reference.fem.grid_contact import sweep
 from reference.halfspace import FreeOperator, PeriodicOperator, fft, kernels
 from reference.halfspace.solution import Press
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
-from reference.layered.operators import cell_modes
-from reference.layered.radial import cell_coefficients
+from reference.layered.layered_grid import cell_coefficients, cell_modes
 from reference.layered.stack import plane_modulus
 from reference.loads import Load
 

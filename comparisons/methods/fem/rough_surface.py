@@ -34,7 +34,7 @@ from reference import fem
 from reference.fem import grid_contact
 from reference.fem.grid_body import LONGEST, FreeBody, PeriodicBody
 from reference.halfspace import Contact
-from reference.layered.radial import Body
+from reference.layered.layered_grid import Body
 from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.

@@ -10,7 +10,7 @@ from comparisons.scene.scene import Scene
 from reference.elasticity import Material
 from reference.halfspace import Contact
 from reference.layered import Graded, Stack
-from reference.layered.radial import Body
+from reference.layered.layered_grid import Body
 from reference.layered.stresses import Inside, inside
 
 # Empty cells around a free patch, in its sides: images of it change the largest stress by 1 %.

@@ -15,7 +15,7 @@ from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs
 from reference.closed_form import ClosedForm
-from reference.dynamics.course import course
+from reference.dynamics.vibration import course
 
 # Steps per shortest period of the motion, for each spring per contact radius.
 _STEPS_PER_SPRING = 25

@@ -15,7 +15,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.layered import RoundContact, Stack
-from reference.layered.graded_contact import GradedContact, face_stiffness, line_factor
+from reference.layered.graded import GradedContact, face_stiffness, line_factor
 from reference.layered.round_contact import RoundStep
 
 At = Callable[[str, float], RoundStep]

@@ -7,9 +7,9 @@ import numpy as np
 from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.stepping import Stepping
-from reference.dynamics import blocks as coulomb
+from reference.dynamics import coulomb
+from reference.dynamics.coulomb import dry_oscillator_amplitude
 from reference.dynamics.event_driven import follow
-from reference.dynamics.friction_forms import dry_oscillator_amplitude
 from reference.dynamics.moreau_jean import march
 
 EXACT = 1e-12  # rounding of formulas, and of the event-driven motion

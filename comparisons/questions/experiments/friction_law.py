@@ -8,9 +8,9 @@ from comparisons.questions.experiments.running import Finding, Share, above, exp
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
 from reduced.motion.stepping import Stepping
-from reference.dynamics import blocks as coulomb
+from reference.dynamics import coulomb
+from reference.dynamics.coulomb import stick_slip, stopping
 from reference.dynamics.event_driven import follow
-from reference.dynamics.friction_forms import stick_slip, stopping
 
 EXACT = 1e-12  # rounding of formulas
 QUANTITIES = ("rest", "force", "kinetic", "way")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
-from reference.impact import impact, rayleigh_share, weak_loss
+from reference.dynamics.wave_impact import rayleigh_share, wave_impact, weak_loss
 
 QUANTITIES = ("energy", "restitution", "duration", "force")
 
@@ -24,7 +24,7 @@ def _quasi_static(
     """
     one_of("quantity", quantity, *QUANTITIES)
     above("density_ratio", density_ratio, 0)
-    collision = impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
+    collision = wave_impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
     # the larger of the expansion parameter and the difference of its two forms
     orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
     lost = collision.energy_lost

@@ -13,12 +13,12 @@ from reduced.motion.stepping import Stepping
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
-from reference.dynamics import oscillator
 from reference.dynamics.collision import power_law_collision, power_law_motion
-from reference.dynamics.oscillator import (
+from reference.dynamics.vibration import (
     Forced,
     contact_resonance,
     deepest_without_flight,
+    forced_vibration,
     free_period,
     linear_amplitude,
     power_backbone,
@@ -112,10 +112,9 @@ def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Findin
 @lru_cache(maxsize=64)
 def _steady(push: float) -> Forced:
     """Return the steady vibration on the closed form."""
-    return oscillator.forced_vibration(
-        _BALL,
-        oscillator.Mass(1.0, _DAMPING),
-        oscillator.Push(_LOAD, push * _LOAD, contact_resonance(_BALL, 1.0, _LOAD)),
+    frequency = contact_resonance(_BALL, 1.0, _LOAD)
+    return forced_vibration(
+        *(_BALL, 1.0, _DAMPING, _LOAD, push * _LOAD, frequency),
         periods=_PERIODS,
         tolerance=1e-9,
     )

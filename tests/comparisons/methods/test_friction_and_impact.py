@@ -16,7 +16,7 @@ from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import paraboloid, power_law, sphere
 from reduced.springs.line import Springs
 from reference import closed_form
-from reference.dynamics import blocks as coulomb
+from reference.dynamics import coulomb
 from reference.dynamics.collision import collide, power_law_collision
 from reference.dynamics.event_driven import follow
 from reference.dynamics.moreau_jean import march

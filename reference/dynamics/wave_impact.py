@@ -1,4 +1,4 @@
-"""Impact of a rigid sphere on a half-space, with radiated waves.
+"""Impact of a sphere on a half-space, with radiated waves.
 
 For contacts much smaller than the wavelength, a force F(t) displaces the surface by the static
 displacement less a term that is independent of the contact size,
@@ -22,9 +22,12 @@ from scipy.special import beta as beta_function
 
 from reference.errors import ConvergenceError
 
+# Contact time of Hertz's impact in units of delta_max/v: 2 int_0^1 dx/sqrt(1 - x^(5/2)).
+HERTZ_DURATION = 0.8 * float(beta_function(0.4, 0.5))
+
 
 def radiation_number(poisson_ratio: float) -> float:
-    r"""Return I(nu) of beta = I/(2 pi G c_s).
+    r"""Return I(nu) of beta = I/(2 pi G c_s), for 0 <= nu <= 1/2.
 
     From Lamb's problem (Phil. Trans. R. Soc. A 203 (1904) 1) in the Laplace domain, without
     singularities: under a point force F exp(s t) the surface displacement is
@@ -36,18 +39,7 @@ def radiation_number(poisson_ratio: float) -> float:
     I = int_0^inf (1 - nu - k a/R) dk is the difference at r = 0. R is rationalised to avoid
     cancellation. The power radiated by an oscillating force, (1/2) beta omega^2 F^2, is that of
     Miller and Pursey (Proc. R. Soc. A 233 (1955) 55): 67 % of it in Rayleigh waves at nu = 1/4.
-
-    Parameters
-    ----------
-    poisson_ratio : float
-        0 <= nu <= 1/2.
-
-    Examples
-    --------
-    >>> round(rayleigh_share(0.25), 3)
-    0.674
     """
-    _check_ratio(poisson_ratio)
     g2 = _speed_ratio(poisson_ratio)
 
     def missing(k: float) -> float:
@@ -66,8 +58,10 @@ def rayleigh_share(poisson_ratio: float) -> float:
     """Return the fraction of the radiated power in Rayleigh waves.
 
     It is the residue of Lamb's integrand at the Rayleigh pole over `radiation_number`.
+
+    >>> round(rayleigh_share(0.25), 3)
+    0.674
     """
-    _check_ratio(poisson_ratio)
     g2 = _speed_ratio(poisson_ratio)
 
     def rayleigh(k: float) -> float:
@@ -82,16 +76,13 @@ def rayleigh_share(poisson_ratio: float) -> float:
 
 def _speed_ratio(poisson_ratio: float) -> float:
     """Return (c_s/c_p)^2."""
+    if not 0 <= poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio must lie in [0, 1/2], got {poisson_ratio!r}")
     return (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
 
 
-def _check_ratio(poisson_ratio: float) -> None:
-    if not 0 <= poisson_ratio <= 0.5:
-        raise ValueError(f"poisson_ratio must lie in [0, 1/2], got {poisson_ratio!r}")
-
-
 @dataclass(frozen=True)
-class Impact:
+class WaveImpact:
     """Impact with radiation relative to Hertz's impact without (Johnson 1985, 11.4).
 
     Attributes
@@ -117,13 +108,17 @@ class Impact:
     slowness: float
 
 
-def impact(
+def wave_impact(
     speed: float,
     poisson_ratio: float = 0.3,
     density_ratio: float = 1.0,
     elastic_sphere: bool = False,
-) -> Impact:
+) -> WaveImpact:
     """Return the impact of a sphere on an elastic half-space.
+
+    x'' = -(5/4) f, f = (x + e d(x^(3/2))/dt)^(3/2), until the rebound, in units of Hertz's largest
+    depth, force and the time delta_max/v. The rate of the force is expressed by x, to the order of
+    the expansion, because x = f^(2/3) - e f' has runaway solutions, like every radiation reaction.
 
     Parameters
     ----------
@@ -137,64 +132,26 @@ def impact(
         A sphere with the moduli of the half-space instead of a rigid one; its vibrations are
         neglected (Rayleigh 1906: they take little energy).
 
-    Raises
-    ------
-    ValueError
-        For arguments out of range.
-    ConvergenceError
-        If the equation of motion could not be integrated.
-
     Examples
     --------
-    >>> slow, fast = impact(1e-4), impact(1e-2)
+    >>> slow, fast = wave_impact(1e-4), wave_impact(1e-2)
     >>> round(math.log(fast.energy_lost / slow.energy_lost) / math.log(100), 2)  # Hunter: 3/5
     0.58
     """
-    _check_ratio(poisson_ratio)
+    number = radiation_number(poisson_ratio)
     if not (0 < speed <= 0.2 and density_ratio > 0 and math.isfinite(density_ratio)):
         raise ValueError(
             "expected 0 < speed <= 0.2 and a positive density_ratio, "
             f"got {speed!r} and {density_ratio!r}"
         )
-    # units: R = E = rho = 1, so that c0 = 1
+    # Hertz's impact, in units R = E = rho = 1, so that c0 = 1
     modulus = 1 / (1 - poisson_ratio**2) / (2 if elastic_sphere else 1)
     shear = 0.5 / (1 + poisson_ratio)
     mass = 4 / 3 * math.pi * density_ratio
     depth = (15 / 16 * mass * speed**2 / modulus) ** 0.4
-    force = 4 / 3 * modulus * depth**1.5
+    largest = 4 / 3 * modulus * depth**1.5
     wave = math.sqrt(shear)
-    lag = radiation_number(poisson_ratio) / (2 * math.pi * shear * wave)
-    radiation = lag * force * speed / depth**2
-    rebound, duration, peak = _motion(radiation)
-    return Impact(
-        radiation=radiation,
-        energy_lost=1 - rebound**2,
-        restitution=rebound,
-        duration=duration / HERTZ_DURATION,
-        force=float(peak),
-        slowness=math.sqrt(depth) * speed / (wave * depth),
-    )
-
-
-# Contact time of Hertz's impact in units of delta_max/v: 2 int_0^1 dx/sqrt(1 - x^(5/2)).
-HERTZ_DURATION = 0.8 * float(beta_function(0.4, 0.5))
-
-
-def weak_loss(radiation: float) -> float:
-    """Return the energy lost to first order in e: 2 (5/4) e int f'^2 dt over Hertz's impact.
-
-    With f = x^(3/2), x'^2 = 1 - x^(5/2): (9/2) B(4/5, 3/2) e.
-    """
-    return 4.5 * float(beta_function(0.8, 1.5)) * radiation
-
-
-def _motion(radiation: float) -> tuple[float, float, float]:
-    """Integrate x'' = -(5/4) f, f = (x + e d(x^(3/2))/dt)^(3/2), until the rebound.
-
-    In units of Hertz's largest depth, force and the time delta_max/v. The rate of the force is
-    expressed by x, to the order of the expansion, because x = f^(2/3) - e f' has runaway solutions,
-    like every radiation reaction.
-    """
+    radiation = number / (2 * math.pi * shear * wave) * largest * speed / depth**2
 
     def force(x: float, velocity: float) -> float:
         root = math.sqrt(max(x, 0.0))
@@ -218,5 +175,20 @@ def _motion(radiation: float) -> tuple[float, float, float]:
     )
     if solution.status != 1:
         raise ConvergenceError(f"the sphere stayed in contact: {solution.message}")
-    peak = max(force(*state) for state in solution.y.T)
-    return -float(solution.y[1, -1]), float(solution.t[-1]), peak
+    rebound = -float(solution.y[1, -1])
+    return WaveImpact(
+        radiation=radiation,
+        energy_lost=1 - rebound**2,
+        restitution=rebound,
+        duration=float(solution.t[-1]) / HERTZ_DURATION,
+        force=float(max(force(*state) for state in solution.y.T)),
+        slowness=math.sqrt(depth) * speed / (wave * depth),
+    )
+
+
+def weak_loss(radiation: float) -> float:
+    """Return the energy lost to first order in e: 2 (5/4) e int f'^2 dt over Hertz's impact.
+
+    With f = x^(3/2), x'^2 = 1 - x^(5/2): (9/2) B(4/5, 3/2) e.
+    """
+    return 4.5 * float(beta_function(0.8, 1.5)) * radiation

@@ -1,0 +1,186 @@
+"""Rigid blocks under Coulomb's set-valued law, with any friction force up to the limit at rest.
+
+    M v' = f + P cos(W t) - K x - C v + R,   x' = v,   w = v - V,
+    R_i = -sign(w_i) mu_k F_N where the block slides,  |R_i| <= mu_s F_N where it sticks (w_i = 0),
+
+with V the constant speed of the support of a block (Coulomb 1785; Den Hartog 1931). Their motion is
+followed by `event_driven` and `moreau_jean`; three have closed forms.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.arguments import positive_faults, refuse
+
+Array = NDArray[np.float64]
+
+
+class Blocks:
+    """n rigid blocks, given by arrays (n,) or by numbers (one block, or equal values for all).
+
+    Parameters
+    ----------
+    mass : array_like
+        m, positive.
+    kinetic, static : array_like
+        mu_k F_N and mu_s F_N; static friction equals the kinetic one by default.
+    stiffness, damping : array_like
+        K and C: numbers, or symmetric (n, n).
+    load, amplitude, belt : array_like
+        f, P, V.
+    frequency : float
+        W.
+
+    Examples
+    --------
+    >>> Blocks([1.0, 2.0], 0.5, stiffness=[[1.0, -1.0], [-1.0, 1.0]]).static
+    array([0.5, 0.5])
+    """
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        kinetic: ArrayLike,
+        static: ArrayLike | None = None,
+        stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        load: ArrayLike = 0.0,
+        amplitude: ArrayLike = 0.0,
+        frequency: float = 0.0,
+        belt: ArrayLike = 0.0,
+    ) -> None:
+        columns = mass, load, amplitude, belt, kinetic, kinetic if static is None else static
+        n = max(np.size(column) for column in columns)
+        self.mass, self.load, self.amplitude, self.belt, self.kinetic, self.static = (
+            np.array(np.broadcast_to(column, n), float) for column in columns
+        )
+        self.stiffness, self.damping = (
+            np.array(matrix, float) if np.ndim(matrix) else np.asarray(matrix, float) * np.eye(n)
+            for matrix in (stiffness, damping)
+        )
+        self.frequency = float(frequency)
+        faults = [
+            f"{name} must be finite, not {value!r}"
+            for name, value in vars(self).items()
+            if not np.isfinite(value).all()
+        ]
+        if (self.mass <= 0).any():
+            faults.append(f"mass must be positive, not {mass!r}")
+        if not ((self.kinetic >= 0) & (self.static >= self.kinetic)).all():
+            faults.append(f"expected static >= kinetic >= 0, not {static!r} and {kinetic!r}")
+        for name, matrix in (("stiffness", self.stiffness), ("damping", self.damping)):
+            if matrix.shape != (n, n) or not np.array_equal(matrix, matrix.T):
+                faults.append(f"{name} must be a symmetric ({n}, {n}) matrix, not {matrix!r}")
+        refuse(faults)
+
+    def initial_state(self, position: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array]:
+        """Return initial x and v as arrays (n,), or raise ValueError."""
+        x, v = (np.array(np.broadcast_to(y, self.mass.size), float) for y in (position, velocity))
+        if not (np.isfinite(x).all() and np.isfinite(v).all()):
+            raise ValueError(
+                f"position and velocity must be finite, not {position!r}, {velocity!r}"
+            )
+        return x, v
+
+
+def stopping(mass: float, friction: float, speed: float, load: float = 0.0) -> tuple[float, float]:
+    """Return time and distance to rest of a sliding body: m v/(R - F), v t/2.
+
+    R = mu F_N, and F in the direction of motion is below it (on a slope m g sin a), else the body
+    never stops and ValueError is raised.
+
+    >>> stopping(1.0, 0.5, 2.0)
+    (4.0, 4.0)
+    """
+    refuse(positive_faults(mass=mass, friction=friction, speed=speed))
+    if not load < friction:
+        raise ValueError(f"the body does not stop: load {load!r}, friction {friction!r}")
+    time = mass * speed / (friction - load)
+    return time, 0.5 * speed * time
+
+
+@dataclass(frozen=True)
+class StickSlip:
+    """One cycle of an oscillator on a belt.
+
+    Attributes
+    ----------
+    sticking, slipping : float
+        Times; their sum is the period.
+    jump : float
+        Difference between the largest and the smallest elongation of the spring during stick.
+    largest, smallest : float
+        Largest and smallest elongation in the cycle, including the overshoot after the onset of
+        slip.
+    """
+
+    sticking: float
+    slipping: float
+    jump: float
+    largest: float
+    smallest: float
+
+    @property
+    def period(self) -> float:
+        """Period, sticking plus slipping time."""
+        return self.sticking + self.slipping
+
+
+def stick_slip(
+    mass: float, stiffness: float, belt_speed: float, static: float, kinetic: float
+) -> StickSlip:
+    """Return the limit cycle of a mass held by a spring on a belt moving at V.
+
+    With D = (F_s - F_k)/k, the block sticks while the spring elongates by 2 D, then oscillates
+    about F_k/k with amplitude sqrt(D^2 + (V/w)^2) for the time (2 pi - 2 arctan(D w/V))/w, then it
+    moves with the belt again (Popov, Contact Mechanics and Friction, ch. 12; Den Hartog, Mechanical
+    Vibrations, ch. 7). For F_s = F_k there is no stick.
+
+    >>> round(stick_slip(1.0, 1.0, 1.0, 2.0, 1.0).period - 2 - 1.5 * math.pi, 12)
+    0.0
+    """
+    numbers = {"mass": mass, "stiffness": stiffness, "belt_speed": belt_speed}
+    refuse(positive_faults(**numbers, static=static, kinetic=kinetic))
+    if static < kinetic:
+        raise ValueError(f"static friction {static!r} is below the kinetic one {kinetic!r}")
+    frequency = math.sqrt(stiffness / mass)
+    half = (static - kinetic) / stiffness
+    swing = math.hypot(half, belt_speed / frequency)
+    angle = math.atan2(half * frequency, belt_speed)
+    return StickSlip(
+        sticking=2 * half / belt_speed,
+        slipping=2 * (math.pi - angle) / frequency,
+        jump=2 * half,
+        largest=kinetic / stiffness + swing,
+        smallest=kinetic / stiffness - swing,
+    )
+
+
+def dry_oscillator_amplitude(
+    stiffness: float, friction: float, force: float, frequency_ratio: float
+) -> float:
+    """Return the amplitude of an oscillator under P cos(W t) and Coulomb friction R, without stops.
+
+    x0 = (P/k) sqrt(A^2 - (R/P)^2 B^2), A = 1/(1 - r^2), B = sin(pi/r)/(r (1 + cos(pi/r))), r the
+    ratio of W to the natural frequency (Den Hartog, Trans. ASME 53 (1931) APM-107). Valid if the
+    block does not stop within a half-period, which the caller checks; ValueError at resonance, and
+    where friction stops the block for part of a period.
+
+    >>> round(dry_oscillator_amplitude(1.0, 0.0, 1.0, 0.5), 12)  # no friction: 1/(1 - r^2)
+    1.333333333333
+    """
+    refuse(positive_faults(stiffness=stiffness, force=force, frequency_ratio=frequency_ratio))
+    r = frequency_ratio
+    if r == 1 or not friction >= 0:
+        raise ValueError(f"no amplitude at resonance or below no friction: {r!r}, {friction!r}")
+    response = 1 / (1 - r * r)
+    loss = math.sin(math.pi / r) / (r * (1 + math.cos(math.pi / r)))
+    square = response**2 - (friction / force * loss) ** 2
+    if not square > 0:
+        raise ValueError(f"friction {friction!r} stops the block within each half-period")
+    return force / stiffness * math.sqrt(square)

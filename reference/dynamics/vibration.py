@@ -1,0 +1,330 @@
+"""A rigid mass on a contact: its course in time, small and large vibrations, flight.
+
+m x'' = F0 + P cos(W t) - c x' - F(x), F the static force of the contact, zero in flight (x < 0),
+F0 the constant load with F(d0) = F0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+from reference.arguments import finite_faults, positive_faults, refuse
+from reference.closed_form.form import ClosedForm, require_positive
+from reference.dynamics.collision import work
+from reference.errors import ConvergenceError
+
+Array = NDArray[np.float64]
+Rates = Callable[[float, Array], Sequence[float]]
+Pieces = list[tuple[float, float, Callable[[Array], Array]]]
+_MOST_TOUCHES = 10_000
+
+
+def _through_touches(
+    rates: Rates, start: float, end: float, state: Array, tolerance: float
+) -> tuple[Pieces, Array]:
+    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x.
+
+    At x = 0 the contact force is not smooth. All numbers are of order one, so the tolerance is
+    relative and absolute. Returns dense output as pieces (start, end, function), and the end.
+    """
+
+    def touching(_: float, y: Array) -> float:
+        return y[0]
+
+    touching.terminal = True  # type: ignore[attr-defined]
+    pieces: Pieces = []
+    while start < end and len(pieces) < _MOST_TOUCHES:
+        run = solve_ivp(
+            *(rates, (start, end), state),
+            method="DOP853",
+            rtol=tolerance,
+            atol=tolerance,
+            events=touching,
+            dense_output=True,
+        )
+        if run.status < 0:
+            raise ConvergenceError(f"the motion could not be integrated: {run.message}")
+        pieces.append((start, float(run.t[-1]), run.sol))
+        start, state = float(run.t[-1]), run.y[:, -1]
+        if run.status == 1:
+            # slightly beyond the surface, so that the same crossing is not detected again
+            state = np.array([np.copysign(tolerance, state[1]), state[1]])
+    if start < end:
+        raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
+    return pieces, state
+
+
+def _sample(pieces: Pieces, times: Array) -> Array:
+    """Return y at times from the dense output, shape (2, k)."""
+    states = np.empty((2, times.size))
+    for low, high, solution in pieces:
+        inside = (times >= low) & (times <= high)
+        if inside.any():
+            states[:, inside] = solution(times[inside])
+    return states
+
+
+def course(
+    form: ClosedForm,
+    mass: float,
+    velocity: float,
+    times: ArrayLike,
+    history: tuple[ArrayLike, ArrayLike] | None = None,
+    tolerance: float = 1e-10,
+) -> tuple[Array, Array]:
+    """Return x and x' at given times of m x'' = f(t) - F(x), x = 0 and x' = v >= 0 at t = 0.
+
+    Parameters
+    ----------
+    form : ClosedForm
+        The contact, without force in flight (x < 0).
+    mass, velocity : float
+        Velocity or force must move the mass.
+    times : array_like, shape (k,)
+        Increasing, from 0 on.
+    history : tuple of array_like, shape (j,), optional
+        Increasing times and the force f there, linear in between, constant outside.
+    tolerance : float
+        Tolerance of the integrator, relative to the largest numbers of the motion.
+
+    Examples
+    --------
+    >>> from reference.closed_form import cylinder
+    >>> x, v = course(cylinder(0.5, 1.0), 1.0, 1.0, [0.5 * np.pi, np.pi + 1])  # k = m = 1
+    >>> np.round(x, 8)
+    array([ 1., -1.])
+    """
+    require_positive("course", mass=mass)
+    instants = np.atleast_1d(np.asarray(times, float))
+    knots, forces = (np.atleast_1d(np.asarray(y, float)) for y in history or (0.0, 0.0))
+    if not (velocity >= 0 and instants[0] >= 0 and (np.diff(instants) > 0).all()):
+        raise ValueError("expected velocity >= 0 and times that increase from 0 on")
+    if knots.shape != forces.shape or not (np.diff(knots) > 0).all():
+        raise ValueError("expected a history of increasing times with a force for each")
+    depth, unit = _units(form, mass, velocity, float(instants[-1]), float(np.abs(forces).max()))
+    strength = mass * depth / unit**2
+
+    def rates(t: float, y: Array) -> list[float]:
+        push = float(np.interp(t * unit, knots, forces))
+        reaction = float(form.force(y[0] * depth)) if y[0] > 0 else 0.0
+        return [y[1], (push - reaction) / strength]
+
+    inner = knots[(knots > 0) & (knots < instants[-1])] / unit
+    stops = np.unique([0.0, *inner, instants[-1] / unit])
+    state = np.array([tolerance, velocity * unit / depth])
+    pieces: Pieces = []
+    for low, high in pairwise(stops):
+        more, state = _through_touches(rates, low, high, state, tolerance)
+        pieces += more
+    x, v = _sample(pieces, instants / unit)
+    return x * depth, v * depth / unit
+
+
+def _units(
+    form: ClosedForm, mass: float, velocity: float, end: float, force: float
+) -> tuple[float, float]:
+    """Return a length and a time of the motion: the largest depth, and the time to reach it.
+
+    The depth is the largest power of two at which the mass is not yet stopped.
+    """
+    if not (velocity > 0 or force > 0):
+        raise ValueError("expected a velocity or a force that moves the mass")
+    depth = 1.0
+    kinetic = 0.5 * mass * velocity**2
+
+    def stops(d: float) -> bool:
+        try:
+            return bool(form.energy(d) - force * d >= kinetic)
+        except ValueError:  # deeper than the shape's theory goes
+            return True
+
+    while stops(depth):
+        depth /= 2
+    while not stops(depth):
+        depth *= 2
+    depth /= 2
+    slowness = mass * depth / (force + float(form.force(depth)))
+    return depth, min(float(np.sqrt(slowness)), end)
+
+
+def contact_resonance(form: ClosedForm, mass: float, load: float) -> float:
+    """Return w0 = sqrt(k/m) of small vibrations under a load, k = dF/dd = 2 E* a for a circle.
+
+    For Hertz k^3 = 6 E*^2 R F0 (Johnson 1985, section 4.2; the contact resonance of atomic force
+    microscopy).
+
+    >>> from reference.closed_form import paraboloid
+    >>> round(contact_resonance(paraboloid(1.0, 1.0), 1.0, 1 / 6), 12)
+    1.0
+    """
+    require_positive("resonance", mass=mass, load=load)
+    return math.sqrt(float(form.stiffness(form.penetration(load))) / mass)
+
+
+def linear_amplitude(
+    mass: float, stiffness: float, damping: float, force: float, frequency: float
+) -> float:
+    """Return the amplitude of the linear oscillator, P/sqrt((k - m W^2)^2 + (c W)^2)."""
+    return force / math.hypot(stiffness - mass * frequency**2, damping * frequency)
+
+
+def power_backbone(exponent: float, relative_amplitude: float) -> float:
+    """Return w/w0 of free vibrations of amplitude A on a body f = c r^n, to second order in A/d0.
+
+    F ~ x^q with q = (n+1)/n: by Lindstedt's method w/w0 = 1 - (q-1)(2q+1)/48 (A/d0)^2, that is
+    1 - (A/d0)^2/24 for Hertz (Nayak, J. Sound Vib. 22 (1972) 297): the contact softens.
+    """
+    q = 1 + 1 / exponent
+    return 1 - (q - 1) * (2 * q + 1) / 48 * relative_amplitude**2
+
+
+def deepest_without_flight(form: ClosedForm, load: float) -> float:
+    """Return the largest turning depth of an undamped mass without loss of contact.
+
+    U(d) = F0 d, from rest at first touch under its weight. 2.5^(2/3) d0 = 1.842 d0 for Hertz.
+    """
+    require_positive("load", load=load)
+    static = float(form.penetration(load))
+    return static * brentq(
+        lambda r: float(form.energy(r * static)) / (load * r * static) - 1, 1, 16, xtol=1e-15
+    )
+
+
+def free_period(form: ClosedForm, mass: float, load: float, deepest: float) -> float:
+    """Return the period of an undamped vibration between x = `deepest` > d0 and its return.
+
+    By energy: T = 2 int dx/w between the turning points, m w^2/2 = V(deepest) - V(x), V = U - F0 x;
+    beyond `deepest_without_flight` the mass flies for 2 m v/F0.
+
+    >>> from reference.closed_form import paraboloid
+    >>> ball = paraboloid(1.0, 1.0)
+    >>> small = free_period(ball, 1.0, 1 / 6, 0.25 * (1 + 1e-3)) / (2 * math.pi)
+    >>> round(1 / small, 9), round(power_backbone(2, 1e-3), 9)
+    (0.999999958, 0.999999958)
+    """
+    require_positive("period", mass=mass, load=load, deepest=deepest)
+    static = float(form.penetration(load))
+    if not deepest > static:
+        raise ValueError(f"deepest must be above the static {static!r}, not {deepest!r}")
+
+    def released(low: float, high: float) -> float:
+        # V(high) - V(low)
+        return float(work(form.force, form.energy, low, high)) - load * (high - low)
+
+    if deepest <= deepest_without_flight(form, load):
+        highest = brentq(lambda x: released(x, deepest), 0, static, xtol=1e-15 * static)
+        flight, jump = 0.0, 0.0
+    else:
+        highest, jump = 0.0, released(0.0, deepest)
+        flight = 2 * math.sqrt(2 * mass * jump) / load
+
+    # Time between the turning points by x = highest + way sin^2(t), with the energy difference from
+    # the nearer end: regular there, without cancellation.
+    way = deepest - highest
+
+    def rate(t: float) -> float:
+        x, approach = highest + way * math.sin(t) ** 2, way * math.cos(t) ** 2
+        if approach < 0.5 * way:
+            kinetic = released(deepest - approach, deepest)
+        else:
+            kinetic = jump - released(highest, x)
+        return way * math.sin(2 * t) / math.sqrt(2 / mass * kinetic)
+
+    halves = ((0, math.pi / 4), (math.pi / 4, math.pi / 2))
+    passage = sum(quad(rate, *half, epsabs=0, epsrel=1e-10, limit=400)[0] for half in halves)
+    return flight + 2 * passage
+
+
+@dataclass(frozen=True)
+class Forced:
+    """Steady motion under a harmonic force.
+
+    Attributes
+    ----------
+    amplitude : float
+        Half the distance between the largest and the smallest x over a period.
+    mean : float
+        Mean of the largest and the smallest x.
+    flight : float
+        Fraction of the period out of contact.
+    change : float
+        Relative change of the amplitude over the last periods, a measure of steadiness.
+    position, velocity : float
+        At the end.
+    """
+
+    amplitude: float
+    mean: float
+    flight: float
+    change: float
+    position: float
+    velocity: float
+
+
+def forced_vibration(
+    form: ClosedForm,
+    mass: float,
+    damping: float,
+    load: float,
+    amplitude: float,
+    frequency: float,
+    *,
+    start: tuple[float, float] | None = None,
+    periods: int = 60,
+    tolerance: float = 1e-10,
+) -> Forced:
+    """Return the steady vibration by integration: Runge-Kutta 8(5,3), stopped at every touch.
+
+    Parameters
+    ----------
+    form : ClosedForm
+    mass, damping, load, amplitude, frequency : float
+        m, c, F0, P and W.
+    start : tuple of float, optional
+        x and x' at t = 0 (phase 0 of the force); default: at rest under the load. Starting from the
+        state of a neighbouring frequency follows a branch.
+    periods : int
+        Periods of the force; the last is measured and compared with the previous one.
+    tolerance : float
+        Relative tolerance of the integrator.
+    """
+    faults = positive_faults(mass=mass, load=load, frequency=frequency)
+    refuse(faults + finite_faults(damping=damping, amplitude=amplitude))
+    # in units of d0, 1/w0 and m d0 w0^2, so that the absolute tolerance is meaningful
+    static = float(form.penetration(load))
+    w0 = contact_resonance(form, mass, load)
+    unit = mass * static * w0**2
+    omega, loss = frequency / w0, damping / (mass * w0)
+
+    def rates(t: float, y: Array) -> list[float]:
+        pushed = (load + amplitude * math.cos(omega * t)) / unit
+        reaction = float(form.force(y[0] * static)) / unit if y[0] > 0 else 0.0
+        return [y[1], pushed - loss * y[1] - reaction]
+
+    position, velocity = (static, 0.0) if start is None else start
+    state = np.array([position / static, velocity / (static * w0)])
+    time, period = 0.0, 2 * math.pi / omega
+    cycles: list[Array] = []
+    for number in range(periods):
+        end = (number + 1) * period
+        pieces, state = _through_touches(rates, time, end, state, tolerance)
+        cycles = [*cycles[-1:], _sample(pieces, np.linspace(end - period, end, 2001))[0]]
+        time = end
+    before, x = cycles
+    swing = 0.5 * float(x.max() - x.min())
+    return Forced(
+        amplitude=static * swing,
+        mean=static * 0.5 * float(x.max() + x.min()),
+        flight=float((x < 0).mean()),
+        change=abs(0.5 * float(before.max() - before.min()) / swing - 1),
+        position=static * state[0],
+        velocity=static * w0 * state[1],
+    )
