@@ -1,17 +1,22 @@
-"""Random rough surfaces as height maps: synthesis (19.22)-(19.23), refinement, rms gradients."""
+"""Rough surfaces as periodic height maps: synthesis (19.22)-(19.23), refinement, summits."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft
+from scipy import fft, ndimage
 
 from reference.arguments import positive_faults, refuse
 
+Array = NDArray[np.float64]
 Pair = tuple[float, float]
+
+# Modes that are made at once.
+_PIECE = 2**20
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,7 @@ def self_affine(
     seed: int,
     realisation: int,
     stream: int = 0,
-) -> NDArray[np.float64]:
+) -> Array:
     r"""Periodic height map with a prescribed spectrum and random phases, (19.22).
 
         h(x) = sum over q of B(q) exp(i (q.x + phi(q))),  B(-q) = B(q),  phi(-q) = -phi(q)
@@ -91,11 +96,6 @@ def self_affine(
     ndarray, shape (nx, ny)
         Heights with zero mean, positive towards the half-space.
 
-    Raises
-    ------
-    ValueError
-        If the grid has no points or size, or no mode below the short cutoff.
-
     Examples
     --------
     >>> h = self_affine(32, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=0)
@@ -111,18 +111,11 @@ def self_affine(
         phases = random.uniform(0, 2 * np.pi, (part.stop - part.start, shape[1]))[:, :half]
         amplitudes = amplitude_spectrum(points, size, spectrum, part)
         modes[part] = amplitudes[:, :half] * np.exp(1j * phases)
-    _pair(modes, shape)
-    return fft.irfft2(modes, s=shape, norm="forward", workers=1, overwrite_x=True)
-
-
-def _pair(modes: NDArray[np.complex128], shape: tuple[int, int]) -> None:
-    """Make modes of a real FFT conjugates where both signs of q_x are stored.
-
-    These are the columns q_y = 0 and, on an even grid, q_y at Nyquist.
-    """
-    half = (shape[0] - 1) // 2
+    # Both signs of q_x are stored in the columns q_y = 0 and, on an even grid, q_y at Nyquist.
+    whole = (shape[0] - 1) // 2
     for column in (0, -1) if shape[1] % 2 == 0 else (0,):
-        modes[shape[0] - half :, column] = modes[1 : half + 1, column][::-1].conj()
+        modes[shape[0] - whole :, column] = modes[1 : whole + 1, column][::-1].conj()
+    return fft.irfft2(modes, s=shape, norm="forward", workers=1, overwrite_x=True)
 
 
 def _rows(shape: tuple[int, int]) -> list[slice]:
@@ -131,30 +124,20 @@ def _rows(shape: tuple[int, int]) -> list[slice]:
     return [slice(start, min(start + step, shape[0])) for start in range(0, shape[0], step)]
 
 
-# Modes that are made at once.
-_PIECE = 2**20
-
-
 def amplitude_spectrum(
     points: int | tuple[int, int],
     size: float | Pair,
     spectrum: SelfAffine,
     rows: slice = slice(None),
-) -> NDArray[np.float64]:
+) -> Array:
     """Amplitudes B(q) = (2 pi/L) sqrt(C2D(q)), (19.23), on the modes of a full 2-D FFT.
 
-    Parameters as for `self_affine`, and the rows that are wanted. The power law holds between the
-    roll-off wavelength and the short cutoff, both circular in q (the modes on the cutoff circle are
-    kept); q = 0 and the modes that are their own conjugates at the Nyquist frequency are zero,
-    because their phase cannot be random.
+    Parameters as for `self_affine`, and the rows that are wanted; sum(B^2) = <h^2> and
+    sum(|q|^2 B^2) = <|grad h|^2>. The power law holds between the roll-off wavelength and the short
+    cutoff, both circular in q (the modes on the cutoff circle are kept); q = 0 and the modes that
+    are their own conjugates at the Nyquist frequency are zero, because their phase cannot be
+    random.
 
-    Returns
-    -------
-    ndarray, shape (nx or those rows, ny)
-        Non-negative; sum(B^2) = <h^2> and sum(|q|^2 B^2) = <|grad h|^2>.
-
-    Examples
-    --------
     >>> B = amplitude_spectrum(16, 1.0, SelfAffine(power=4.0, rms_height=2.0))
     >>> round(float((B**2).sum()), 12), round(float(B[1, 0] / B[2, 0]), 12)
     (4.0, 4.0)
@@ -188,7 +171,7 @@ def _amplitude_factor(shape: tuple[int, int], lengths: Pair, spectrum: SelfAffin
 
 def _relative_amplitudes(
     shape: tuple[int, int], lengths: Pair, spectrum: SelfAffine, part: slice
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     """Return amplitudes of some rows of modes in an unit of their own, and their wavenumbers."""
     spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
     waves = [2 * np.pi * fft.fftfreq(n, step) for n, step in zip(shape, spacing, strict=True)]
@@ -196,7 +179,9 @@ def _relative_amplitudes(
     # a relative hair on the circle keeps modes that lie on it whatever the units round to
     shortest = _shortest(shape, lengths, spectrum)
     inside = (wavenumber > 0) & (wavenumber <= 2 * np.pi / shortest * (1 + 1e-12))
-    inside &= ~_self_conjugate(shape, part)
+    # modes equal to their own conjugate: q = 0 and the corners at Nyquist
+    own = [(2 * np.arange(n)) % n == 0 for n in shape]
+    inside &= ~(own[0][part, None] & own[1])
     plateau = 2 * np.pi / spectrum.long_cutoff if spectrum.long_cutoff else 0.0
     amplitude = np.zeros(wavenumber.shape)
     # relative to the largest, so that the power law does not see the unit of length
@@ -206,15 +191,13 @@ def _relative_amplitudes(
     return amplitude, wavenumber
 
 
-def refine(height: ArrayLike, factor: int, axes: tuple[int, ...] = (0, 1)) -> NDArray[np.float64]:
+def refine(height: ArrayLike, factor: int, axes: tuple[int, ...] = (0, 1)) -> Array:
     """Fourier interpolation of a periodic map onto a grid `factor` times finer.
 
     The map is the band-limited function through its points; the values at the original points are
     kept, ``refine(h, f)[::f, ::f] == h`` to rounding. A Nyquist component is split evenly between
     its two signs, the interpolant of least slope.
 
-    Examples
-    --------
     >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
     >>> fine = refine(h, 3)
     >>> bool(np.allclose(fine[:, 0], np.cos(2 * np.pi * np.arange(24) / 24)))
@@ -223,15 +206,13 @@ def refine(height: ArrayLike, factor: int, axes: tuple[int, ...] = (0, 1)) -> ND
     return _refined(height, factor, 0.0, axes)
 
 
-def subdivide(height: ArrayLike, factor: int) -> NDArray[np.float64]:
+def subdivide(height: ArrayLike, factor: int) -> Array:
     """Fourier interpolation at the centres of cells, `factor` by `factor` in a cell of the map.
 
     The cells of the map are those about its points, so the finer cells cover the same area: what a
     grid solver takes for a patch stays in place. On the points themselves (`refine`) it would move
     by up to half a cell of the map. An odd factor keeps the points.
 
-    Examples
-    --------
     >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
     >>> fine = subdivide(h, 2)
     >>> bool(np.allclose(fine[:, 0], np.cos(2 * np.pi * (np.arange(16) - 0.5) / 16)))
@@ -240,34 +221,25 @@ def subdivide(height: ArrayLike, factor: int) -> NDArray[np.float64]:
     return _refined(height, factor, (1 / factor - 1) / 2 if factor else 0.0, (0, 1))
 
 
-def _refined(
-    height: ArrayLike, factor: int, start: float, axes: tuple[int, ...]
-) -> NDArray[np.float64]:
+def _refined(height: ArrayLike, factor: int, start: float, axes: tuple[int, ...]) -> Array:
     """Return a map on a finer grid whose first point lies `start` of a cell from the map's."""
     height = np.asarray(height, dtype=float)
     if height.ndim != 2 or not np.isfinite(height).all():
         raise ValueError(f"height must be a finite 2-D map, not of shape {height.shape}")
     if int(factor) != factor or factor < 1:
         raise ValueError(f"factor must be a positive integer, not {factor!r}")
-    for axis in axes:
-        height = _refine_axis(height, int(factor), start, axis)
+    for axis in axes if factor > 1 else ():
+        points = height.shape[axis]
+        spectrum = np.moveaxis(fft.rfft(height, axis=axis, norm="forward", workers=1), axis, 0)
+        if points % 2 == 0:
+            spectrum[-1] /= 2
+        if start:
+            moved = np.exp(2j * np.pi * start / points * np.arange(len(spectrum)))
+            spectrum *= moved[:, None]
+        fine = fft.irfft(spectrum, n=points * int(factor), axis=0, norm="forward", workers=1)
+        del spectrum  # as large as the map
+        height = np.moveaxis(fine, 0, axis)
     return height
-
-
-def _refine_axis(
-    values: NDArray[np.float64], factor: int, start: float, axis: int
-) -> NDArray[np.float64]:
-    points = values.shape[axis]
-    if factor == 1:
-        return values
-    spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward", workers=1), axis, 0)
-    if points % 2 == 0:
-        spectrum[-1] /= 2
-    if start:
-        moved = np.exp(2j * np.pi * start / points * np.arange(len(spectrum)))
-        spectrum *= moved.reshape(-1, *[1] * (values.ndim - 1))
-    fine = fft.irfft(spectrum, n=points * factor, axis=0, norm="forward", workers=1)
-    return np.moveaxis(fine, 0, axis)
 
 
 def highest(height: ArrayLike) -> float:
@@ -276,21 +248,13 @@ def highest(height: ArrayLike) -> float:
     The map's own maximum is lower, by a tenth of the rms height where the shortest wave has two
     points (H = 0.5). Newton's iterations start from the highest points of a grid twice as fine.
 
-    Examples
-    --------
     >>> x = (np.arange(8) + 0.3) / 8
     >>> h = np.cos(2 * np.pi * x)[:, None] + np.cos(2 * np.pi * x)
     >>> round(highest(h), 12)
     2.0
     """
-    height = np.asarray(height, dtype=float)
-    values, places = _peaks(height)
-    modes = fft.fft2(height, norm="forward", workers=1)
-    return max(float(values[-1]), *(_climbed(modes, place) for place in places))
-
-
-def _peaks(height: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the highest local maxima of a grid twice as fine, ascending, and their places."""
+    height, starts = np.asarray(height, dtype=float), 5
+    # the highest local maxima of the finer grid, in pieces
     rows = refine(height, 2, axes=(0,))
     shape = len(rows), 2 * rows.shape[1]
     values, indices = [], []
@@ -301,37 +265,35 @@ def _peaks(height: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
         nearby = np.maximum(inside, above)
         nearby = np.max([np.roll(nearby, j, 1) for j in (-1, 0, 1)], axis=0)
         peaks = np.flatnonzero((inside >= nearby).ravel())
-        peaks = peaks[np.argsort(inside.ravel()[peaks])[-_STARTS:]]
+        peaks = peaks[np.argsort(inside.ravel()[peaks])[-starts:]]
         values.append(inside.ravel()[peaks])
         indices.append(peaks + part.start * shape[1])
     heights, index = np.concatenate(values), np.concatenate(indices)
-    order = np.argsort(heights)[-_STARTS:]
-    return heights[order], np.column_stack(np.unravel_index(index[order], shape)) / shape
+    chosen = index[np.argsort(heights)[-starts:]]
+    del rows  # as large as the modes
 
-
-# The highest points of the finer grid that the function's highest point is looked for from.
-_STARTS = 5
-
-
-def _climbed(modes: NDArray[np.complex128], place: NDArray[np.float64]) -> float:
-    """Value of a function at the stationary point near a place, in shares of the period."""
-    value = -np.inf
-    for _ in range(4):
-        (f, fx, fxx), (g, gy, gyy) = (
-            _waves(n, at) for n, at in zip(modes.shape, place, strict=True)
-        )
-        along = modes @ g
-        here = float((f @ along).real)
-        if here < value:  # a step too far: what was reached before is higher
-            return value
-        value = here
-        slope = np.array([(fx @ along).real, (f @ (modes @ gy)).real])
-        mixed = (fx @ (modes @ gy)).real
-        bend = np.array([[(fxx @ along).real, mixed], [mixed, (f @ (modes @ gyy)).real]])
-        if not np.linalg.det(bend) > 0:
-            return value
-        place = place - np.linalg.solve(bend, slope)
-    return value
+    # Newton's iterations to the stationary point near each, at places in shares of the period
+    modes = fft.fft2(height, norm="forward", workers=1)
+    best = float(heights.max())
+    for place in np.column_stack(np.unravel_index(chosen, shape)) / shape:
+        value = -np.inf
+        for _ in range(4):
+            (f, fx, fxx), (g, gy, gyy) = (
+                _waves(n, at) for n, at in zip(modes.shape, place, strict=True)
+            )
+            along = modes @ g
+            here = float((f @ along).real)
+            if here < value:  # a step too far
+                break
+            value = here
+            slope = np.array([(fx @ along).real, (f @ (modes @ gy)).real])
+            mixed = (fx @ (modes @ gy)).real
+            bend = np.array([[(fxx @ along).real, mixed], [mixed, (f @ (modes @ gyy)).real]])
+            if not np.linalg.det(bend) > 0:
+                break
+            place = place - np.linalg.solve(bend, slope)
+        best = max(best, value)
+    return best
 
 
 def _waves(points: int, at: float) -> tuple[NDArray[np.complex128], ...]:
@@ -359,7 +321,8 @@ def rms_gradient_spectral(height: ArrayLike, spacing: Pair) -> float:
     """
     height = np.asarray(height, dtype=float)
     amplitude = np.abs(fft.fft2(height, norm="forward", workers=1))
-    return float(np.sqrt(((_wavenumber(height.shape, spacing) * amplitude) ** 2).sum()))
+    qx, qy = (2 * np.pi * fft.fftfreq(n, d) for n, d in zip(height.shape, spacing, strict=True))
+    return float(np.sqrt(((np.hypot(qx[:, None], qy) * amplitude) ** 2).sum()))
 
 
 def rms_gradient_differences(height: ArrayLike, spacing: Pair) -> float:
@@ -391,13 +354,62 @@ def _grid(points: int | tuple[int, int], size: float | Pair) -> tuple[tuple[int,
     return (nx, ny), (length, width)
 
 
-def _wavenumber(shape: tuple[int, ...], spacing: Pair) -> NDArray[np.float64]:
-    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
-    qy = 2 * np.pi * fft.fftfreq(shape[1], spacing[1])
-    return np.hypot(qx[:, None], qy[None, :])
+class Summits(NamedTuple):
+    """Local maxima of a map: grid indices (m, 2) and principal curvatures (m, 2), larger first.
+
+    Curvatures are positive for a convex summit.
+    """
+
+    places: NDArray[np.intp]
+    curvatures: Array
 
 
-def _self_conjugate(shape: tuple[int, int], part: slice) -> NDArray[np.bool_]:
-    """Modes in some rows equal to their own conjugate: q = 0 and the corners at Nyquist."""
-    symmetric = [(2 * np.arange(n)) % n == 0 for n in shape]
-    return symmetric[0][part, None] & symmetric[1][None, :]
+def hessian(height: ArrayLike, spacing: Pair) -> tuple[Array, ...]:
+    """Return second derivatives (hxx, hyy, hxy) of a periodic map, exact for band-limited ones.
+
+    Spectral: h^ times -qx^2, -qy^2, -qx qy. The Nyquist component has no mixed derivative.
+
+    >>> x = np.arange(16) / 16
+    >>> h = np.cos(2 * np.pi * x)[:, None] * np.ones(16)
+    >>> hxx, hyy, hxy = hessian(h, (1 / 16, 1 / 16))
+    >>> bool(np.allclose(hxx, -4 * np.pi**2 * h)), bool(np.allclose(hyy, 0)), hxy.shape
+    (True, True, (16, 16))
+    """
+    height = np.asarray(height, dtype=float)
+    if height.ndim != 2 or not np.isfinite(height).all():
+        raise ValueError(f"height must be a finite 2-D map, not of shape {height.shape}")
+    shape = height.shape
+    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])[:, None]
+    qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])[None, :]
+    spectrum = fft.rfft2(height, workers=1)
+    mixed = qx * qy
+    if shape[0] % 2 == 0:
+        mixed[shape[0] // 2, :] = 0.0
+    if shape[1] % 2 == 0:
+        mixed[:, -1] = 0.0
+    factors = (qx**2, qy**2, mixed)
+    return tuple(fft.irfft2(-factor * spectrum, s=shape, workers=1) for factor in factors)
+
+
+def summits(height: ArrayLike, spacing: Pair) -> Summits:
+    """Return the local maxima of a periodic map, higher than their eight neighbours.
+
+    Curvatures are the eigenvalues of minus the Hessian at the grid point, which differ from those
+    at the summit by O(dx^2): refine the map until they converge. Points that are not summits of the
+    band-limited surface (smaller curvature not positive) are omitted.
+
+    >>> x = 2 * np.pi * np.arange(32) / 32
+    >>> h = np.cos(x)[:, None] + np.cos(x)[None, :]
+    >>> peaks = summits(h, (2 * np.pi / 32,) * 2)
+    >>> peaks.places.tolist(), np.round(peaks.curvatures, 12).tolist()
+    ([[0, 0]], [[1.0, 1.0]])
+    """
+    height = np.asarray(height, dtype=float)
+    hxx, hyy, hxy = hessian(height, spacing)
+    ring = np.ones((3, 3), dtype=bool)
+    ring[1, 1] = False
+    places = np.argwhere(height > ndimage.maximum_filter(height, footprint=ring, mode="wrap"))
+    xx, yy, xy = (derivative[tuple(places.T)] for derivative in (hxx, hyy, hxy))
+    mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
+    convex = mean > half
+    return Summits(places[convex], np.stack([mean + half, mean - half], axis=1)[convex])

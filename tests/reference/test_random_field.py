@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from reference import surfaces
 from reference.closed_form import asperities, persson
 from reference.closed_form.asperities import line_peaks, surface_peaks
-from reference.summits import hessian, summits
+from reference.surfaces import hessian, summits
 
 moments = st.floats(1e-6, 1e6)
 

@@ -29,8 +29,7 @@ from reference.closed_form.asperities import (
     greenwood_williamson,
 )
 from reference.closed_form.persson import Persson, PerssonXu
-from reference.summits import summits
-from reference.surfaces import SelfAffine, amplitude_spectrum
+from reference.surfaces import SelfAffine, amplitude_spectrum, summits
 
 QUANTITIES = ("contact_area", "mean_gap", "stiffness")
 THEORIES = ("summits", "greenwood_williamson", "bush_gibson_thomas", "persson", "persson_xu")

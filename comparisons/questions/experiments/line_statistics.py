@@ -21,7 +21,7 @@ from comparisons.questions.experiments.running import (
 from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form.asperities import line_peaks, surface_peaks
-from reference.summits import hessian, summits
+from reference.surfaces import hessian, summits
 
 MOMENTS = (
     "height",
