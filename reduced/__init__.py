@@ -7,10 +7,12 @@
 - `rough`: spectra of surfaces and lines and the rules between them, rough lines on springs
   (`press`), the contacts of one line (`regions`), many realisations (`ensemble`), section 19.7
   from a map to its contact (`procedure`);
-- `friction`: springs with stick and slip, for loading and for any path;
+- `friction`: springs with stick and slip, for loading, for any path, and rolling;
+- `film`: a lubricating film on springs;
 - `adhesion`: the edge-stretch rule along a path, with snap-in, pull-off and losses;
-- `memory`: materials (Kelvin-Voigt, Maxwell, standard solid, Prony series), any history of depth or
-  force on their springs, impacts;
+- `plasticity`, `wear`: springs that yield, springs whose profile wears;
+- `memory`: materials (Kelvin-Voigt, Maxwell, standard solid, Prony series), one spring that holds,
+  lets go and catches, any history of depth or force on a row of them, impacts;
 - `rubber`: a rough line sliding over viscoelastic springs: steady state, in time, and as printed;
 - `motion`: the continuous friction law (19.1), a rigid mass on a contact (Fig. 19.4).
 

@@ -30,6 +30,7 @@ from numpy.typing import ArrayLike
 from reduced.arguments import positive_faults, refuse
 from reduced.friction.slide import Friction
 from reduced.loads import Load
+from reduced.profiles.section import bisect
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -162,23 +163,17 @@ class RoughRoller:
         finite = [] if np.isfinite(creep) else [f"creep must be finite, got {creep!r}"]
         refuse(positive_faults(force=force) + finite)
         stiffness = self.effective_modulus * self.spacing
-        # the penetration at which the mean of the normal forces is the given one, by bisection
+        # the penetration at which the mean of the normal forces is the given one
         low = float(self.gap.min() - self.roughness.max())
         depth = low + 1.0
 
-        def carried(depth: float) -> float:
-            return float(_windows(self.gap, self.roughness, depth, 0.0)[0].mean())
+        def carries(depth: float) -> bool:
+            normal, _ = _windows(self.gap, self.roughness, depth, 0.0)
+            return bool(normal.mean() >= force / stiffness)
 
-        while carried(depth) < force / stiffness:
+        while not carries(depth):
             depth = low + 2 * (depth - low)
-        for _ in range(100):
-            middle = (low + depth) / 2
-            if not low < middle < depth:
-                break
-            if carried(middle) < force / stiffness:
-                low = middle
-            else:
-                depth = middle
+        depth = bisect(carries, low, depth)
         unit = friction.coefficient * stiffness
         step = friction.tangential_modulus * creep * self.spacing * self.spacing / unit
         normal, pulled = _windows(self.gap, self.roughness, depth, step)

@@ -24,11 +24,10 @@ import numpy as np
 from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
-from reduced.profiles.section import Profile
+from reduced.profiles.section import Profile, bisect
 
 Reading = Literal["stress", "elastic_root", "none"]
 READINGS: tuple[Reading, ...] = ("stress", "elastic_root", "none")
-_BISECTIONS = 200
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class YieldingSprings:
         return float(self.spacing * (touching - 0.5 + inner / (inner - outer)))
 
     def _depth(self, force: float, lost: np.ndarray) -> float:
-        """Return the penetration at a force, by bisection: the force rises with it."""
+        """Return the penetration at a force, which rises with it."""
         low, high = self._left(lost), float(self.gap[-1])
         if force == 0:
             return low
@@ -126,12 +125,7 @@ class YieldingSprings:
             step *= 2
             if not np.isfinite(high):
                 raise ConvergenceError("the springs never carry this force")
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (low + high)
-            if middle in (low, high):
-                break
-            low, high = (middle, high) if self.force(middle, lost) < force else (low, middle)
-        return high
+        return bisect(lambda depth: self.force(depth, lost) >= force, low, high)
 
 
 def is_forced(path: LoadPath, body: str = "indenter") -> bool:

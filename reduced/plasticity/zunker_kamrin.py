@@ -17,6 +17,7 @@ from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
 from reduced.plasticity.caps import Yielded, is_forced
+from reduced.profiles.section import bisect
 
 _ROUNDS = 200
 
@@ -87,7 +88,7 @@ class ZunkerKamrin:
         return Yielded(*(np.array(column) for column in zip(*rows, strict=True)))
 
     def _depth(self, force: float, deepest: float) -> float:
-        """Return the penetration at a force, by bisection."""
+        """Return the penetration at a force, which rises with it."""
         low = self.at(deepest, deepest)[2]
         high = max(deepest, min(self.yields_at, self._reach))
         for _ in range(_ROUNDS):
@@ -98,10 +99,6 @@ class ZunkerKamrin:
             high = min(2 * high, self._reach)
         else:
             raise ConvergenceError("the ball never carries this force")
-        for _ in range(_ROUNDS):
-            middle = 0.5 * (low + high)
-            if middle in (low, high):
-                break
-            enough = self.at(middle, max(deepest, middle))[0] >= force
-            low, high = (low, middle) if enough else (middle, high)
-        return low if force == 0 else high
+        if force == 0:
+            return low
+        return bisect(lambda depth: self.at(depth, max(deepest, depth))[0] >= force, low, high)

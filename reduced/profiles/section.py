@@ -114,3 +114,17 @@ def invert(
         history.append(float(np.max((high - low) / high)))
         active, last = active[~done], np.abs(step - at)[~done]
     raise ConvergenceError("no contact radius found: the profile is not monotone", history)
+
+
+def bisect(reached: Callable[[float], bool], low: float, high: float) -> float:
+    """Return the least number at which a statement holds that is false at `low`, true at `high`.
+
+    >>> bisect(lambda x: x * x >= 2, 0.0, 2.0)
+    1.4142135623730951
+    """
+    for _ in range(_ITERATIONS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (low, middle) if reached(middle) else (middle, high)
+    return high
