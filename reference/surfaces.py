@@ -223,14 +223,14 @@ def subdivide(height: ArrayLike, factor: int) -> Array:
 
 def _refined(height: ArrayLike, factor: int, start: float, axes: tuple[int, ...]) -> Array:
     """Return a map on a finer grid whose first point lies `start` of a cell from the map's."""
-    height = np.asarray(height, dtype=float)
-    if height.ndim != 2 or not np.isfinite(height).all():
-        raise ValueError(f"height must be a finite 2-D map, not of shape {height.shape}")
+    fine: Array = np.asarray(height, dtype=float)
+    if fine.ndim != 2 or not np.isfinite(fine).all():
+        raise ValueError(f"height must be a finite 2-D map, not of shape {fine.shape}")
     if int(factor) != factor or factor < 1:
         raise ValueError(f"factor must be a positive integer, not {factor!r}")
     for axis in axes if factor > 1 else ():
-        points = height.shape[axis]
-        spectrum = np.moveaxis(fft.rfft(height, axis=axis, norm="forward", workers=1), axis, 0)
+        points = fine.shape[axis]
+        spectrum = np.moveaxis(fft.rfft(fine, axis=axis, norm="forward", workers=1), axis, 0)
         if points % 2 == 0:
             spectrum[-1] /= 2
         if start:
@@ -238,8 +238,8 @@ def _refined(height: ArrayLike, factor: int, start: float, axes: tuple[int, ...]
             spectrum *= moved[:, None]
         fine = fft.irfft(spectrum, n=points * int(factor), axis=0, norm="forward", workers=1)
         del spectrum  # as large as the map
-        height = np.moveaxis(fine, 0, axis)
-    return height
+        fine = np.moveaxis(fine, 0, axis)
+    return fine
 
 
 def highest(height: ArrayLike) -> float:

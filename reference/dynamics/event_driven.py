@@ -147,7 +147,7 @@ def follow(
         A[-2, -1], A[-1, -2] = -system.frequency, system.frequency
         return A
 
-    def at_rest(direction: np.ndarray, state: Array, resting: ArrayLike) -> np.ndarray:
+    def at_rest(direction: np.ndarray, state: Array, resting: np.ndarray | list[int]) -> np.ndarray:
         # Directions after blocks came to rest: 0 if they stick. A force beyond the limit moves a
         # block. A force at the limit within rounding moves it if the force would grow during stick:
         # a block that comes to rest at -mu_s F_N with the belt relaxing the spring sticks, and one

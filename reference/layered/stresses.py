@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -123,7 +124,7 @@ def inside(
         below = through(below, q * thickness, material, down)
         downs.append(down)
 
-    def back(*factors: NDArray[np.complex128] | Array) -> Array:
+    def back(*factors: NDArray[Any]) -> Array:
         half = pressure.shape[0], pressure.shape[1] // 2 + 1
         fields = np.empty((len(factors), *pressure.shape))
         for field, part in zip(fields, factors, strict=True):
