@@ -71,56 +71,9 @@ def condense(
     uses = np.full(total, np.iinfo(np.int64).max)
     uses[: system.first] = np.bincount(free, minlength=system.first)
     uses[system.retained] += 1
-    indefinite = np.zeros(total, dtype=bool)
-    indefinite[system.mean_stresses] = True
-    constants = system.mean_stresses[:, 0]
     x, y, z = system.centres.T
     keys = np.stack([z, np.hypot(x, y), np.arctan2(y, x), x, y])
-    largest_leaf = max(2, LEAF_UNKNOWNS // system.matrices.shape[1])
-
-    def reduced(elements: Integers) -> Group:
-        """Return the unknowns shared with other groups, and the stiffness of the group on them."""
-        if len(elements) <= largest_leaf:
-            parts, firsts = [_leaf(system, elements)], elements
-            names = parts[0][0]
-        else:
-            halves = _bisected(system, keys, elements)
-            parts, firsts = [reduced(half) for half in halves], np.array([h[0] for h in halves])
-            names = np.union1d(parts[0][0], parts[1][0])
-        # unknowns without elements outside the group are complete
-        unknowns = system.unknowns[elements].ravel()
-        place = np.minimum(np.searchsorted(names, unknowns), len(names) - 1)
-        inside = np.bincount(place[names[place] == unknowns], minlength=len(names))
-        complete = inside == uses[names]
-        if not len(constants):
-            order = np.argsort(~complete, kind="stable")
-            matrix = _sum(names, parts, order)
-            return _eliminate((names[order], matrix), complete[order], fronts)
-        # A mixed form: the mean stress of a part, the constant of its first element, becomes the
-        # difference from that of the group. A group constrained on all sides carries any uniform
-        # mean stress: its base is kept.
-        matrix = _sum(names, parts, np.arange(len(names)))
-        base = int(constants[elements[0]])
-        shifted = np.setdiff1d(constants[firsts], base)
-        if fronts is not None:
-            fronts.append(Shift(base, shifted))
-        at, places = int(np.searchsorted(names, base)), np.searchsorted(names, shifted)
-        matrix[:, at] += matrix[:, places].sum(axis=1)
-        matrix[at] += matrix[places].sum(axis=0)
-        # displacements first, then slopes of mean stresses, then the differences of constants
-        finished = names[complete & (names != base)]
-        stresses = finished[indefinite[finished]]
-        group = names, matrix
-        group = _eliminate(group, np.isin(names, finished[~indefinite[finished]]), fronts)
-        slopes = np.setdiff1d(stresses, constants)
-        group = _eliminate(group, np.isin(group[0], slopes), fronts, sign=-1.0)
-        waiting = np.isin(group[0], np.intersect1d(stresses, constants))
-        try:
-            return _eliminate(group, waiting, fronts, sign=-1.0)
-        except np.linalg.LinAlgError:
-            return group  # the parts are not connected yet: left to the next level
-
-    names, matrix = reduced(np.arange(len(system.matrices)))
+    names, matrix = _reduced(system, np.arange(len(system.matrices)), uses, keys, fronts)
     retained = system.retained
     if exterior is None:
         retained = np.append(retained, np.arange(system.first, total))
@@ -128,9 +81,62 @@ def condense(
         place = np.searchsorted(names, np.arange(system.first, total))
         matrix[np.ix_(place, place)] += exterior
         names, matrix = _eliminate((names, matrix), names >= system.first, fronts)
-    names, matrix = _eliminate((names, matrix), indefinite[names], fronts, sign=-1.0)
+    names, matrix = _eliminate(
+        (names, matrix), np.isin(names, system.mean_stresses), fronts, sign=-1.0
+    )
     place = np.searchsorted(names, retained)
     return matrix[np.ix_(place, place)]
+
+
+def _reduced(
+    system: LinearSystem,
+    elements: Integers,
+    uses: Integers,
+    keys: Array,
+    fronts: list[Front | Shift] | None,
+) -> Group:
+    """Return the unknowns shared with other groups, and the stiffness of the group on them."""
+    constants = system.mean_stresses[:, 0]
+    if len(elements) <= max(2, LEAF_UNKNOWNS // system.matrices.shape[1]):
+        parts, firsts = [_leaf(system, elements)], elements
+        names = parts[0][0]
+    else:
+        halves = _bisected(system, keys, elements)
+        parts = [_reduced(system, half, uses, keys, fronts) for half in halves]
+        firsts = np.array([half[0] for half in halves])
+        names = np.union1d(parts[0][0], parts[1][0])
+    # unknowns without elements outside the group are complete
+    unknowns = system.unknowns[elements].ravel()
+    place = np.minimum(np.searchsorted(names, unknowns), len(names) - 1)
+    inside = np.bincount(place[names[place] == unknowns], minlength=len(names))
+    complete = inside == uses[names]
+    if not len(constants):
+        order = np.argsort(~complete, kind="stable")
+        matrix = _sum(names, parts, order)
+        return _eliminate((names[order], matrix), complete[order], fronts)
+    # A mixed form: the mean stress of a part, the constant of its first element, becomes the
+    # difference from that of the group. A group constrained on all sides carries any uniform
+    # mean stress: its base is kept.
+    matrix = _sum(names, parts, np.arange(len(names)))
+    base = int(constants[elements[0]])
+    shifted = np.setdiff1d(constants[firsts], base)
+    if fronts is not None:
+        fronts.append(Shift(base, shifted))
+    at, places = int(np.searchsorted(names, base)), np.searchsorted(names, shifted)
+    matrix[:, at] += matrix[:, places].sum(axis=1)
+    matrix[at] += matrix[places].sum(axis=0)
+    # displacements first, then slopes of mean stresses, then the differences of constants
+    finished = names[complete & (names != base)]
+    stresses = finished[np.isin(finished, system.mean_stresses)]
+    group = names, matrix
+    group = _eliminate(group, np.isin(names, np.setdiff1d(finished, stresses)), fronts)
+    slopes = np.setdiff1d(stresses, constants)
+    group = _eliminate(group, np.isin(group[0], slopes), fronts, sign=-1.0)
+    waiting = np.isin(group[0], np.intersect1d(stresses, constants))
+    try:
+        return _eliminate(group, waiting, fronts, sign=-1.0)
+    except np.linalg.LinAlgError:
+        return group  # the parts are not connected yet: left to the next level
 
 
 def expand(system: LinearSystem, fronts: list[Front | Shift], retained_values: Array) -> Array:

@@ -222,8 +222,12 @@ def test_twenty_other_draws_of_what_is_left_open_give_the_recorded_verdict(place
     more = claim.model_copy(update={"draws": 8 * 20, "map": None})
     again = judge_claim(more, "quick", seed=2026)
     assert len(again.draws) == 20
-    assert again.verdict in (told.verdict, NOT_RESOLVED), again.sentence
+    # quick effort does not tell a claim that holds only as stated from one that holds in a range
+    recorded = IN_A_RANGE if told.verdict == ONLY_AS_STATED else told.verdict
+    assert again.verdict in (recorded, NOT_RESOLVED), again.sentence
+    if told.verdict == ONLY_AS_STATED:
+        assert WITHIN not in [draw.word for draw in again.draws]
     words = [point.word for point in told.measured]
     for draw in again.draws:
         if draw.word in (WITHIN, OUTSIDE):
-            assert verdict_of([*words, draw.word]) == told.verdict, draw
+            assert verdict_of([*words, draw.word]) == recorded, draw
