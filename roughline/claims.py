@@ -121,6 +121,8 @@ def check_claim(
         chosen = [files.make_claim(plain(dict(claim)), "claim", Path.cwd())]
     else:
         chosen = files.load_claims((str(claim),))
+    if len(chosen) > 1:
+        raise InputError(f"{claim}: expected one claim, got {', '.join(c.id for c in chosen)}")
     if method is not None:
         chosen = files.about_method(chosen, method)
     return ClaimVerdict(judge_claim(chosen[0], "full" if full else "quick"))

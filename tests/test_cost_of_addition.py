@@ -84,15 +84,13 @@ class Toy(PhysicsTable):
     strength: Positive
 '''
 CLAIM = """
-id = "toy-claim"
+[claims.toy-claim]
 text = "A paraboloid on springs is as stiff as Hertz says."
 equation = "toy"
 scene = "paraboloid"
 quantity = "stiffness"
 at = "penetration"
 tolerance = 1e-9
-tolerance_from = "ours"
-refuted_by = "Another stiffness."
 expected = "holds"
 """
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import roughline
-from comparisons.questions.claims.headlines import builtin_claims, headlines
+from comparisons.questions.claims.families import builtin_claims
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
@@ -97,7 +97,7 @@ def named(command: str, verb: str) -> list[str]:
 @pytest.mark.parametrize(
     ("verb", "known"),
     [
-        ("claims", {headline.id for headline in headlines()} | {"my-new-claim"}),
+        ("claims", set(builtin_claims()) | {"my-new-claim"}),
         ("run", {*builtin_names(), *SUITES}),
         ("solve", set(builtin_names())),
         ("check", set(builtin_names())),
@@ -156,8 +156,8 @@ def folder(tmp_path_factory):
     (home / "my-scene.toml").write_text(scene, encoding="utf-8")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "winkler.py")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "mine.py")
-    claim = builtin_claims()["ellipsoid-force"].read_text(encoding="utf-8")
-    claim = claim.replace('id = "ellipsoid-force"', 'id = "mine"')
+    claims = (DOCS / "claims.md").read_text(encoding="utf-8")
+    (claim,) = re.findall(r"```toml\n(\[claims\..*?)```", claims, re.DOTALL)
     (home / "my.toml").write_text(claim, encoding="utf-8")
     hard_cases = (DOCS / "hard-cases.md").read_text(encoding="utf-8")
     (case,) = re.findall(r"```toml\n(\[cases\..*?)```", hard_cases, re.DOTALL)

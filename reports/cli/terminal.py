@@ -180,7 +180,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 def print_lists() -> None:
     """Print the number of built-in scenes, methods, claims and hard cases."""
     from comparisons.facts.methods import METHODS
-    from comparisons.questions.claims.headlines import builtin_claims
+    from comparisons.questions.claims.families import builtin_claims
     from comparisons.questions.hard_cases.catalogue import catalogue
     from comparisons.scene.scene import builtin_names
 

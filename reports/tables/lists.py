@@ -32,10 +32,11 @@ def methods() -> Table:
 
 def claims() -> Table:
     """Return the built-in claims with their texts."""
-    from comparisons.questions.claims.headlines import headlines
+    from comparisons.questions.claims.families import builtin_claims
 
-    rows = ((claim.id, claim.equation, claim.reading, claim.text) for claim in headlines())
-    return table(("id", "equation", "reading", "text"), rows, title="Built-in claims")
+    names = ("id", "equation", "reading", "text")
+    rows = (tuple(keys.get(name, "") for name in names) for keys in builtin_claims().values())
+    return table(names, rows, title="Built-in claims")
 
 
 def hard_cases() -> Table:

@@ -30,7 +30,7 @@ from types import FrameType
 import numpy as np
 from scipy.io import savemat
 
-from comparisons.questions.claims.headlines import builtin_claims
+from comparisons.questions.claims.families import HERE
 from comparisons.scene.scene import builtin_folder
 from reports.cli.cli import run_command
 
@@ -42,7 +42,7 @@ except ImportError:
 
 SECONDS, BYTES = 5, 1_000_000_000
 SCENES = builtin_folder()
-CLAIMS = sorted(builtin_claims().values())
+CLAIMS = sorted(HERE.glob("*.toml"))
 Files = dict[str, bytes]
 
 TOKENS = [

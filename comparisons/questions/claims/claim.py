@@ -1,4 +1,4 @@
-"""Claim files: precise, refutable statements about the reduced model.
+"""Claims: precise, refutable statements about the reduced model (files: `families`).
 
 A claim consists of either a scene (with a method and a quantity) or an experiment, optionally a
 parameter along which the statement is tested, and a tolerance. The same statement may occur twice,
@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL, method_named
 from comparisons.facts.quantities import COMPARABLE, DISTRIBUTIONS, FIELDS
-from comparisons.questions.claims.headlines import builtin_claims, chapter_order
+from comparisons.questions.claims.families import HERE, builtin_claims, read_family
 from comparisons.questions.claims.parameters import (
     RESOLUTION,
     Choice,
@@ -31,11 +31,11 @@ from comparisons.questions.claims.parameters import (
     Vary,
 )
 from comparisons.questions.claims.verdicts import HOLDS, VERDICTS
+from comparisons.questions.claims.wording import limit_words
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.scene.toml_files import read_toml
 
 # The contact area that the equivalent diameter predicts from the true stiffness.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
@@ -60,7 +60,7 @@ class ClaimError(InputError):
 
 
 class Claim(Table):
-    """A validated claim file; docs/claims.md explains every key.
+    """A validated claim; docs/claims.md explains every key.
 
     A setting gives a number to every nuisance parameter, by its key.
     """
@@ -96,10 +96,15 @@ class Claim(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _factor_is_the_tolerance(cls, data: Any) -> Any:
-        """Put f - 1, for a factor f between stated and true, as the tolerance."""
-        if isinstance(data, dict) and isinstance(data.get("factor"), (int, float)):
-            return {"tolerance": data["factor"] - 1, **data}
+    def _what_follows(cls, data: Any) -> Any:
+        """Put f - 1, for a factor f between stated and true, as the tolerance; say what refutes."""
+        if not isinstance(data, dict):
+            return data
+        if isinstance(data.get("factor"), (int, float)):
+            data = {"tolerance": data["factor"] - 1, **data}
+        if isinstance(data.get("tolerance"), (int, float)):
+            limit = limit_words(data["tolerance"], data.get("factor"))
+            data = {"refuted_by": f"An error beyond {limit}.", **data}
         return data
 
     @model_validator(mode="after")
@@ -192,21 +197,30 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
-    """Read claim files, or built-in claims by id; by default all, in the chapter's order.
+    """Return built-in claims by id and all of files; by default all, in the chapter's order.
 
     Raises
     ------
     ClaimError
         Lists all problems of all files.
     """
-    builtin_paths = builtin_claims()
-    claims, problems = [], []
-    for name in names or tuple(builtin_paths):
-        path = builtin_paths.get(name, Path(name))
+    builtin = builtin_claims()
+    claims: list[Claim] = []
+    problems: list[str] = []
+    for name in names or builtin:
         try:
-            claims.append(_load(path))
+            if name in builtin:
+                claims.append(make_claim(builtin[name], name, HERE))
+                continue
+            path = Path(name)
+            if not path.is_file():
+                raise ClaimError([f"{path}: no such claim or file; see `roughline list claims`"])
+            for member, keys in read_family(path).items():
+                claims.append(make_claim(keys, f"{path}: {member}", path.parent.resolve()))
         except ClaimError as error:
             problems += error.problems
+        except ValueError as error:
+            problems.append(f"{name}: {error}")
     ids = [claim.id for claim in claims]
     problems += [
         f"{name}: expected different ids, two claims have this one"
@@ -214,21 +228,7 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     ]
     if problems:
         raise ClaimError(problems)
-    return (
-        claims
-        if names
-        else sorted(claims, key=lambda claim: chapter_order(claim.equation, claim.id))
-    )
-
-
-def _load(path: Path) -> Claim:
-    if not path.is_file():
-        raise ClaimError([f"{path}: no such claim or file; see `roughline list claims`"])
-    try:
-        data = read_toml(path)
-    except ValueError as error:
-        raise ClaimError([f"{path}: {error}"]) from error
-    return make_claim(data, str(path), path.parent.resolve())
+    return claims
 
 
 def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, overrides
+from comparisons.questions.claims.families import HERE, SHARED, read_family
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.scene.scene import load_scene
+from comparisons.scene.toml_files import read_toml
 
 RIGHT = {
     "id": "wide-ellipsoid",
@@ -20,6 +22,33 @@ RIGHT = {
     "tolerance": 0.01,
     "refuted_by": "An error beyond 1 %.",
 }
+FAMILY = """
+scene = "ellipsoid-2"
+quantity = "force"
+equation = "19.3"
+[baselines.wide]
+changes = { "half_space.poisson_ratio" = 0.3 }
+refuted_by = "A force off by {tolerance}."
+[nuisances.radius]
+path = "indenter.radius_x"
+name = "radius"
+stated = 2
+from = 1
+to = 9
+unit = "10 mm"
+reason = "Any."
+[claims.flat]
+like = "wide"
+text = "Within {tolerance}."
+changes = { "indenter.radius_y" = "20 mm" }
+tolerance = [0.05, 0.1]
+expected = ["fails", "holds"]
+[claims.deep]
+text = "It holds."
+tolerance = 0.01
+changes = { "half_space.poisson_ratio" = 0.4 }
+nuisance = [{ like = "radius", stated = 3 }]
+"""
 
 
 def problems(**changes):
@@ -29,11 +58,44 @@ def problems(**changes):
     return caught.value.problems
 
 
-def test_every_built_in_claim_is_valid_and_named_like_its_file():
-    claims = load_claims()
-    assert claims
-    for claim in claims:
-        assert (Path(claim.directory) / f"{claim.id}.toml").is_file()
+def test_every_built_in_claim_is_valid_and_no_name_or_nuisance_stands_twice():
+    assert len(load_claims()) == sum(len(read_family(path)) for path in HERE.glob("*.toml"))
+    shared = read_toml(SHARED)["nuisances"].keys()
+    for path in set(HERE.glob("*.toml")) - {SHARED}:
+        assert not shared & read_toml(path).get("nuisances", {}).keys()
+
+
+def test_a_file_says_once_what_its_claims_share(tmp_path):
+    """Keys of the file, of a baseline and of the claim in this order; a verdict per tolerance."""
+    file = tmp_path / "family.toml"
+    file.write_text(FAMILY)
+    five, ten, other = load_claims((str(file),))
+    assert (five.id, ten.id, other.id) == ("flat-5", "flat-10", "deep")
+    assert (five.text, five.refuted_by) == ("Within 5 %.", "A force off by 5 %.")
+    assert (five.tolerance, five.expected, ten.expected) == (0.05, "fails", "holds")
+    assert five.changes == {"half_space.poisson_ratio": 0.3, "indenter.radius_y": "20 mm"}
+    assert other.changes == {"half_space.poisson_ratio": 0.4}
+    assert (other.refuted_by, five.nuisance) == ("An error beyond 1\u202f%.", ())
+    (scale,) = other.nuisance
+    assert (scale.stated, scale.end, scale.reason) == (3, 9, "Any.")
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (('like = "wide"', 'like = "wild"'), "flat: expected one of wide, got 'wild'"),
+        (('like = "radius"', 'like = "r"'), "deep: nuisance: expected one of hurst, "),
+        (("[0.05, 0.1]", "[0.05]"), "expected numbers as tolerances, and a verdict for each"),
+        (("[claims.deep]", "[[claims.deep]]"), "claims: expected tables [claims.NAME]"),
+        ((FAMILY, 'id = "old"\ntext = "x"'), "expected a table [claims.ID] for each claim"),
+    ],
+)
+def test_tables_that_do_not_go_together_are_refused(tmp_path, change, fault):
+    file = tmp_path / "family.toml"
+    file.write_text(FAMILY.replace(*change))
+    with pytest.raises(ClaimError) as caught:
+        load_claims((str(file),))
+    assert fault in str(caught.value)
 
 
 def test_all_problems_of_a_file_are_listed_at_once():

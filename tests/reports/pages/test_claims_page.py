@@ -18,13 +18,12 @@ from reports.plots.claim import evidence
 from reports.plots.interactive import spec
 
 CLAIM = """
-id = "narrow"
+[claims.narrow]
 text = "A narrow ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
 equation = "(5.13)"
 scene = "ellipsoid-5"
 quantity = "force"
 tolerance = {tolerance}
-refuted_by = "A stiffness that errs more."
 expected = "holds"
 """
 
