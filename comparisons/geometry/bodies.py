@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.geometry.body_files import BodyError, BodyFile, NamedPart, read_body
+from comparisons.geometry.body_files import BodyFile, NamedPart, read_body
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.geometry.reading import FileError
 from comparisons.scene.body import AXES, Body
 from comparisons.scene.fields import excerpt
 from comparisons.scene.scene import Scene, SceneError
@@ -110,7 +111,7 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     assert table is not None
     try:
         return _geometry(table, read_body(Path(scene.directory) / table.file), contact)
-    except BodyError as error:
+    except FileError as error:
         raise SceneError(scene.name, [f"body.{problem}" for problem in error.problems]) from error
 
 
@@ -123,7 +124,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
         if name not in read.parts:
             problems.append(f"supports.{name}: {_unknown(name, read)}")
     if problems:
-        raise BodyError(problems)
+        raise FileError(*problems)
     mesh = read.mesh.transformed(np.zeros(3), table.unit * axes)
     origin, problems = _origin(table, mesh, surface)
     mesh = mesh.transformed(origin, np.eye(3))
@@ -131,7 +132,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     for name, constraint in table.supports.items():
         supports.append(_support(mesh, read.parts[name], constraint, axes, name, problems))
     if problems:
-        raise BodyError(problems)
+        raise FileError(*problems)
     geometry = BodyGeometry(
         **{field.name: getattr(contact, field.name) for field in fields(contact)},
         solid=mesh,
@@ -267,4 +268,4 @@ def _check_supports(geometry: BodyGeometry) -> None:
             "are held along the indenter's direction"
         )
     if problems:
-        raise BodyError(problems)
+        raise FileError(*problems)

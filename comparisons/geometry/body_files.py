@@ -1,4 +1,4 @@
-"""Meshes of users' bodies, read by meshio: cells and named parts.
+"""Meshes of users' bodies, read by meshio in a process of limited memory: cells and named parts.
 
 Named parts are Gmsh's physical groups, Abaqus' node sets, element sets and surfaces, and the
 non-zero entries of arrays in VTU files.
@@ -6,30 +6,20 @@ non-zero entries of arrays in VTU files.
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import meshio
 import numpy as np
 
-from comparisons.errors import InputError
 from comparisons.geometry.abaqus_surfaces import surfaces
-from comparisons.geometry.silence import quiet
-from comparisons.geometry.unpacking import size_problems
+from comparisons.geometry.reading import FileError, quiet, read_apart
 from reference.fem.solid_mesh import KINDS, SolidMesh
 
 SOLIDS = (*KINDS, "hexahedron20")
-
-
-class BodyError(InputError):
-    """A body's file cannot be used; ``problems`` lists why."""
-
-    def __init__(self, problems: list[str]) -> None:
-        super().__init__("; ".join(problems))
-        self.problems = problems
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,26 +44,44 @@ def read_body(path: Path) -> BodyFile:
 
     Raises
     ------
-    BodyError
+    FileError
         If the file cannot be read, or its cells are not all of one supported type.
     """
     if not path.is_file():
-        raise BodyError([f"file: expected a mesh, got {str(path)!r}, which is no file"])
-    problems = [problem for file in (path, *_beside(path)) for problem in _size_problems(file)]
-    if problems:
-        raise BodyError(problems)
-    raw = _read(path)
+        raise FileError(f"file: expected a mesh, got {str(path)!r}, which is no file")
+    try:
+        answer = read_apart(f"{__name__}:mesh_of", path, remedy="use a coarser mesh")
+    except FileError as error:
+        raise FileError(*(f"file: {problem}" for problem in error.problems)) from error
+    mesh = SolidMesh(KINDS[answer["kind"]], answer["points"], answer["cells"])
+    parts = {
+        name: NamedPart(answer[f"{k}.faces"], answer[f"{k}.nodes"], inside)
+        for k, (name, inside) in enumerate(answer["parts"])
+    }
+    return BodyFile(mesh, parts)
+
+
+def mesh_of(path: Path) -> dict[str, Any]:
+    """Return the arrays of `read_body`; runs in a process of its own."""
+    try:
+        with quiet() as output:
+            raw = meshio.read(path)
+    except (Exception, SystemExit) as error:  # it prints messages and exits the program
+        lines = [line.strip() for line in output.getvalue().splitlines() if line.strip()]
+        reason = lines[0] if isinstance(error, SystemExit) and lines else str(error)
+        kind = "" if isinstance(error, SystemExit) else f"{type(error).__name__}: "
+        raise FileError(f"{path.name} is no mesh that meshio reads ({kind}{reason})") from None
     solids: Counter[str] = Counter()
     for block in raw.cells:
         if block.dim == 3:
             solids[block.type] += len(block.data)
     if len(solids) != 1 or not set(solids) <= set(SOLIDS):
         came = ", ".join(f"{count} {kind}" for kind, count in solids.items()) or "no volume cells"
-        raise BodyError([f"file: expected cells of one kind of {', '.join(SOLIDS)}, got {came}"])
+        raise FileError(f"expected cells of one kind of {', '.join(SOLIDS)}, got {came}")
     (kind,) = solids
     cells = np.concatenate([block.data for block in raw.cells if block.type == kind])
     if raw.points.shape[1] != 3 or not np.isfinite(raw.points).all():
-        raise BodyError(["file: expected finite coordinates x, y, z of all points"])
+        raise FileError("expected finite coordinates x, y, z of all points")
     used, numbers = np.unique(cells, return_inverse=True)
     mesh = SolidMesh.from_vtk(kind, raw.points[used], numbers.reshape(cells.shape))
     renumbered = np.full(len(raw.points), -1)
@@ -85,35 +93,11 @@ def read_body(path: Path) -> BodyFile:
         else:
             faces = mesh.find(renumbered[surface.corners])
             parts[surface.name] = NamedPart(faces, mesh.nodes_of(faces))
-    return BodyFile(mesh, parts)
-
-
-def _size_problems(path: Path) -> list[str]:
-    remedy = "use a coarser mesh"
-    return [f"file: {path.name}: {problem}" for problem in size_problems(path, remedy)]
-
-
-def _beside(path: Path) -> list[Path]:
-    """Return the files with the arrays of an XDMF file: ``NAME.h5:/...``."""
-    if path.suffix.lower() not in (".xdmf", ".xmf"):
-        return []
-    text = path.read_text(encoding="utf-8", errors="replace")
-    arrays = {path.parent / name.strip() for name in re.findall(r">([^<>:]+):[^<>]+<", text)}
-    return sorted(file for file in arrays if file.is_file())
-
-
-def _read(path: Path) -> meshio.Mesh:
-    """Read with meshio, which prints messages and exits the program on failure."""
-    try:
-        with quiet() as output:
-            return meshio.read(path)
-    except (Exception, SystemExit) as error:
-        lines = [line.strip() for line in output.getvalue().splitlines() if line.strip()]
-        reason = lines[0] if isinstance(error, SystemExit) and lines else str(error)
-        kind = "" if isinstance(error, SystemExit) else f"{type(error).__name__}: "
-        raise BodyError(
-            [f"file: {path.name} is no mesh that meshio reads ({kind}{reason})"]
-        ) from None
+    answer = {"kind": mesh.kind.name, "points": mesh.points, "cells": mesh.cells}
+    answer["parts"] = [(name, part.inside) for name, part in parts.items()]
+    for k, part in enumerate(parts.values()):
+        answer |= {f"{k}.faces": part.faces, f"{k}.nodes": part.nodes}
+    return answer
 
 
 def _parts(

@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import map_coordinates, zoom
 
-from comparisons.geometry.topography import Map, MapError, read_map
+from comparisons.geometry.reading import FileError
+from comparisons.geometry.topography import Map, read_map
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.surface import MeasuredMap, SelfAffine
 from reference import surfaces
@@ -223,12 +224,8 @@ def _read(scene: Scene, key: str, table: MeasuredMap) -> Map:
     where = f"{key}.file: {table.file}"
     try:
         return read_map(Path(scene.directory) / table.file, table)
-    except MapError as error:
-        causes = getattr(error, "problems", [str(error)])
-        raise SceneError(key, [f"{where}: {cause}" for cause in causes]) from error
-    except Exception as error:  # readers of instrument files raise arbitrary exceptions
-        cause = f"not a readable map ({type(error).__name__}: {error})"
-        raise SceneError(key, [f"{where}: {cause}"]) from error
+    except FileError as error:
+        raise SceneError(key, [f"{where}: {cause}" for cause in error.problems]) from error
 
 
 def _mismatches(faces: Sequence[Face]) -> Iterator[str]:

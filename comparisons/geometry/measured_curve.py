@@ -12,20 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.geometry.map_files.numbers_in_text import NumberLayout, layout_of
+from comparisons.geometry.reading import FileError
 from comparisons.scene.units import FORCE, LENGTH, to_si
 
 DIMENSIONS = {"penetration": LENGTH, "force": FORCE}
 HEADS = "penetration / nm, force / µN"
 LARGEST_FILE = 5_000_000  # bytes
 FEWEST, MOST = 3, 20_000  # points
-
-
-class CurveError(ValueError):
-    """The file is not a measured curve; `problems` lists the reasons."""
-
-    def __init__(self, problems: list[str]) -> None:
-        super().__init__("; ".join(problems))
-        self.problems = problems
 
 
 @dataclass(frozen=True)
@@ -41,25 +34,27 @@ def read_curve(path: Path) -> MeasuredCurve:
 
     Raises
     ------
-    CurveError
+    FileError
         If columns, units or numbers are not those of a curve.
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
-            raise CurveError([f"expected a file of at most {LARGEST_FILE / 1e6:g} MB"])
+            raise FileError(f"expected a file of at most {LARGEST_FILE / 1e6:g} MB")
         layout = layout_of(path)
         lines = [text for line in layout.lines(path) if (text := line.split("#", 1)[0].strip())]
-    except (OSError, UnicodeError, ValueError) as error:
-        raise error if isinstance(error, CurveError) else CurveError([str(error)]) from error
+    except FileError:
+        raise
+    except (OSError, ValueError) as error:
+        raise FileError(str(error)) from error
     heads = re.split(r"[;\t,]", lines[0]) if lines else []
     columns, problems = _columns(heads)
     if problems:
-        raise CurveError(problems)
+        raise FileError(*problems)
     values = np.array([_row(layout, line, columns) for line in lines[1:]]).reshape(-1, 2)
     scales = [scale for _, scale in columns.values()]
     problems = _problems(values)
     if problems:
-        raise CurveError(problems)
+        raise FileError(*problems)
     return MeasuredCurve(*(values * scales).T)
 
 
@@ -86,7 +81,7 @@ def _row(layout: NumberLayout, line: str, columns: dict[str, tuple[int, float]])
     try:
         return [float(fields[place]) for place, _ in columns.values()]
     except (ValueError, IndexError):
-        raise CurveError([f"expected numbers below the first line, got {line[:60]!r}"]) from None
+        raise FileError(f"expected numbers below the first line, got {line[:60]!r}") from None
 
 
 def _problems(values: np.ndarray) -> list[str]:

@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from comparisons.geometry.map_files import (
+from comparisons.geometry.map_files.heights import (
     PLAIN_FORMATS,
     UNITS_PER_METRE,
-    MapError,
-    MapFile,
-    Stated,
-    Window,
-    open_map,
+    read_heights,
+    stated_problems,
 )
+from comparisons.geometry.reading import FileError
 from comparisons.scene.surface import MeasuredMap
 from comparisons.scene.trends import TRENDS, subtracted, trend_of
 
-__all__ = ["Map", "MapError", "read_map"]
-
-Heights = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 # Largest and, inverted, smallest range of heights in metres: their squares are numbers.
 _LARGEST = 1e100
@@ -56,7 +51,7 @@ class Map:
         Whether the map is periodic, as the caller states.
     """
 
-    heights: Heights
+    heights: Array
     size: tuple[float, float]
     undefined_fraction: float
     treatment: tuple[str, ...]
@@ -92,8 +87,8 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
 
     Raises
     ------
-    MapError
-        A ValueError that lists all problems of the file and the options.
+    FileError
+        Lists all problems of the options, or all of the file.
 
     Examples
     --------
@@ -108,38 +103,37 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
     """
     problems = _option_problems(path, surface)
     if problems:
-        raise MapError(str(path), problems)
-    window, periodic = surface.crop, surface.periodic
-    file = open_map(
-        path,
-        Stated(surface.size, surface.height_unit, surface.lateral_unit, surface.channel, window),
-    )
-    if window and (window[0] + window[2] > file.shape[0] or window[1] + window[3] > file.shape[1]):
-        problem = f"crop {list(window)} reaches beyond the {file.shape[0]} x {file.shape[1]} points"
-        raise MapError(str(path), [problem])
-    x0, y0, nx, ny = used = window or (0, 0, file.shape[0], file.shape[1])
-    treatment = list(file.notes)
-    if window:
+        raise FileError(*problems)
+    file, periodic = read_heights(path, surface), surface.periodic
+    heights, treatment, origin = file.heights, [file.note], (0, 0)
+    if surface.crop:
+        x0, y0, nx, ny = surface.crop
+        origin = x0, y0
         treatment.append(f"cropped to {nx} x {ny} points from ({x0}, {y0})")
-
-    heights = file.read(used)
-    fate = _fate_of_holes(path, file, used, heights, surface.undefined)
+    fate = _fate_of_holes(heights, origin, file.holes_marked, surface.undefined)
     if surface.invert:
         heights = -heights
         treatment.append("inverted: valleys became peaks")
-    cells = file.size[0] / file.shape[0], file.size[1] / file.shape[1]
     holes = np.isnan(heights)
     trend = trend_of(surface.detrend, periodic)
-    heights = _levelled(path, heights, ~holes, trend)
+    heights = _levelled(heights, ~holes, trend)
     treatment.append(TRENDS[trend].done)
     if holes.any():
-        heights[holes] = _filling(heights, holes, cells, fate, periodic)
-        treatment.append(_describe_holes(holes, fate))
+        lowest, highest = heights[~holes].min(), heights[~holes].max()
+        if fate == "lowest":
+            done, heights[holes] = "set to the lowest defined height", lowest
+        else:
+            filling = _harmonic_fill(heights, holes, file.cell, periodic)
+            done = "interpolated from their neighbours"
+            heights[holes] = np.clip(filling, lowest, highest)
+        treatment.append(
+            f"{holes.sum()} of {holes.size} points ({100 * holes.mean():.2f} %) undefined: {done}"
+        )
     treatment += _seams(heights) if periodic else ()
     heights.setflags(write=False)
     return Map(
         heights=heights,
-        size=(file.size[0] * (nx / file.shape[0]), file.size[1] * (ny / file.shape[1])),
+        size=file.size,
         undefined_fraction=float(holes.mean()),
         treatment=tuple(treatment),
         source=str(path),
@@ -153,28 +147,24 @@ def _option_problems(path: Path, surface: MeasuredMap) -> list[str]:
     if not path.is_file():
         problems.append("is a folder" if path.is_dir() else "no such file")
     plain = path.suffix.lower() in PLAIN_FORMATS
-    if surface.size is None and plain:
-        problems.append("size is needed: a plain table does not state its side lengths")
-    if surface.height_unit is None and plain:
-        problems.append("height_unit is needed: a plain table does not state its unit")
+    if plain:
+        problems += stated_problems(surface, "a plain table")
     for key in ("height_unit", "lateral_unit"):
         unit = getattr(surface, key)
         if unit is not None and unit not in UNITS_PER_METRE:
             problems.append(f"{key} must be m, cm, mm, um, nm, pm or Å, not {unit!r}")
-    if surface.lateral_unit is not None and plain:
-        problems.append("lateral_unit was given, but size states the lengths of a plain table")
     if surface.channel is not None and plain:
         problems.append(f"channel {surface.channel!r} was given, but a plain table has no channels")
     return problems
 
 
 def _fate_of_holes(
-    path: Path, file: MapFile, window: Window, heights: Heights, undefined: str | None
+    heights: Array, origin: tuple[int, int], holes_marked: bool, undefined: str | None
 ) -> str:
-    """Return the treatment of undefined points; raise MapError if they are not permitted."""
+    """Return the treatment of undefined points; raise FileError if they are not permitted."""
 
     def first(mask: NDArray[np.bool_]) -> str:
-        i, j = np.argwhere(mask)[0] + window[:2]
+        i, j = np.argwhere(mask)[0] + origin
         return f"({i}, {j})"
 
     problems = []
@@ -186,7 +176,7 @@ def _fate_of_holes(
     remedy = 'say undefined = "interpolate" or "lowest"'
     if count == heights.size:
         problems.append("no point of the map is defined")
-    elif count and undefined is None and not file.holes_marked:
+    elif count and undefined is None and not holes_marked:
         problems.append(
             f"{count} NaN in the map, the first at index {first(holes)}; {remedy} "
             "if they mark undefined points"
@@ -198,42 +188,28 @@ def _fate_of_holes(
             f"the first at index {first(holes)}; {remedy} to use the map anyway"
         )
     if problems:
-        raise MapError(str(path), problems)
+        raise FileError(*problems)
     return fate
 
 
-def _levelled(path: Path, heights: Heights, defined: NDArray[np.bool_], trend: str) -> Heights:
-    """Subtract the trend; raise MapError if no roughness remains."""
+def _levelled(heights: Array, defined: NDArray[np.bool_], trend: str) -> Array:
+    """Subtract the trend; raise FileError if no roughness remains."""
     magnitude = float(np.max(np.abs(heights), where=defined, initial=0.0))
     heights = subtracted(heights, defined, trend)
     left = np.ptp(heights[defined])
     # Subtraction of a trend leaves rounding errors of the original heights.
     if left <= 64 * np.finfo(float).eps * magnitude:
         problem = f"the map is flat: no height differs from another (detrend = {trend!r})"
-        raise MapError(str(path), [problem])
+        raise FileError(problem)
     if not 1 / _LARGEST < left < _LARGEST:
         problem = f"heights over a range of {left:.3g} m: check height_unit"
-        raise MapError(str(path), [problem])
+        raise FileError(problem)
     return heights
 
 
-def _filling(
-    heights: Heights,
-    holes: NDArray[np.bool_],
-    cells: tuple[float, float],
-    fate: str,
-    periodic: bool,
-) -> Any:
-    """Return the heights of the undefined points."""
-    defined = heights[~holes]
-    if fate == "lowest":
-        return defined.min()
-    return np.clip(_harmonic_fill(heights, holes, cells, periodic), defined.min(), defined.max())
-
-
 def _harmonic_fill(
-    heights: Heights, holes: NDArray[np.bool_], cells: tuple[float, float], periodic: bool
-) -> Heights:
+    heights: Array, holes: NDArray[np.bool_], cells: tuple[float, float], periodic: bool
+) -> Array:
     """Return the heights of the holes that solve Laplace's equation between their rims.
 
     The five-point scheme keeps the maximum principle: no filled point is higher than the highest,
@@ -270,7 +246,7 @@ def _harmonic_fill(
     return splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
 
 
-def _seams(heights: Heights) -> list[str]:
+def _seams(heights: Array) -> list[str]:
     """Return notes on pairs of sides that do not match although the map is declared periodic.
 
     The step across them (rms over the side) is compared with the largest step between neighbouring
@@ -286,11 +262,3 @@ def _seams(heights: Heights) -> list[str]:
                 f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
             )
     return notes
-
-
-def _describe_holes(holes: NDArray[np.bool_], fate: str) -> str:
-    done = {
-        "interpolate": "interpolated from their neighbours",
-        "lowest": "set to the lowest defined height",
-    }[fate]
-    return f"{holes.sum()} of {holes.size} points ({100 * holes.mean():.2f} %) undefined: {done}"

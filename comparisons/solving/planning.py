@@ -14,8 +14,9 @@ from typing import Any
 from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, METHODS, NOT_ASKED
 from comparisons.geometry.bodies import with_body
-from comparisons.geometry.measured_curve import CurveError, MeasuredCurve, read_curve
+from comparisons.geometry.measured_curve import MeasuredCurve, read_curve
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
+from comparisons.geometry.reading import FileError
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
 from comparisons.methods.normal.proved import check_enclosed
@@ -126,7 +127,7 @@ def _measured(scene: Scene) -> MeasuredCurve | None:
         return None
     try:
         return read_curve(Path(scene.directory) / scene.compare.measured)
-    except CurveError as error:
+    except FileError as error:
         where = f"compare.measured: {scene.compare.measured}"
         raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
 

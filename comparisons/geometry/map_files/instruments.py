@@ -7,20 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from comparisons.geometry.map_files.checks import (
+from comparisons.geometry.map_files.heights import (
     UNITS_PER_METRE,
-    MapError,
-    MapFile,
-    Size,
-    Stated,
-    Window,
+    HeightFile,
     memory_problems,
     shape_problems,
-    shorten,
 )
-from comparisons.geometry.silence import quiet
+from comparisons.geometry.reading import FileError, quiet, shorten
+from comparisons.scene.surface import MeasuredMap
 
 # Instruments also store signals as maps; some are even scaled to a length.
 _NOT_HEIGHT = re.compile(
@@ -30,61 +25,50 @@ _NOT_HEIGHT = re.compile(
 )
 
 
-def open_instrument(path: Path, stated: Stated) -> MapFile:
-    """Open a file in any format of SurfaceTopography.
+def open_instrument(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Read a file in any format of SurfaceTopography.
 
     Raises
     ------
-    MapError
+    FileError
         If no reader recognises the file, or neither the file nor the scene states a unit or size.
     """
-    reader = _reader(path)
-    index, notes = _choose_channel(path, reader, stated.channel)
-    info = reader.channels[index]
-    problems = shape_problems(tuple(info.nb_grid_pts))
-    problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
-    problems += _metadata_problems(info, stated)
-    # The reader labels all lengths with one unit; without it, heights and sides may have different
-    # units.
-    per_metre = _per_metre(info, stated.height_unit)
-    size = _side_lengths(info, stated)
-    if problems or per_metre is None or size is None:
-        raise MapError(str(path), problems)
-    missing: dict[str, Any] = {} if info.unit else {"unit": stated.height_unit}
-    if info.physical_sizes is None:
-        missing["physical_sizes"] = tuple(side * per_metre for side in size)
-
-    def read(window: Window) -> NDArray[np.float64]:
-        x0, y0, nx, ny = window
-        with quiet():
-            try:
-                heights = reader.topography(channel_index=index, **missing).heights()
-            except Exception as error:  # the many readers raise various types of exceptions
-                problem = f"the heights cannot be read ({shorten(error)})"
-                raise MapError(str(path), [problem]) from error
-        part = np.ma.asarray(heights[x0 : x0 + nx, y0 : y0 + ny], np.float64)
-        return np.ascontiguousarray(part.filled(np.nan)) / per_metre
-
-    return MapFile(tuple(info.nb_grid_pts), size, read, holes_marked=True, notes=notes)
-
-
-def _reader(path: Path) -> Any:
     try:
         import SurfaceTopography
     except ImportError as error:
-        problem = (
+        raise FileError(
             f"format {path.suffix or 'without a suffix'} needs the optional package "
             "SurfaceTopography: pip install roughline[topography]; without it, "
             ".npy, .csv, .txt and .xyz are read"
-        )
-        raise MapError(str(path), [problem]) from error
+        ) from error
     with quiet():
         try:
-            return SurfaceTopography.open_topography(str(path))
+            reader = SurfaceTopography.open_topography(str(path))
         except SurfaceTopography.Exceptions.CannotDetectFileFormat as error:
-            raise MapError(str(path), [_unknown_format(path, error)]) from error
+            raise FileError(_unknown_format(path, error)) from error
         except Exception as error:  # the many readers raise various types of exceptions
-            raise MapError(str(path), [f"cannot be read ({shorten(error)})"]) from error
+            raise FileError(f"cannot be read ({shorten(error)})") from error
+    index, note = _choose_channel(path, reader, surface.channel)
+    info = reader.channels[index]
+    problems = shape_problems(tuple(info.nb_grid_pts))
+    problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
+    problems += _metadata_problems(info, surface)
+    # The reader labels all lengths with one unit; without it, heights and sides may have different
+    # units.
+    unit = info.unit or surface.height_unit
+    size = _side_lengths(info, surface)
+    if problems or unit not in UNITS_PER_METRE or size is None:
+        raise FileError(*problems)
+    missing: dict[str, Any] = {} if info.unit else {"unit": unit}
+    if info.physical_sizes is None:
+        missing["physical_sizes"] = tuple(side * UNITS_PER_METRE[unit] for side in size)
+    with quiet():
+        try:
+            heights = reader.topography(channel_index=index, **missing).heights()
+        except Exception as error:  # the many readers raise various types of exceptions
+            raise FileError(f"the heights cannot be read ({shorten(error)})") from error
+    values = np.ma.asarray(heights, np.float64).filled(np.nan)
+    return HeightFile(values, size, unit, note)
 
 
 def _unknown_format(path: Path, error: Exception) -> str:
@@ -118,7 +102,7 @@ def _is_height(info: Any) -> bool:
     )
 
 
-def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, tuple[str, ...]]:
+def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, str]:
     """Return the index of the channel to read, and a note on the choice."""
     channels = list(reader.channels)
     listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
@@ -134,28 +118,24 @@ def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, 
             problem = f"channel {channel!r} does not hold heights; choose another of {listing}"
             candidates = []
     if not candidates:
-        raise MapError(str(path), [problem])
+        raise FileError(problem)
     index = candidates[0]
     note = f"channel {index} {channels[index].name!r} of {path.name} (channels: {listing})"
-    return index, (note if len(channels) > 1 else f"heights of {path.name}",)
+    return index, note if len(channels) > 1 else f"heights of {path.name}"
 
 
-def _per_metre(info: Any, stated: str | None) -> float | None:
-    """Return the units per metre, from the file or else as stated; None if unknown."""
-    return UNITS_PER_METRE.get(info.unit or stated or "")
-
-
-def _side_lengths(info: Any, stated: Stated) -> Size | None:
+def _side_lengths(info: Any, stated: MeasuredMap) -> tuple[float, float] | None:
     """Return the side lengths in metres, from the file or else as stated; None if unknown."""
     if info.physical_sizes is None:
         return stated.size
-    lateral, sides = _per_metre(info, stated.lateral_unit), tuple(info.physical_sizes)
+    lateral = UNITS_PER_METRE.get(info.unit or stated.lateral_unit or "")
+    sides = tuple(info.physical_sizes)
     if lateral is None or len(sides) != 2:
         return None
     return float(sides[0]) / lateral, float(sides[1]) / lateral
 
 
-def _metadata_problems(info: Any, stated: Stated) -> list[str]:
+def _metadata_problems(info: Any, stated: MeasuredMap) -> list[str]:
     """Return the problems with size and units: missing, or stated twice."""
     problems = []
     if info.unit is not None and info.unit not in UNITS_PER_METRE:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from comparisons.geometry.map_files.checks import MapError
+from comparisons.geometry.reading import FileError
 
 # Characters at the beginning of a text from which the number format is determined.
 _SAMPLE = 65536
@@ -59,31 +59,26 @@ def layout_of(path: Path) -> NumberLayout:
 
     Raises
     ------
-    MapError
+    FileError
         If numbers contain both points and commas, so that either may be a thousands separator.
     OSError, UnicodeError
         If the file is not readable text.
     """
-    encoding = encoding_of(path)
+    with path.open("rb") as file:
+        marked = file.read(2) in (b"\xff\xfe", b"\xfe\xff")
+    encoding = "utf-16" if marked else "utf-8-sig"
     with path.open(encoding=encoding) as file:
         sample = file.read(_SAMPLE).splitlines()
     if len(sample) > 1 and len("\n".join(sample)) >= _SAMPLE - 2:
         sample.pop()  # cut off within the line
     data = [text for line in sample if (text := line.split("#", 1)[0].strip())]
-    delimiter, decimal_comma = _separation(path, data)
+    delimiter, decimal_comma = _separation(data)
     layout = NumberLayout(encoding, data[0] if data else "", 0, delimiter, decimal_comma)
     header = next((i for i, line in enumerate(sample) if _all_numbers(layout.fields(line))), 0)
     return NumberLayout(encoding, layout.first, header, delimiter, decimal_comma)
 
 
-def encoding_of(path: Path) -> str:
-    """Return the encoding marked by the first bytes of a text, UTF-8 by default."""
-    with path.open("rb") as file:
-        start = file.read(2)
-    return "utf-16" if start in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-
-
-def _separation(path: Path, lines: list[str]) -> tuple[str | None, bool]:
+def _separation(lines: list[str]) -> tuple[str | None, bool]:
     """Return the delimiter, and whether commas are decimal signs."""
     numeric = [line for line in lines if line[0].isdigit() or line[0] in "+-.,;\t"]
     text = "\n".join(numeric or lines[:1])
@@ -98,12 +93,9 @@ def _separation(path: Path, lines: list[str]) -> tuple[str | None, bool]:
         ):
             return mark, True
         if mark is not None and re.search(r"\d,\d", text) and re.search(r"\d\.\d", text):
-            raise MapError(
-                str(path),
-                [
-                    "numbers with both points and commas: one of them may be a decimal comma or "
-                    "a mark of thousands; write decimal points only"
-                ],
+            raise FileError(
+                "numbers with both points and commas: one of them may be a decimal comma or "
+                "a mark of thousands; write decimal points only"
             )
     return ",", False
 

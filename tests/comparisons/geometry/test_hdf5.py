@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
-from comparisons.geometry.map_files import MapError, Stated, open_map
+from comparisons.geometry.map_files.heights import read_heights
+from comparisons.geometry.reading import FileError
+from comparisons.scene.surface import MeasuredMap
 
 HEIGHTS = np.arange(12.0).reshape(3, 4)
-STATED = Stated(size=(3e-6, 4e-6), height_unit="um")
+STATED = MeasuredMap(kind="map", file="surface.h5", size=(3e-6, 4e-6), height_unit="um")
+
+
+def stated(**options):
+    return STATED.model_copy(update=options)
 
 
 @pytest.fixture
@@ -29,30 +33,31 @@ def written(tmp_path):
 
 def test_only_the_crop_of_the_only_map_is_read(written):
     """Micrometres become metres; the first index runs along x; other datasets are no maps."""
-    opened = open_map(written(surface=HEIGHTS, seeds=np.arange(5)), STATED)
-    assert opened.shape == (3, 4)
-    np.testing.assert_allclose(opened.read((1, 1, 2, 2)), 1e-6 * HEIGHTS[1:3, 1:3], rtol=1e-15)
+    path = written(surface=HEIGHTS, seeds=np.arange(5))
+    part = read_heights(path, stated(crop=(1, 1, 2, 2)))
+    np.testing.assert_allclose(part.heights, 1e-6 * HEIGHTS[1:3, 1:3], rtol=1e-15)
+    assert part.size == pytest.approx((2e-6, 2e-6))
 
 
 def test_a_channel_chooses_among_several_maps(written):
     path = written(first=HEIGHTS, second=2 * HEIGHTS)
-    with pytest.raises(MapError, match=r"expected one map, the .* are 'first', 'second'"):
-        open_map(path, STATED)
-    stated = Stated(size=STATED.size, height_unit="um", channel="second")
-    assert open_map(path, stated).read((0, 1, 1, 1)) == pytest.approx(2e-6)
+    with pytest.raises(FileError, match=r"expected one map, the .* are 'first', 'second'"):
+        read_heights(path, STATED)
+    second = read_heights(path, stated(channel="second"))
+    assert second.heights[0, 1] == pytest.approx(2e-6)
 
 
 @pytest.mark.parametrize(
-    ("datasets", "stated", "problem"),
+    ("datasets", "surface", "problem"),
     [
-        ({"surface": HEIGHTS}, Stated(), "needs size and height_unit"),
+        ({"surface": HEIGHTS}, stated(size=None), "size is needed: a dataset of an HDF5 file"),
         ({"seeds": np.arange(5)}, STATED, "expected one map, .* are none"),
         ({"surface": HEIGHTS + 1j}, STATED, "real numbers"),
     ],
 )
-def test_what_is_no_map_is_refused_with_the_reason(written, datasets, stated, problem):
-    with pytest.raises(MapError, match=problem):
-        open_map(written(**datasets), stated)
+def test_what_is_no_map_is_refused_with_the_reason(written, datasets, surface, problem):
+    with pytest.raises(FileError, match=problem):
+        read_heights(written(**datasets), surface)
 
 
 def test_a_link_to_another_file_is_no_map(written, tmp_path):
@@ -61,8 +66,8 @@ def test_a_link_to_another_file_is_no_map(written, tmp_path):
     written(surface=HEIGHTS)
     with h5py.File(tmp_path / "link.h5", "w") as file:
         file["surface"] = h5py.ExternalLink("surface.h5", "surface")
-    with pytest.raises(MapError, match="are none"):
-        open_map(tmp_path / "link.h5", STATED)
+    with pytest.raises(FileError, match="are none"):
+        read_heights(tmp_path / "link.h5", STATED)
 
 
 def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path):
@@ -72,22 +77,15 @@ def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path
     with h5py.File(path, "w") as file:
         file["run/heights"] = HEIGHTS
         file["run/again"] = file["run"]  # a circle
-    assert open_map(path, STATED).shape == HEIGHTS.shape
+    assert read_heights(path, STATED).heights.shape == HEIGHTS.shape
     with h5py.File(path, "a") as file:
         file["other"] = HEIGHTS
-    with pytest.raises(MapError, match=r"expected one map, .* are 'other', 'run/heights'"):
-        open_map(path, STATED)
+    with pytest.raises(FileError, match=r"expected one map, .* are 'other', 'run/heights'"):
+        read_heights(path, STATED)
 
 
 def test_a_file_that_is_no_hdf5_is_refused(tmp_path):
     pytest.importorskip("h5py")
     (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
-    with pytest.raises(MapError, match="not a readable HDF5 file"):
-        open_map(tmp_path / "surface.h5", STATED)
-
-
-def test_without_h5py_the_message_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "h5py", None)
-    (tmp_path / "surface.h5").write_bytes(b"\x89HDF")
-    with pytest.raises(MapError, match=r"pip install roughline\[challenge\]"):
-        open_map(tmp_path / "surface.h5", STATED)
+    with pytest.raises(FileError, match="not a readable HDF5 file"):
+        read_heights(tmp_path / "surface.h5", STATED)

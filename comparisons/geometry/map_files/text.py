@@ -1,0 +1,237 @@
+"""Files that need no other library: .npy, tables of heights, lists x, y, z of a regular grid."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.geometry.map_files.heights import (
+    UNITS_PER_METRE,
+    HeightFile,
+    memory_problems,
+    shape_problems,
+)
+from comparisons.geometry.map_files.numbers_in_text import layout_of
+from comparisons.geometry.reading import FileError, shorten
+from comparisons.scene.surface import MeasuredMap
+
+_TRIED = (
+    "numbers separated by comma, semicolon, tab or blanks, with a decimal point or, where another "
+    "mark separates them, a decimal comma; # for comments"
+)
+# Bytes at the end of a file from which a list with three numbers per line is recognised.
+_TAIL = 4096
+# Fractions of a step: coordinates closer than the first are equal up to rounding; those farther
+# from a regular grid than the second are not on it.
+_SAME, _OFF_GRID = 0.01, 0.1
+# If the file contains a smaller fraction of a grid, its points count as scattered.
+_LEAST_SHARE = 0.5
+# Arrays of all points at the peak of reading: three columns, their order, two indices.
+_ARRAYS = 8
+_UNIT_LINES = {
+    "lateral_unit": re.compile(r"#\s*Lateral units?:\s*(\S+)", re.IGNORECASE),
+    "height_unit": re.compile(r"#\s*Value units?:\s*(\S+)", re.IGNORECASE),
+}
+
+
+def open_npy(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Map a .npy file into memory; only the crop is read. First index along x.
+
+    Raises
+    ------
+    FileError
+        If the file is no array of numbers.
+    """
+    assert surface.size is not None
+    assert surface.height_unit is not None
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, ValueError) as error:
+        raise FileError(f"not a readable .npy file ({shorten(error)})") from error
+    problems = _coordinate_problems(array)
+    if problems:
+        raise FileError(*problems)
+    note = f"heights in {surface.height_unit} read from {path.name}, first index along x"
+    return HeightFile(array, surface.size, surface.height_unit, note, holes_marked=False)
+
+
+def open_table(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Read a table of numbers: first index (lines) along x, # starts a comment.
+
+    Raises
+    ------
+    FileError
+        If the file is not a table of numbers, or lists coordinates.
+    """
+    assert surface.size is not None
+    assert surface.height_unit is not None
+    try:
+        layout = layout_of(path)
+        if not layout.first:
+            raise FileError("the file holds no numbers")
+        values = len(layout.fields(layout.first))
+        problems = memory_problems(values * path.stat().st_size // len(layout.first))
+        if problems:
+            raise FileError(*problems)
+        lines = layout.lines(path) if layout.decimal_comma else path
+        table = np.loadtxt(lines, delimiter=layout.delimiter, ndmin=2, encoding=layout.encoding)
+    except FileError:
+        raise
+    except (OSError, ValueError) as error:
+        raise FileError(f"not a plain table ({_TRIED}): {shorten(error)}") from error
+    problems = _coordinate_problems(table)
+    if problems:
+        raise FileError(*problems)
+    comma = ", with decimal commas" if layout.decimal_comma else ""
+    note = f"heights in {surface.height_unit} read from {path.name}{comma}, first index along x"
+    return HeightFile(table, surface.size, surface.height_unit, note, holes_marked=False)
+
+
+def _coordinate_problems(array: NDArray[Any]) -> list[str]:
+    """Return the problem of three columns that are a complete regular grid, each point once."""
+    if (
+        array.ndim != 2
+        or array.shape[1] != 3
+        or array.shape[0] < 6
+        or array.dtype.kind not in "iuf"
+    ):
+        return []
+    places = np.asarray(array[:, :2])
+    if not np.isfinite(places).all():
+        return []
+    columns, rows = (len(np.unique(coordinate)) for coordinate in places.T)
+    complete = min(columns, rows) >= 2 and columns * rows == len(places)
+    if not complete or len(np.unique(places, axis=0)) < len(places):
+        return []
+    return ["three columns that are x, y and z of a grid: give the file the suffix .xyz"]
+
+
+def is_xyz(path: Path) -> bool:
+    """Return whether a file is a list of x, y, z, by its suffix or by the last line of a text.
+
+    The last line is used because the first may be a header.
+    """
+    if path.suffix.lower() == ".xyz":
+        return True
+    with path.open("rb") as file:
+        file.seek(max(0, path.stat().st_size - _TAIL))
+        # In text with two bytes per character, every other byte is zero.
+        lines = file.read().replace(b"\0", b"").split(b"\n")
+    last = next((line for line in reversed(lines) if line.strip()), b"")
+    if len(last) > 200:
+        return False
+    fields = re.split(rb"[\s,;]+", last.strip())
+    return len(fields) == 3 and all(re.fullmatch(rb"[-+.\deE]+", field) for field in fields)
+
+
+def open_xyz(path: Path, surface: MeasuredMap) -> HeightFile:
+    """Read a list of x, y, z.
+
+    Units that the file does not state (``# Lateral units: µm``, ``# Value units: nm``, as Gwyddion
+    writes them) must be given, separately for x, y and for z: profilers commonly export micrometres
+    beside nanometres. Grid points missing from the list are undefined.
+
+    Raises
+    ------
+    FileError
+        If units are missing or the points are not on a regular grid.
+    """
+    try:
+        layout = layout_of(path)
+        with path.open(encoding=layout.encoding) as file:
+            comments = [line for line, _ in zip(file, range(layout.header), strict=False)]
+    except FileError:
+        raise
+    except (OSError, UnicodeError) as error:
+        raise FileError(f"not a list of x, y, z ({shorten(error)})") from error
+    units, problems = _units(comments, surface)
+    if surface.channel is not None:
+        problems.append(f"channel {surface.channel!r} was given, but a list of x, y, z has none")
+    lines = path.stat().st_size // max(1, len(layout.first))
+    problems += memory_problems(_ARRAYS * lines // 4)
+    if problems:
+        raise FileError(*problems)
+    try:
+        table = np.loadtxt(
+            layout.lines(path), delimiter=layout.delimiter, skiprows=layout.header, ndmin=2
+        )
+    except (OSError, ValueError) as error:
+        raise FileError(f"not a list of x, y, z ({shorten(error)})") from error
+    if table.shape[1] != 3:
+        raise FileError(f"expected lines of three numbers x, y, z, got {table.shape[1]} a line")
+    if not np.isfinite(table[:, :2]).all():
+        raise FileError("expected finite x and y, got NaN or infinity")
+    heights, cells = _on_grid(*table.T)
+    lateral, vertical = units["lateral_unit"], units["height_unit"]
+    width, length = (
+        n * cell / UNITS_PER_METRE[lateral] for n, cell in zip(heights.shape, cells, strict=True)
+    )
+    comma = ", with decimal commas" if layout.decimal_comma else ""
+    note = f"x, y in {lateral} and heights in {vertical} read from {path.name}{comma}"
+    return HeightFile(heights, (width, length), vertical, note)
+
+
+def _units(comments: list[str], surface: MeasuredMap) -> tuple[dict[str, str], list[str]]:
+    """Return the units, stated in comments of the file or by the scene, and the problems."""
+    problems, units = [], {}
+    for key, coordinates in (("lateral_unit", "x and y"), ("height_unit", "z")):
+        in_file = [found[1] for line in comments if (found := _UNIT_LINES[key].match(line))]
+        given = getattr(surface, key)
+        if not in_file and given is None:
+            problems.append(f'the file states no unit of {coordinates}: give {key}, such as "um"')
+        elif in_file and given is not None:
+            problems.append(
+                f"the file states the unit of {coordinates} ({in_file[-1]}): leave out {key}"
+            )
+        elif in_file and in_file[-1] not in UNITS_PER_METRE:
+            problems.append(
+                f"its unit of {coordinates}, {in_file[-1]!r}, is not a length that is known here"
+            )
+        units[key] = in_file[-1] if in_file else given
+    if surface.size is not None:
+        problems.append("the coordinates in the file state its size: leave out size")
+    return units, problems
+
+
+def _on_grid(
+    x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """Return the heights (nx, ny), NaN for missing points, and the sides of a cell."""
+    (across, column, even_x), (along, row, even_y) = _spaced(x), _spaced(y)
+    problems = [
+        f"{name} is not equally spaced: a map is a regular grid of points"
+        for name, even in (("x", even_x), ("y", even_y))
+        if not even
+    ]
+    if problems:
+        raise FileError(*problems)
+    shape = int(column.max()) + 1, int(row.max()) + 1
+    problems = shape_problems(shape)
+    if shape[0] * shape[1] * _LEAST_SHARE > len(z):
+        problems.append(f"{len(z)} points on a grid of {shape[0]} x {shape[1]}: scattered points")
+    if problems:
+        raise FileError(*problems)
+    place = column * shape[1] + row
+    twice = int(len(place) - len(np.unique(place)))
+    if twice:
+        raise FileError(f"{twice} points have the x and y of another point")
+    heights = np.full(shape[0] * shape[1], np.nan)
+    heights[place] = z
+    return heights.reshape(shape), (across, along)
+
+
+def _spaced(values: NDArray[np.float64]) -> tuple[float, NDArray[np.int64], bool]:
+    """Return the mean step of values, their grid positions, and whether the steps are equal."""
+    levels = np.unique(values)
+    if len(levels) < 2:
+        return 0.0, np.zeros(len(values), np.int64), True
+    gaps = np.diff(levels)
+    distinct = int((gaps > _SAME * gaps.max()).sum()) + 1
+    step = float((levels[-1] - levels[0]) / (distinct - 1))
+    place = (values - levels[0]) / step
+    index = np.rint(place).astype(np.int64)
+    return step, index, bool(np.abs(place - index).max() <= _OFF_GRID)
