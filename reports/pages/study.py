@@ -6,6 +6,7 @@ The parts common to all pages (embedding, escaping, scripts) are in `reports.pag
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,25 +29,9 @@ from reports.pages.judging import judging
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import (
-    curves,
-    dent,
-    distributions,
-    errors,
-    failure,
-    film,
-    load_slider,
-    measured,
-    model,
-    overview,
-    pressure,
-    roughness,
-    slip,
-    speed,
-    stress_below,
-    worn,
-)
+from reports.plots import curves, errors, overview, physics, pressure, speed, stored, surfaces
 from reports.plots.figure import Figure
+from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
 from reports.plots.validity import validity_map
 from reports.tables import scene as tables
@@ -55,6 +40,19 @@ from reports.tables.plans import plan_rows
 from reports.tables.table import Table
 
 TURNING = "picture-view"
+# The plots of a scene below its plan: name, heading, and what draws them.
+EVIDENCE: tuple[tuple[str, str, Callable[[SceneRecord], list[Figure]]], ...] = (
+    ("curves", "Curves", curves.curves),
+    ("errors", "Errors at every step", errors.errors),
+    ("pressure", "Contact pressure", pressure.pressures),
+    ("distributions", "Distributions over the surface", surfaces.distributions),
+    ("slip", "Stick and slip", physics.slips),
+    ("film", "Film", physics.films),
+    ("worn", "Worn profile", physics.worn_profiles),
+    ("dent", "What yields", physics.dents),
+    ("stress", "Stress below the contact", physics.stresses_below),
+    ("speed", "Speed against error", speed.speed),
+)
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,7 @@ class SceneView:
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
     summary: Summary
-    loads: load_slider.SliderSteps
+    loads: stored.SliderSteps
     settings: Table
     times: Table
     stability: Table
@@ -152,6 +150,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         claims=claims,
         claims_folder=record.directory.parent / FOLDER,
         seeds=_seeds(record),
+        evidence=[(name, heading) for name, heading, _ in EVIDENCE],
         glossary=glossary,
         itself=ITSELF,
         of_means=tables.OF_MEANS,
@@ -220,9 +219,9 @@ def _with_picture(view: SceneView, picture: pictures.Picture) -> SceneView:
 def _view(scene: SceneRecord, anchor: str) -> SceneView:
     judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
     decided = next(iter(judged.values()))
-    failing = failure.failure_view(scene)
+    failing = failure_view(scene)
     # The line stands beside its surface where there is one.
-    reduced = None if failing else model.reduced_picture(scene)
+    reduced = None if failing else reduced_picture(scene)
     advice = advise(scene)
     return SceneView(
         record=scene,
@@ -240,21 +239,12 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
         figures={
             "model": [reduced] if reduced else [],
             "failure": failing,
-            "roughness": roughness.roughness(scene),
-            "curves": [*measured.measured(scene), *curves.curves(scene)],
-            "errors": errors.errors(scene),
-            "pressure": pressure.pressures(scene),
-            "distributions": distributions.distributions(scene),
-            "slip": slip.slips(scene),
-            "film": film.films(scene),
-            "worn": worn.worn_profiles(scene),
-            "dent": dent.dents(scene),
-            "stress": stress_below.stresses_below(scene),
-            "speed": speed.speed(scene),
+            "roughness": surfaces.roughness(scene),
+            **{name: draw(scene) for name, _, draw in EVIDENCE},
         },
         picture=pictures.Picture(),
         summary=summary(scene, decided, advice),
-        loads=load_slider.slider_steps(scene),
+        loads=stored.slider_steps(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),

@@ -6,7 +6,8 @@ escapes them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -214,3 +215,13 @@ class Figure:
     def clipped(self) -> bool:
         """Whether markers are clipped at the frame; logarithmic axes contain all points."""
         return not (self.x.log or self.y.log)
+
+
+def line(look: Look, x: np.ndarray, y: np.ndarray, width: float = 2.0) -> Series:
+    """Return a curve without markers, named on hover."""
+    return Series(look, x, y, marks=False, hover=look.label, width=width)
+
+
+def moving(figures: Sequence[Figure]) -> Figure:
+    """Return the figure of the last load with the earlier ones attached."""
+    return replace(figures[-1], earlier=tuple(figures[:-1]))

@@ -1,4 +1,4 @@
-"""The reduced model: the equivalent profile or the rough line, and its springs."""
+"""The reduced model, its profile or rough line; beside a rough surface why their areas differ."""
 
 from __future__ import annotations
 
@@ -12,21 +12,26 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.plots.figure import Axis, Band, Figure, Level, Series
-from reports.plots.load_slider import SliderSteps, slider_steps
-from reports.plots.style import CONTACT, DASHED, INK, MUTED, Look
+from reports.plots.axes import log_axis, padded, value_axis, wants_log
+from reports.plots.figure import Axis, Band, Figure, Level, Map, Series, line, moving
+from reports.plots.maps import coarsened, map_figure, outer
+from reports.plots.pressure import Field, leading_map, pressure_fields
+from reports.plots.stored import SliderSteps, slider_steps, stored_fields
+from reports.plots.style import CIRCLE, CONTACT, DASHED, DOTTED, INK, MUTED, Look, look
 
 MOST_LINE_POINTS = 1500
 MOST_PROFILE_POINTS = 160
-TITLE = "Reduced model"
 LINE, TOUCHING = Look("line of the model", MUTED), Look("in contact", CONTACT)
 PROFILE = Look("equivalent profile g(x)", INK)
+HEIGHTS = 0.85  # of the scale of a map: heights end below, contacts stand at its top
+LEAST = 1e-6  # of the nominal area: what lies below is no contact to be seen
+LENGTH = Look("length of the line in contact", look(MODEL).colour, CIRCLE, DOTTED, 6)
+NOW = Look("load of the slider", INK)
 
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
     """Return the one-dimensional model: the profile or the rough line, and its springs."""
-    levels = selection.resolutions(scene, MODEL)
-    fields = scene.load_fields(MODEL, int(levels[-1])) if levels else {}
+    fields = next((item.fields for item in stored_fields(scene, [MODEL])), {})
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
         return _line_figure(scene, fields)
     if {"profile_x", "profile_height", "penetration"} <= fields.keys():
@@ -34,7 +39,62 @@ def reduced_picture(scene: SceneRecord) -> Figure | None:
     return None
 
 
-def _earlier_depths(scene: SceneRecord, loads: SliderSteps) -> list[float]:
+def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
+    heights = np.ravel(fields["line_height"])
+    x, height = thinned(np.ravel(fields["line_x"]), heights)
+    last = float(fields["line_penetration"])
+    share = np.mean(heights >= heights.max() - last)
+
+    def pressed_by(depth: float) -> Figure:
+        level = heights.max() - depth
+        touching = np.where(height >= level, height, np.nan)
+        return Figure(
+            "reduced-line",
+            "Reduced model",
+            "The first rough line of the reduced model. Points above the dashed level compress "
+            f"springs ({fmt.relative(share)} of the line at the last load).",
+            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
+            Axis("height h", scale=fmt.prefix_for(height, "m")),
+            (line(LINE, x, height, 1.0), line(TOUCHING, x, touching, 3.0)),
+            levels=(Level(level, dash=DASHED),),
+        )
+
+    return moving([pressed_by(depth) for depth in (*_earlier_depths(scene), last)])
+
+
+def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure | None:
+    x, height = np.ravel(fields["profile_x"]), np.ravel(fields["profile_height"])
+    last = float(fields["penetration"])
+    keep = np.flatnonzero(np.isfinite(height) & (height <= 2 * last))
+    if len(keep) < 2:
+        return None
+    keep = keep[:: -(-len(keep) // MOST_PROFILE_POINTS)]
+    x, height = x[keep], height[keep]
+    if x.min() >= 0:  # given on one side only
+        x, height = np.concatenate([-x[::-1], x]), np.concatenate([height[::-1], height])
+    moves = scene.control in NORMAL and not scene.is_path
+    reached = f"{fmt.with_unit(last, 'm')}{' at the last load' if moves else ''}"
+
+    def pressed_by(depth: float) -> Figure:
+        inside = height <= depth
+        level = np.full(int(inside.sum()), depth)
+        return Figure(
+            "reduced-profile",
+            "Reduced model",
+            "The equivalent one-dimensional profile, indented to the dashed level "
+            f"({reached}). The shaded height is the compression of the springs.",
+            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
+            Axis("profile g", scale=fmt.prefix_for(last, "m")),
+            (line(PROFILE, x, height),),
+            (Band(x[inside], height[inside], level, CONTACT, 0.35),),
+            (Level(depth, dash=DASHED),),
+            legend=False,
+        )
+
+    return moving([pressed_by(depth) for depth in (*_earlier_depths(scene), last)])
+
+
+def _earlier_depths(scene: SceneRecord) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = selection.solved_rows(scene, MODEL)
     level = selection.column(rows, "resolution")
@@ -42,85 +102,112 @@ def _earlier_depths(scene: SceneRecord, loads: SliderSteps) -> list[float]:
     rows = rows[[name != selection.MEAN for name in selection.texts(rows, "realisation")]]
     steps, depth = selection.column(rows, "step"), selection.column(rows, "penetration")
     # The first realisation stands first.
-    first = [depth[steps == step][:1] for step in loads.steps[:-1]]
+    first = [depth[steps == step][:1] for step in slider_steps(scene).steps[:-1]]
     return [float(depths[0]) if len(depths) else float("nan") for depths in first]
 
 
-def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
-    x, height = _thinned(np.ravel(fields["line_x"]), np.ravel(fields["line_height"]))
-    top = float(np.max(fields["line_height"]))
-    last = top - float(fields["line_penetration"])
-
-    def pressed_to(level: float) -> Figure:
-        touching = np.where(height >= level, height, np.nan)
-        return Figure(
-            "reduced-line",
-            TITLE,
-            caption,
-            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
-            Axis("height h", scale=fmt.prefix_for(height, "m")),
-            (
-                Series(LINE, x, height, marks=False, width=1.0, hover=LINE.label),
-                Series(TOUCHING, x, touching, marks=False, width=3.0, hover=TOUCHING.label),
-            ),
-            levels=(Level(level, dash=DASHED),),
-        )
-
-    share = np.mean(np.ravel(fields["line_height"]) >= last)
-    caption = (
-        "The first rough line of the reduced model. Points above the dashed level compress springs "
-        f"({fmt.relative(share)} of the line at the last load)."
-    )
-    depths = _earlier_depths(scene, slider_steps(scene))
-    return replace(pressed_to(last), earlier=tuple(pressed_to(top - depth) for depth in depths))
-
-
-def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure | None:
-    x, height = np.ravel(fields["profile_x"]), np.ravel(fields["profile_height"])
-    last = float(fields["penetration"])
-    keep = np.isfinite(height) & (height <= 2 * last)
-    if keep.sum() < 2:
-        return None
-    x, height = _both_sides(x[keep], height[keep])
-    moves = scene.control in NORMAL and not scene.is_path
-    depth = f"{fmt.with_unit(last, 'm')}{' at the last load' if moves else ''}"
-    caption = (
-        f"The equivalent one-dimensional profile, indented to the dashed level ({depth}). The "
-        "shaded height is the compression of the springs."
-    )
-
-    def pressed_to(depth: float) -> Figure:
-        inside = height <= depth
-        level = np.full(int(inside.sum()), depth)
-        return Figure(
-            "reduced-profile",
-            TITLE,
-            caption,
-            Axis("along the line x", scale=fmt.prefix_for(x, "m")),
-            Axis("profile g", scale=fmt.prefix_for([last], "m")),
-            (Series(PROFILE, x, height, marks=False, hover=PROFILE.label),),
-            (Band(x[inside], height[inside], level, CONTACT, 0.35),),
-            (Level(depth, dash=DASHED),),
-            legend=False,
-        )
-
-    depths = _earlier_depths(scene, slider_steps(scene))
-    return replace(pressed_to(last), earlier=tuple(pressed_to(depth) for depth in depths))
-
-
-def _both_sides(x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a thinned profile, mirrored if given on one side only."""
-    stride = -(-len(x) // MOST_PROFILE_POINTS)
-    x, height = x[::stride], height[::stride]
-    if x.min() < 0:
-        return x, height
-    return np.concatenate([-x[::-1], x]), np.concatenate([height[::-1], height])
-
-
-def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Keep the highest point of each bin, because the peaks make the contact."""
     if len(x) <= MOST_LINE_POINTS:
         return x, y
     edges = np.linspace(0, len(x), MOST_LINE_POINTS + 1).astype(int)
     keep = np.array([a + int(np.argmax(y[a:b])) for a, b in pairwise(edges)])
     return x[keep], y[keep]
+
+
+def failure_view(scene: SceneRecord) -> list[Figure]:
+    """Return the surface and its line with their contacts, and both fractions over the load.
+
+    Nothing where a scene has no rough surface, or where one of the two was not solved.
+    """
+    of_line = reduced_picture(scene)
+    if of_line is None or of_line.key != "reduced-line":
+        return []
+    fields = [item for item in pressure_fields(scene) if item.rough and item.on_a_grid]
+    if not fields:
+        return []
+    loads = slider_steps(scene)
+    item = leading_map(scene, fields)
+    shown = replace(
+        of_line,
+        title="Contact of its line",
+        caption=f"{of_line.caption} Each contact of length l counts as a disc, A = πl²/4 (19.29).",
+        quantity="contact_area",
+    )
+    return [_surface(scene, item, loads), shown, *_fractions(scene, item, loads)]
+
+
+def _surface(scene: SceneRecord, item: Field, loads: SliderSteps) -> Figure:
+    """Return the heights of the surface with its contacts in one colour."""
+    heights = scene.load_fields(item.method, item.resolution).get("heights", np.empty(0))
+    known = heights.shape == item.shape
+    relief = heights - heights.min() if known else np.zeros(item.shape)
+    relief = HEIGHTS * (0.02 + 0.98 * relief / (float(np.max(relief)) or 1.0))
+    frames = []
+    for at_load in item.at_loads(loads):
+        touched = 0.0 if at_load is None else at_load.pressure.reshape(item.shape)
+        values = np.where(touched > 0, 1.0, relief)
+        pixels = coarsened(*item.axes, values)
+        frames.append(Map(*pixels, "contact", highest=1.0, contacts=True))
+    touching = float(np.mean(item.pressure > 0))
+    return map_figure(
+        "failure-surface",
+        "Contact of the surface",
+        f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface at the "
+        f"last load. {look(item.method, scene).label}, N = {item.resolution}.",
+        frames,
+        "contact_area",
+    )
+
+
+def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figure]:
+    """Return contact area and length over the load as shares, with the load of the slider."""
+    nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
+    truth = selection.reference(scene)[0] or item.method
+    along = selection.drawn_along(scene)
+    drawn: list[Series] = []
+    steps: list[np.ndarray] = []
+    for method, name, style, whole in (
+        (truth, "contact_area", look(truth, scene), nominal),
+        (MODEL, "contact_area", look(MODEL, scene), nominal),
+        (MODEL, "contact_length", LENGTH, float(np.sqrt(nominal))),
+    ):
+        rows = selection.curve(scene, method)
+        share = selection.column(rows, name) / whole
+        label = style.label if style is LENGTH else f"area, {style.label}"
+        if (share > LEAST).any():
+            x = selection.column(rows, along)
+            drawn.append(Series(style.labelled(label), x, share, hover=label))
+            steps.append(selection.column(rows, "step"))
+    if len(drawn) < 2:
+        return []
+    reached, places = (np.concatenate([getattr(series, axis) for series in drawn]) for axis in "yx")
+    limits = padded(reached[reached > LEAST], 0.05, 0.2)  # a tick at least
+    in_words = ""
+    if len(drawn) == 3 and all(len(series.y) for series in drawn):
+        surface, discs, length = (fmt.relative(float(series.y[-1])) for series in drawn)
+        in_words = (
+            f"At the last load the line touches along {length} of its length, its discs add up to "
+            f"{discs} of the area, and the surface touches on {surface}. "
+        )
+    empty = Figure(
+        "failure-fractions",
+        "In contact, as a share of the whole",
+        f"Means over the surfaces and over the lines. {in_words}Ring: the load of the slider.",
+        value_axis(along, places, wants_log(places)),
+        log_axis("share in contact", limits, fmt.tolerance),
+        quantity="contact_area",
+    )
+
+    def ring(step: int) -> Series:
+        """Return rings around the points of a load step (-1: the last)."""
+        pairs = [
+            (x, y)
+            for series, own in zip(drawn, steps, strict=True)
+            for x, y, at in zip(series.x, series.y, own, strict=True)
+            if at == (own.max() if step < 0 else step)
+        ]
+        x, y = np.array(pairs).T if pairs else (np.empty(0), np.empty(0))
+        return Series(NOW, x, y, line=False, hollow=True, size=15)
+
+    return [moving([replace(empty, series=(*drawn, ring(s))) for s in loads.steps or (-1,)])]

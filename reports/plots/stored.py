@@ -1,31 +1,82 @@
-"""The stored fields that a picture is made from."""
+"""The stored fields that plots are made from, and the loads at which a slider shows them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
+from comparisons.tasks.shown_loads import shown_steps
 from reports.plots.style import drawing_order, look
 
 Fields = dict[str, np.ndarray]
-# Method, resolution, and its arrays by name.
-Stored = tuple[str, int, Fields]
+
+
+@dataclass(frozen=True)
+class Stored:
+    """The fields of a method at its finest resolution, by name."""
+
+    method: str
+    resolution: int
+    fields: Fields
+
+    @property
+    def source(self) -> str:
+        """Whose fields these are, for a caption."""
+        return f"{look(self.method).label}, N = {self.resolution}"
+
+
+def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[Stored]:
+    """Yield what each method has stored, read when asked for; by default in drawing order."""
+    for method in methods or drawing_order(selection.methods(scene)):
+        levels = [level for name, level in scene.fields if name == method]
+        if levels:
+            yield Stored(method, max(levels), scene.load_fields(method, max(levels)))
 
 
 def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:
-    """Return the reference's finest fields, or another method's, if they hold all names."""
+    """Return the reference's fields, or another method's, if they hold all names."""
     first, _ = selection.reference(scene)
     methods = drawing_order(selection.methods(scene))
-    for method in sorted(methods, key=lambda name: name != first):
-        levels = sorted(level for name, level in scene.fields if name == method)
-        fields = scene.load_fields(method, levels[-1]) if levels else {}
-        if set(names) <= fields.keys():
-            return method, int(levels[-1]), fields
-    return None
+    candidates = stored_fields(scene, sorted(methods, key=lambda name: name != first))
+    return next((item for item in candidates if set(names) <= item.fields.keys()), None)
 
 
-def at_last_load(stored: Stored) -> str:
-    """Return whose fields these are, for a caption."""
-    method, resolution, _ = stored
-    return f"{look(method).label}, N = {resolution}, at the last load."
+@dataclass(frozen=True)
+class SliderSteps:
+    """The load steps of a scene's slider, counted from zero, their labels, and what they are."""
+
+    steps: tuple[int, ...]
+    labels: tuple[str, ...]
+    name: str = "load"
+
+
+NO_STEPS = SliderSteps((), ())
+
+
+def slider_steps(scene: SceneRecord) -> SliderSteps:
+    """Return the loads of the slider, or creeps; none for a single load, a path, a speed range."""
+    if scene.control not in (*NORMAL, "creep", "lateral_creep") or scene.is_path:
+        return NO_STEPS
+    rows = selection.solved(scene)
+    steps = selection.column(rows, "step")
+    if not len(steps) or steps.min() < 0 or steps.max() > 10**6:
+        return NO_STEPS
+    count = int(steps.max()) + 1
+    chosen = shown_steps(count)
+    if len(chosen) < 2:
+        return NO_STEPS
+    values = selection.column(rows, scene.control)
+    row = quantity(scene.control)
+    step_name = "load" if scene.control in NORMAL else "step"
+    labels = []
+    for step in chosen:
+        loads_of_step = values[(steps == step) & np.isfinite(values)]
+        size = fmt.with_unit(loads_of_step[0], row.unit) if len(loads_of_step) else fmt.MISSING
+        labels.append(f"{row.label} {size} ({step_name} {step + 1} of {count})")
+    return SliderSteps(chosen, tuple(labels), step_name)

@@ -14,7 +14,7 @@ from comparisons.tasks.distributions import Stretches, edges, histogram
 from reduced.loads import Load
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reports.plots.distributions import distributions
+from reports.plots.surfaces import distributions
 from roughline import Study
 
 ALL = ["pressure_distribution", "gap_distribution", "contact_sizes"]

@@ -11,7 +11,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results.measured import modulus_fits, modulus_sentence
 from comparisons.results.record import record_scene
 from comparisons.solving.planning import plan_all
-from reports.plots.measured import measured
+from reports.plots.curves import measured
 
 MODULUS, RADIUS = 1e9, 1e-3
 
@@ -91,7 +91,7 @@ def test_a_scene_with_a_measured_curve_says_its_modulus(tmp_path, monkeypatch):
     assert set(fits) == {"reduced", "closed_form"}
     assert fits["reduced"].modulus == pytest.approx(1.2e9, rel=1e-6)
     assert "1.200 \N{PLUS-MINUS SIGN}" in modulus_sentence(record)
-    (figure,) = measured(record)
+    figure = measured(record)
     assert [series.look.label for series in figure.series] == [
         *("measured", "closed form, fitted", "reduced model, fitted")
     ]

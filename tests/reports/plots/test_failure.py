@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from comparisons.results import selection
-from reports.plots.failure import failure_view
-from reports.plots.load_slider import slider_steps
+from reports.plots.model import failure_view
 from reports.plots.pressure import pressure_fields
+from reports.plots.stored import slider_steps
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 
 from comparisons.facts.methods import BUILT_IN, ours
 from comparisons.results import selection
-from reports.plots import curves, errors, model, speed
+from reports.plots import curves, errors, maps, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
 from reports.plots.interactive import spec
@@ -261,8 +261,8 @@ def test_large_maps_keep_their_peaks():
     rng = np.random.default_rng(3)
     values = rng.random((300, 270))
     side = np.arange(300.0), np.arange(270.0)
-    small, x, y = pressure_figures.coarsened(values, *side)
-    assert max(small.shape) <= pressure_figures.MOST_PIXELS
+    x, y, small = maps.coarsened(*side, values)
+    assert max(small.shape) <= maps.MOST_PIXELS
     assert small.shape == (len(x), len(y))
     assert small.max() == values.max()
 
@@ -271,7 +271,7 @@ def test_long_lines_keep_their_peaks():
     x = np.linspace(0, 1, 20000)
     y = np.zeros_like(x)
     y[12345] = 1.0
-    short_x, short_y = model._thinned(x, y)
+    short_x, short_y = model.thinned(x, y)
     assert len(short_x) <= model.MOST_LINE_POINTS
     assert short_y.max() == 1.0
     assert np.all(np.diff(short_x) > 0)

@@ -10,7 +10,7 @@ import pytest
 from comparisons.geometry.prepare import prepare
 from comparisons.scene.scene import load_scene
 from comparisons.solving.surface_roughness import roughness_of
-from reports.plots.roughness import roughness
+from reports.plots.surfaces import roughness
 
 
 @pytest.fixture(scope="module")
