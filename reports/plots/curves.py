@@ -122,8 +122,8 @@ def _values(drawn: list[_Curve], up: str) -> Figure:
     for place, item in enumerate(drawn):
         last = np.flatnonzero(np.isfinite(item.series.y))[-1:]
         bars = None if item.series.bars is None else item.series.bars[last]
-        at = {"x": np.array([float(place)]), "y": item.series.y[last], "bars": bars}
-        points.append(replace(item.series, **at, line=False, marks=True))
+        x, y = np.array([float(place)]), item.series.y[last]
+        points.append(replace(item.series, x=x, y=y, bars=bars, line=False, marks=True))
     names = tuple((float(place), point.look.label) for place, point in enumerate(points))
     return Figure(
         f"curve-{up}",

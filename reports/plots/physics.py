@@ -19,7 +19,7 @@ from comparisons.tasks.shown_loads import SLIP, at_step, stored_steps
 from reports.plots.axes import log_axis
 from reports.plots.figure import NO_SCALE, Axis, Figure, Map, line
 from reports.plots.maps import coarsened, map_figure, outer
-from reports.plots.stored import finest_fields, slider_steps
+from reports.plots.stored import Fields, finest_fields, slider_steps
 from reports.plots.style import DASHED, DOTTED, INK, MUTED, Look, look
 
 # Colours and section of a film end at this multiple of its central value: outside the gap is wide.
@@ -46,7 +46,7 @@ def slips(scene: SceneRecord) -> list[Figure]:
     if len(frames) != len(loads.steps):
         frames = [last]
 
-    def in_contact(frame: dict[str, np.ndarray], name: str) -> tuple[np.ndarray, ...]:
+    def in_contact(frame: Fields, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return x, y and the values on the rows and columns of the grid that carry pressure."""
         shape = tuple(int(side) for side in np.ravel(frame["pressure_shape"]))
         x, y, pressure, values = (
