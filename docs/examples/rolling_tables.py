@@ -34,10 +34,9 @@ from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
 from reference.halfspace.traction import NormalAndTangential
 from reference.rolling.coefficients import creep_coefficients, on_grid
-from reference.rolling.contact import Creep, rigid_slip, roll
-from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
-from reference.rolling.tractions import Rolling, Surface
+from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear
+from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, roll, steady
+from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.sliding.contact import solve as slide
 from reference.sliding.operators import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -182,7 +181,7 @@ def carter_error(count: int, traction: float, share: float | None, nu: float = 0
     surface = PlaneSurface(x.size, 1 / count, compliance)
     if share is not None:
         surface = PlaneElements(x.size, 1 / count, compliance, nu, inertia=share)
-    answer = Rolling(surface, bound).at(creep).traction
+    answer = steady(Upstream(surface, bound.shape), bound, creep).traction
     return float(answer[0].sum() / bound.sum()) / traction - 1
 
 
@@ -278,7 +277,10 @@ def contact_example() -> list[list[str]]:
 
 
 def on_ellipse(
-    ratio: float, cells: int, creeps: list[Creep], surface: Callable[..., Surface] | None = None
+    ratio: float,
+    cells: int,
+    creeps: list[Creep],
+    surface: Callable[..., TangentialSurface] | None = None,
 ) -> np.ndarray:
     """Return F/(mu F_z) below Hertz's pressure, so many cells on the root of a b."""
     side, axes = 1.0 / cells, np.array([np.sqrt(ratio), 1 / np.sqrt(ratio)])
@@ -287,9 +289,9 @@ def on_ellipse(
     bound = np.sqrt(np.maximum(1 - (x[:, None] / axes[0]) ** 2 - (y / axes[1]) ** 2, 0))
     bound /= bound.sum() * side**2
     below = (surface or half_space)(bound.shape, side)
-    rolling = Rolling(below, bound)
+    flow = Upstream(below, bound.shape)
     slips = [rigid_slip(creep, bound.shape, (side, side)) for creep in creeps]
-    sums = [rolling.at(slip).traction.sum(axis=(1, 2)) for slip in slips]
+    sums = [steady(flow, bound, slip).traction.sum(axis=(1, 2)) for slip in slips]
     return np.hypot(*np.array(sums).T) * side**2
 
 

@@ -332,7 +332,7 @@ def second_opinion() -> list[list[str]]:
             heights = (body.points**2).sum(axis=1) / 2
             pairs = list(
                 zip(
-                    list(friction.follow(friction.FrictionalPress(body, heights, MU), *loads))[8:],
+                    list(friction.follow(body, heights, MU, *loads))[8:],
                     true,
                     strict=True,
                 )

@@ -1,9 +1,8 @@
 """Steady rolling of a rigid roller with Coulomb friction and creep, seen from the contact.
 
-- `tractions`: stick, slip and its direction at given bounds, on any elastic surface;
-- `contact.roll`: pressed and rolled, with the coupling of both;
-- `plane`: the plane half-space;
+- `roll`: pressed and rolled (`roll.roll`), tractions at given bounds on any elastic surface
+  (`roll.steady`), and step by step from any state (`roll.roll_on`);
+- `strip`: rollers of infinite length on the half-space and on elements;
 - `coefficients`: the limit of small creep;
-- `transient`: step by step, from any state, and rough rollers;
-- `theories`: Kalker's linear theory and FASTSIM.
+- `creep_theories`: Kalker's linear theory and FASTSIM.
 """

@@ -26,8 +26,7 @@ from numpy.typing import NDArray
 
 from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.halfspace.cerruti import Compliance, cell_integrals
-from reference.rolling.contact import Creep, rigid_slip
-from reference.rolling.tractions import Rolling, Surface
+from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, steady
 
 Array = NDArray[np.float64]
 
@@ -176,7 +175,7 @@ class _Strips:
 
 
 def on_grid(
-    surface: Callable[[tuple[int, int], float], Surface], axis_ratio: float, cells: int
+    surface: Callable[[tuple[int, int], float], TangentialSurface], axis_ratio: float, cells: int
 ) -> Array:
     """Return C11, C22, C23 and C33 on one grid.
 
@@ -196,9 +195,9 @@ def on_grid(
     x = (np.arange(-half[0] - 1, half[0] + 1) + 0.5) * side
     y = (np.arange(-half[1], half[1]) + 0.5) * side
     inside = (x[:, None] / a) ** 2 + (y / b) ** 2 < 1
-    rolling = Rolling(surface(inside.shape, side), np.where(inside, np.inf, 0.0))
+    flow, stuck = Upstream(surface(inside.shape, side), inside.shape), np.where(inside, np.inf, 0.0)
     slips = [rigid_slip(creep, inside.shape, (side, side)) for creep in _ONE_OF_EACH]
-    along, across, spin = (rolling.at(slip).traction for slip in slips)
+    along, across, spin = (steady(flow, stuck, slip).traction for slip in slips)
     turning = (spin[1] * x[:, None] - spin[0] * y).sum()
     forces = np.array([along[0].sum(), across[1].sum(), spin[1].sum(), turning])
     # F = C 2 G c^2, c^3 or c^4

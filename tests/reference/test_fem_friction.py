@@ -35,7 +35,7 @@ def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
     pairs = list(
         zip(
-            friction.follow(friction.FrictionalPress(body, gap, MU), *loads),
+            friction.follow(body, gap, MU, *loads),
             sweep(press, *loads),
             strict=True,
         )
@@ -78,7 +78,7 @@ def test_coulomb_holds_node_by_node():
     body = frictional_body(1.0, Material(2.0, 0.0), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    for step in friction.follow(friction.FrictionalPress(body, gap, MU), *loads):
+    for step in friction.follow(body, gap, MU, *loads):
         tangential = np.hypot(step.reactions[:, 0], step.reactions[:, 1])
         assert (step.reactions[:, 2] >= 0).all()
         assert (tangential <= MU * step.reactions[:, 2] * (1 + 1e-12)).all()
@@ -92,9 +92,9 @@ def test_refusals():
     gap = np.zeros(len(body.points))
     loads = LoadPath("penetration", 1.0), LoadPath("tangential_displacement", 0.0)
     with pytest.raises(ValueError, match="gap"):
-        friction.follow(friction.FrictionalPress(body, gap[1:], MU), *loads)
+        friction.follow(body, gap[1:], MU, *loads)
     with pytest.raises(ConvergenceError, match="node by node"):
-        next(friction.follow(friction.FrictionalPress(body, gap, MU), *loads, max_sweeps=2))
+        next(friction.follow(body, gap, MU, *loads, max_sweeps=2))
 
 
 def test_prescribed_forces_are_those_of_the_prescribed_displacements():
@@ -103,11 +103,9 @@ def test_prescribed_forces_are_those_of_the_prescribed_displacements():
     body = frictional_body(1.0, Material(2.4, 0.2), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     moves = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    driven = list(friction.follow(friction.FrictionalPress(body, gap, MU), *moves))
+    driven = list(friction.follow(body, gap, MU, *moves))
     forces = (LoadPath(k, [getattr(s, k) for s in driven]) for k in ("force", "tangential_force"))
-    for one, other in zip(
-        friction.follow(friction.FrictionalPress(body, gap, MU), *forces), driven, strict=True
-    ):
+    for one, other in zip(friction.follow(body, gap, MU, *forces), driven, strict=True):
         assert one.penetration == pytest.approx(other.penetration, rel=1e-5)
         apart = one.tangential_displacement - other.tangential_displacement
         assert abs(apart) < 1e-4 * MU * other.penetration
@@ -120,10 +118,6 @@ def test_forces_beyond_friction_are_not_found():
     gap = (body.points**2).sum(axis=1) / 2
     pulled = LoadPath("tangential_force", [0.0, 1.2 * MU])
     with pytest.raises(ConvergenceError, match="full sliding"):
-        list(
-            friction.follow(
-                friction.FrictionalPress(body, gap, MU), LoadPath("force", [1.0, 1.0]), pulled
-            )
-        )
+        list(friction.follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
     with pytest.raises(ValueError, match="control must be one of penetration, force"):
-        friction.follow(friction.FrictionalPress(body, gap, MU), pulled, pulled)
+        friction.follow(body, gap, MU, pulled, pulled)

@@ -7,21 +7,19 @@ import pytest
 from numpy.testing import assert_allclose
 
 from reference.closed_form.rolling_cylinders import Carter
+from reference.contact.slide import slide
 from reference.errors import ConvergenceError
 from reference.fem import Material
 from reference.fem.columns import Layers, tensor
 from reference.fem.grid_body import ShearBody
-from reference.halfspace import stick_slip
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import FrictionalPress, sweep
+from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
-from reference.rolling.contact import Creep, roll
-from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.rolling.theories import EllipticContact, fastsim, kalker, linear
-from reference.rolling.tractions import Rolling
-from reference.rolling.transient import pressed, roll_on
+from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear
+from reference.rolling.roll import Creep, Upstream, pressed, roll, roll_on, steady
+from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
 
 # Kalker's printed coefficients have three digits, of which the last is uncertain: all agree within
 # 0.4 % but C11 of the shortest contact at nu = 1/2 and some C33, 0.8 % off; our coarse grids leave
@@ -108,10 +106,10 @@ def carter_on_a_grid(cells, traction, nu=0.5, surface=PlaneSurface, softer=1.0):
     # a^2 = 4 F R/(pi E*)
     force = np.pi * compliance.effective_modulus / (4 * 100.0)
     pressure = hertz(x, 1.0, force)[:, None]
-    rolling = Rolling(surface(x.size, side, compliance), 0.3 * pressure)
+    flow = Upstream(surface(x.size, side, compliance), pressure.shape)
     creep = np.zeros((2, x.size, 1))
     creep[0] = softer * cylinder.creep(traction)
-    answer = rolling.at(creep)
+    answer = steady(flow, 0.3 * pressure, creep)
     return answer, answer.traction[0].sum() / (0.3 * pressure.sum()), x, cylinder
 
 
@@ -229,20 +227,18 @@ def test_cattaneo_of_contact():
 def test_transient_from_cattaneo_arrives_at_steady_rolling():
     """Steps of one cell, each a convex problem, end in the zero of the unsymmetric equations."""
     press = ball(6, nu=0.3)
-    (steady,) = roll(press, Load("force", 2.0), [Creep(0.12, 0.08, 0.1)])
-    body, bound = press.body, press.friction * steady.pressure
-    stuck = stick_slip.Shear(body, bound, np.zeros((2, *body.shape)), total=0.5 * bound.sum())
-    cattaneo = stick_slip.minimise(stuck, np.zeros((2, *body.shape)), 1e-8).traction
-    moments = roll_on(
-        body, itertools.repeat(steady.pressure, 72), press.friction, steady.creep, cattaneo
-    )
+    (end,) = roll(press, Load("force", 2.0), [Creep(0.12, 0.08, 0.1)])
+    body, bound = press.body, press.friction * end.pressure
+    still = np.zeros((2, *body.shape))
+    cattaneo = slide(FrictionalGrid(body), bound, still, total=0.5 * bound.sum()).traction
+    moments = roll_on(body, itertools.repeat(end.pressure, 72), press.friction, end.creep, cattaneo)
     first, *_, last = moments
-    assert first.tangential_force > 1.05 * steady.tangential_force or (
-        first.tangential_force < 0.95 * steady.tangential_force
+    assert first.tangential_force > 1.05 * end.tangential_force or (
+        first.tangential_force < 0.95 * end.tangential_force
     )
-    assert_allclose(last.tangential_force, steady.tangential_force, rtol=1e-4)
-    assert_allclose(last.lateral_force, steady.lateral_force, rtol=1e-4)
-    assert_allclose(last.traction, steady.traction, atol=1e-3 * steady.traction.max())
+    assert_allclose(last.tangential_force, end.tangential_force, rtol=1e-4)
+    assert_allclose(last.lateral_force, end.lateral_force, rtol=1e-4)
+    assert_allclose(last.traction, end.traction, atol=1e-3 * end.traction.max())
 
 
 def test_coulombs_law_holds_on_every_cell():
@@ -391,15 +387,6 @@ def test_spin_turns_the_contact_and_drives_it_aside():
 def test_tables_end_where_kalkers_does():
     with pytest.raises(ValueError, match=r"axis_ratio.*poisson_ratio"):
         kalker(20.0, -0.1)
-
-
-def test_limit_of_unknowns_is_named():
-    rolling = pytest.raises(ConvergenceError, match="coarser grid")
-    body = NormalAndTangential((90, 90), (1.0, 1.0), Compliance.of(1.0, 0.3))
-    bound = np.ones((90, 90))
-    bound[-1] = 0.0
-    with rolling:
-        Rolling(body, bound).at(np.ones((2, 90, 90)))
 
 
 # --- finite elements in the stationary frame ------------------------------------------------

@@ -15,7 +15,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.fem import Material
-from reference.fem.friction import FrictionalPress, FrictionStep, follow
+from reference.fem.friction import NodalStep, follow
 from reference.fem.half_space import FrictionalBody, frictional_body
 from reference.loads import LoadPath
 
@@ -75,7 +75,7 @@ class FemFriction(Solver[IndenterGeometry]):
         body = frictional_body(1.0, Material(1.0, 0.3), elements=2)
         gap = (body.points**2).sum(axis=1) / 2
         shifted = LoadPath("tangential_displacement", 0.05)
-        list(follow(FrictionalPress(body, gap, 0.3), LoadPath("penetration", 0.5), shifted))
+        list(follow(body, gap, 0.3, LoadPath("penetration", 0.5), shifted))
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Mesh the half-space for the contact at the normal load."""
@@ -90,11 +90,11 @@ class FemFriction(Solver[IndenterGeometry]):
         """Yield the steps at the scene's own loads."""
         way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
-        for step in way.scene_steps(follow(FrictionalPress(body, gap, self.friction), *way.loads)):
+        for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
             yield Step(_quantities(step), iterations=step.sweeps, violation=step.error)
 
 
-def _quantities(step: FrictionStep) -> dict[str, float]:
+def _quantities(step: NodalStep) -> dict[str, float]:
     """Return loads; nodes in contact tell an area to a spacing only, so that none is given."""
     return {
         "tangential_force": step.tangential_force,

@@ -297,7 +297,7 @@ class GridFriction(BemFft):
         tolerance = max(self.options.tolerance, LEAST_TOLERANCE)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         for step in way.scene_steps(sweep(press, *way.loads, tolerance=tolerance)):
-            violation = max(step.violation, step.slip_error)
+            violation = max(step.violation, step.error)
             values = _quantities(task, body, step, grid)
             yield Step(values, iterations=step.iterations, violation=violation)
 

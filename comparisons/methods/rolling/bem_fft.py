@@ -11,7 +11,7 @@ from comparisons.geometry.prepare import Geometry
 from comparisons.methods.friction.path import normal_load
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.grid import Grid, cells, make_grid
-from comparisons.methods.rolling.creeps import PHYSICS, acting, pairs, quantities, tables_of
+from comparisons.methods.rolling.creeps import PHYSICS, pairs, quantities, tables_of
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -20,8 +20,7 @@ from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
 from reference.halfspace.traction import NormalAndTangential
-from reference.rolling.contact import Creep, RollingStep, roll
-from reference.rolling.tractions import LIMIT
+from reference.rolling.roll import Creep, RollingStep, roll
 
 # Tighter ones are not asked of the tractions.
 LEAST_TOLERANCE = 1e-8
@@ -44,11 +43,6 @@ class GridRolling(BemFft):
         if self.options.tolerance <= LEAST_TOLERANCE:
             self.options_read -= {"tolerance"}
 
-    @property
-    def halves(self) -> int:
-        """Two where the creeps leave one half of the contact the mirror image of the other."""
-        return 1 if all(acting(self.rolling)) else 2
-
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 28))
@@ -61,17 +55,9 @@ class GridRolling(BemFft):
         coupling = both if self.coupled else "pressure uncoupled from them"
         return f"{super().model(geometry)}; steady tractions with Cerruti's kernel; {coupling}"
 
-    def refusal(self, task: Task) -> str:
-        """Refuse contacts too large to factorise."""
-        count = 2 * np.pi * task.resolution**2 / self.halves
-        if count > LIMIT:
-            return f"about {count:.0f} tractions, of which {LIMIT} can be factorised"
-        return super().refusal(task)
-
     def memory(self, task: Task) -> float:
-        """Bytes of the matrix between tractions, four times, and of one grid."""
-        count = 2 * np.pi * task.resolution**2 / self.halves
-        return 32.0 * count**2 + 400.0 * cells(task.geometry, task.resolution)
+        """Bytes of one grid and of thirty pairs of directions and their images on it."""
+        return 1500.0 * cells(task.geometry, task.resolution)
 
     @property
     def face(self) -> None:

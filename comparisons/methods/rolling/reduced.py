@@ -16,7 +16,7 @@ from reduced.friction.roll import matched_modulus, roll
 from reduced.friction.slide import Friction
 from reduced.loads import Load
 from reduced.springs.line import Springs
-from reference.rolling.theories import kalker
+from reference.rolling.creep_theories import kalker
 
 
 class ReducedRolling(ReducedProfile):

@@ -12,7 +12,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.closed_form import ClosedForm, ellipsoid
-from reference.rolling.theories import EllipticContact, Rolled, fastsim, kalker, linear
+from reference.rolling.creep_theories import EllipticContact, Rolled, fastsim, kalker, linear
 
 EXACT = (1,)
 

@@ -20,9 +20,10 @@ from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
-from reference.halfspace import fft, stick_slip
+from reference.contact.slide import slide
+from reference.halfspace import fft
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import FrictionalPress, sweep
+from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
@@ -47,8 +48,8 @@ def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
     body, x, gap = _grid(cells, shear, poisson)
     pressure = fft.solve(Press(body.normal, gap), Load("penetration", 1.0)).pressure
     along, across = np.meshgrid(x, x, indexing="ij")
-    problem = stick_slip.Shear(body, _FRICTION * pressure, angle * np.array([-across, along]))
-    q = stick_slip.minimise(problem, np.zeros((2, *gap.shape)), 1e-7 * angle).traction
+    turned = angle * np.array([-across, along])
+    q = slide(FrictionalGrid(body), _FRICTION * pressure, turned, tolerance=1e-7).traction
     return float((along * q[1] - across * q[0]).sum()) * body.cell_area
 
 

@@ -20,17 +20,16 @@ from reduced.friction.slide import Friction, tangential_modulus
 from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
 from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
+from reference.contact import slide as stick_slip
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
-from reference.halfspace import stick_slip
 from reference.halfspace.cerruti import Compliance
+from reference.halfspace.friction import FrictionalGrid
 from reference.halfspace.traction import NormalAndTangential
 from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
-from reference.rolling.contact import Creep
-from reference.rolling.plane import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.rolling.theories import kalker
-from reference.rolling.tractions import Rolling
-from reference.rolling.transient import pressed, roll_on
+from reference.rolling.creep_theories import kalker
+from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
+from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
 from reference.sliding.contact import SlidingContact
 from reference.sliding.contact import solve as slide
 from reference.sliding.operators import TravellingPlane
@@ -126,7 +125,7 @@ def _plane(
         if on == "elements":
             grid = surface.cells, surface.width, compliance
             surface = PlaneElements(*grid, poisson_ratio, inertia=inertia)
-        answer = Rolling(surface, bound).at(creep)
+        answer = steady(Upstream(surface, bound.shape), bound, creep)
         return float(answer.traction[0].sum() / bound.sum())
 
     coarse, fine = (on_cells(n) for n in ((80, 160) if effort == "quick" else (160, 320)))
@@ -160,21 +159,21 @@ def _steady(
     cells = 6 if effort == "quick" else 12
     body, pressure = _ball(cells, poisson_ratio)
     bound = _FRICTION * pressure
-    held = stick_slip.Shear(body, bound, np.zeros((2, *body.shape)), share * bound.sum())
-    start = stick_slip.minimise(held, np.zeros((2, *body.shape)), 1e-9).traction
+    still = np.zeros((2, *body.shape))
+    held = stick_slip.slide(FrictionalGrid(body), bound, still, total=share * bound.sum())
     creep = Creep(share * _FRICTION / 2)  # near that of the same force in steady rolling
     field = np.zeros((2, *body.shape))
     field[0] = creep.along
-    steady = Rolling(body, bound).at(field).traction
+    end = steady(Upstream(body, body.shape), bound, field).traction
     steps = int(np.ceil(way * cells))
-    moments = list(roll_on(body, repeat(pressure, steps), _FRICTION, creep, start))
-    scale = float(np.abs(steady).max())
-    left = [float(np.abs(moment.traction - steady).max()) / scale for moment in moments]
+    moments = list(roll_on(body, repeat(pressure, steps), _FRICTION, creep, held.traction))
+    scale = float(np.abs(end).max())
+    left = [float(np.abs(moment.traction - end).max()) / scale for moment in moments]
     limit = _FRICTION * moments[-1].force
     details: dict[str, float | str] = {
         "F_x/(mu F) at the start": share,
         "F_x/(mu F) in the end": moments[-1].tangential_force / limit,
-        "F_x/(mu F) of the steady state": float(steady[0].sum() * body.cell_area) / limit,
+        "F_x/(mu F) of the steady state": float(end[0].sum() * body.cell_area) / limit,
         "difference after a contact radius": left[cells - 1],
     }
     return Share(left[-1], 1e-5, details, "deviation")

@@ -67,7 +67,7 @@ class PlaneSurface:
         return (self.width, 1.0)
 
     def shear_coefficients(self) -> Array:
-        """Return the displacement at all offsets, as `tractions.Surface` asks for."""
+        """Return the displacement at all offsets, as `roll.TangentialSurface` asks for."""
         offsets = np.minimum(np.arange(2 * self.cells), 2 * self.cells - np.arange(2 * self.cells))
         x = (offsets + 0.5) * self.width, (offsets - 0.5) * self.width
         # the integral of ln|x| over the cell
@@ -100,7 +100,7 @@ class PlaneElements(PlaneSurface):
     inertia: float = 0.0
 
     def shear_coefficients(self) -> Array:
-        """Return the displacement at all offsets, as `tractions.Surface` asks for."""
+        """Return the displacement at all offsets, as `roll.TangentialSurface` asks for."""
         nu = self.poisson_ratio
         material = Material(2 * (1 + nu) * (1 - nu) / self.compliance.normal, nu)
         apart = _APART_MOVING if self.inertia else _APART
