@@ -11,7 +11,7 @@ freedoms is an active set that turns the direction of slip at the same time. Its
 are solved to a tenth, by conjugate residuals (Eisenstat, Elman & Schultz 1983), so that A may be
 unsymmetric (rolling) and is never stored; the new tractions are projected onto their bounds. A
 prescribed total is one more equation, for the rigid displacement. There is no proof of
-convergence: of 10 000 random problems all are solved.
+convergence; random problems by the thousand are solved (test_slide).
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 ON_BOUND = 1 - 1e-12
 # Precision of the linear equations of a round, and their largest number of products.
 _FORCING, _PRODUCTS = 0.1, 30
+# Rounds of whole steps; then half of each.
+_WHOLE_STEPS = 30
 # Rounds with a prescribed total before the rigid displacement is searched.
 _PATIENCE = 60
 _TINY = float(np.finfo(float).tiny)
@@ -188,6 +190,8 @@ def slide(
         if total is not None and (change is None or len(history) > _PATIENCE):
             return _by_shift(body, bound, target, total, tolerance, history)
         assert change is not None
+        if len(history) > _WHOLE_STEPS:
+            change = change / 2  # ends the cycles of bodies whose points act on each other strongly
         q = q + change[:-1].reshape(q.shape)
         shift += float(change[-1])
         # who turned stays on the circle

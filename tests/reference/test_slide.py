@@ -1,4 +1,4 @@
-"""Tractions within friction bounds: `contact.slide` against node-by-node sweeps, and where little is left.
+"""Tractions within friction bounds: `contact.slide` against sweeps, and where little is left.
 
 Cattaneo, Carter, reversing paths and steady rolling stand in test_halfspace_friction and
 test_rolling.
@@ -29,7 +29,7 @@ class Dense:
 
 
 def random_body(rng, count, twisted):
-    """Return a body of random eigenvalues over three decades, turned by `twisted` if not symmetric."""
+    """Return a body of random eigenvalues over three decades, not symmetric by `twisted`."""
     turn = np.linalg.qr(rng.standard_normal((2 * count, 2 * count)))[0]
     matrix = turn @ np.diag(10.0 ** rng.uniform(-1.5, 1.5, 2 * count)) @ turn.T
     other = rng.standard_normal(matrix.shape)
@@ -129,7 +129,7 @@ def test_infinite_bounds_stick():
 
 
 def test_a_body_without_resistance_to_a_common_force_slides():
-    """As a periodic grid in full contact: the mean displacement is zero whatever the mean traction."""
+    """As a periodic grid in full contact, whose mean displacement is zero."""
     mean = np.full((5, 5), 1 / 5)
     body = Dense(np.kron(np.eye(2), np.eye(5) - mean))
     target = np.zeros((2, 5))
