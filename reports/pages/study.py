@@ -29,7 +29,7 @@ from reports.pages.judging import judging
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, errors, overview, physics, pressure, speed, stored, surfaces
+from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
@@ -116,7 +116,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     views = _views(record, with_pictures)
     claims = claims_beside(record.directory)
     settings = [(view.anchor, view.record, view.advice) for view in views]
-    everything = overview.overview(settings)
+    everything = speed.overview(settings)
     standing = validity_map(record.scenes)
     return render(
         "report.html.j2",
@@ -133,7 +133,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
                     for view in views
                 ]
             )
-            | {"places": overview.places(settings)}
+            | {"places": speed.places(settings)}
         },
         record=record,
         views=views,

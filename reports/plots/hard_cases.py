@@ -7,9 +7,8 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from reports.plots.axes import error_axis, log_axis
-from reports.plots.errors import failed
 from reports.plots.figure import Figure, Level, Series
-from reports.plots.gutter import NOTE, parted, with_foot
+from reports.plots.marks import FOOT_NOTE, failed, parted, with_foot
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
 # What is below 1 ppm is an arrow at the foot, so that round-off does not squeeze the others.
@@ -20,7 +19,7 @@ CAPTION = (
     "One marker per case, at the error of the force (of the penetration if the force is "
     "prescribed), including the bar of the reference. Horizontal line: 1 %, above which an answer "
     "counts as degraded. Hollow crosses at the upper edge: refused or lost, with the reason on "
-    f"hover; those without a time are at the right. {NOTE}"
+    f"hover; those without a time are at the right. {FOOT_NOTE}"
 )
 
 
