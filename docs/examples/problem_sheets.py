@@ -9,17 +9,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import tomli_w
 
-from comparisons.questions.problems.reference import computed
-from comparisons.questions.problems.sheet import (
-    FOLDER,
-    Known,
-    Sheet,
-    distance_from_rounding,
-    read_sheet,
-    seal,
-)
+from comparisons.questions.problems.board import computed
+from comparisons.questions.problems.sheet import FOLDER, Known, Sheet, read_sheet, seal
 
 MARK = "\n# What is known, written by docs/examples/problem_sheets.py\n"
 SEALED_DIGITS = 6
@@ -35,6 +29,13 @@ def known_text(sheet: Sheet) -> str:
             raise ValueError(f"{sheet.id}: a value lies where {SEALED_DIGITS} digits change")
         return tomli_w.dumps({"sealed": seal(known, SEALED_DIGITS).model_dump()})
     return tomli_w.dumps({"reference": {name: _table(part) for name, part in known.items()}})
+
+
+def distance_from_rounding(values: tuple[float, ...], digits: int) -> float:
+    """Return how far, relative to itself, the nearest value is from being rounded differently."""
+    array = np.abs(np.asarray(values, dtype=float))
+    unit = 10.0 ** (np.floor(np.log10(array)) - digits + 1)
+    return float((np.abs(array / unit % 1 - 0.5) * unit / array).min())
 
 
 def _table(known: Known) -> dict[str, list[float]]:

@@ -2,29 +2,117 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
 
-from comparisons.files import write_text
-from comparisons.questions.problems.board import Leaderboard
+import numpy as np
+
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
+from comparisons.judging.verdicts import OUTSIDE
+from comparisons.questions.problems.board import Board, Judged
 from reports.pages.page import render
-from reports.plots.leaderboard import front_plot
-from reports.tables.entries import board_table
+from reports.plots.axes import error_axis, log_axis
+from reports.plots.figure import Figure, Level, Series
+from reports.plots.style import CONTACT, DOTTED, INK, MUTED, Look
+from reports.tables import cells
+from reports.tables.table import Cell, Table, table
+
+SMALLEST = 1e-12  # the bar of a closed form
+MARGIN = 2.0
+CAPTION = (
+    "A marker per entry, at the time that its author states and its largest error, the bar of the "
+    "reference included. Joined: entries that none beats in both. Dotted: the tolerance of the "
+    "sheet; hollow: outside it. Entries without a time, or without all quantities, stand in the "
+    "table only."
+)
+FRONT, OTHER = Look("front", CONTACT, dash=DOTTED), Look("other entries", INK)
 
 
-def write_leaderboard(leaderboard: Leaderboard, path: Path) -> None:
-    """Write the page, atomically; the same entries give the same bytes."""
-    write_text(path, leaderboard_page(leaderboard))
-
-
-def leaderboard_page(leaderboard: Leaderboard) -> str:
-    """Return the whole page as text."""
-    boards = leaderboard.boards
+def leaderboard_page(boards: Sequence[Board], refused: Sequence[str]) -> str:
+    """Return the whole page as text; the same entries give the same bytes."""
     plots = {board.sheet.id: front_plot(board) for board in boards}
     return render(
         "leaderboard.html.j2",
         {figure.key: figure for figure in plots.values() if figure is not None},
         boards=boards,
-        refused=leaderboard.refused,
+        refused=refused,
         plots=plots,
         tables={board.sheet.id: board_table(board) for board in boards},
     )
+
+
+def board_table(board: Board) -> Table:
+    """Return all entries of a problem, the best first."""
+    quantities = board.sheet.quantities
+    rows = []
+    for judged in board.entries:
+        entry = judged.entry
+        errors = []
+        for verdict in judged.verdicts.values():
+            solved = verdict.step >= 0
+            errors.append(
+                cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
+            )
+        seconds = cells.NOTHING if entry.seconds is None else cells.duration(entry.seconds)
+        rows.append(
+            (
+                Cell(entry.solver, entry.solver, "text"),
+                Cell(entry.author, entry.author, "text"),
+                cells.verdict(judged.verdicts[judged.worst].word),
+                *errors,
+                ", ".join(quantity(name).label for name in judged.beyond),
+                seconds,
+                cells.count(entry.threads),
+                "front" if judged in board.front else "",
+                entry.digest[:16],
+            )
+        )
+    heads = ("solver", "author", "verdict", *(quantity(name).label for name in quantities))
+    return table(
+        (*heads, "beyond what is proved", "time as stated", "threads", "front", "entry"), rows
+    )
+
+
+def front_plot(board: Board) -> Figure | None:
+    """Return the plot of a problem, or None if no entry has both an error and a time."""
+    placed = [judged for judged in board.entries if judged.placed]
+    if not placed:
+        return None
+    times, errors = (np.array(v) for v in zip(*map(_place, placed), strict=True))
+    tolerance = board.sheet.tolerance
+    span = times.min() / MARGIN, times.max() * MARGIN
+    edges = min(errors.min(), tolerance) / MARGIN, max(errors.max(), tolerance) * MARGIN
+    others = [judged for judged in placed if judged not in board.front]
+    series = _series(FRONT, board.front, line=True)
+    if others:
+        series += _series(OTHER, others, line=False)
+    return Figure(
+        f"board-{board.sheet.id.lower()}",
+        f"{board.sheet.id}: time and error",
+        CAPTION,
+        log_axis("time as stated", span, fmt.duration),
+        error_axis(*edges, "largest error"),
+        tuple(series),
+        levels=(Level(tolerance, colour=MUTED, dash=DOTTED),),
+    )
+
+
+def _place(judged: Judged) -> tuple[float, float]:
+    return float(judged.entry.seconds or np.nan), max(judged.error, SMALLEST)
+
+
+def _series(look: Look, entries: Sequence[Judged], *, line: bool) -> list[Series]:
+    """Return the entries within or not resolved, and those outside, hollow: each has its legend."""
+    x, y = (np.array(v) for v in zip(*map(_place, entries), strict=True))
+    wrong = np.array([judged.verdicts[judged.worst].word == OUTSIDE for judged in entries])
+    hover = tuple(
+        f"{judged.entry.solver}: {fmt.relative(judged.error)} in "
+        f"{fmt.duration(judged.entry.seconds)}"
+        for judged in entries
+    )
+    drawn = [Series(look, x, y, marks=False, legend=False)] if line else []
+    for hollow in sorted(set(wrong.tolist())):
+        style = look.labelled(f"{look.label}, outside") if hollow else look
+        shown = np.where(wrong == hollow, y, np.nan)
+        drawn.append(Series(style, x, shown, line=False, hollow=hollow, hover=hover))
+    return drawn

@@ -1,14 +1,18 @@
-"""Tables of problem sheets."""
+"""Tables of problem sheets, and of an entry that was judged by one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.questions.problems.sheet import Known, Sheet
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
+
+if TYPE_CHECKING:
+    from comparisons.questions.problems.board import Judged  # half of the solvers
 
 DIGITS = 6
 # Bars below are those of closed forms.
@@ -82,3 +86,30 @@ def _known(known: Known | None, step: int) -> Cell:
     if known.lower:
         text += f", proved {known.lower[step]:.{DIGITS}g} to {known.upper[step]:.{DIGITS}g}"
     return cells.number(text, value)
+
+
+def judged_table(judged: Judged, sheet: Sheet) -> Table:
+    """Return the verdict on every quantity of an entry."""
+    rows = []
+    for name, verdict in judged.verdicts.items():
+        solved = verdict.step >= 0
+        error = cells.error(verdict.error, verdict.uncertainty) if solved else cells.NOTHING
+        proved = "beyond what is proved" if name in judged.beyond else ""
+        at = f"load {verdict.step + 1}" if solved else ""
+        lost = judged.lost(name)
+        if lost:
+            at = f"{at}; no value at load {', '.join(map(str, lost))}".removeprefix("; ")
+        word = cells.verdict(verdict.word, text=f"{verdict.word} {fmt.tolerance(sheet.tolerance)}")
+        rows.append((quantity(name).label, error, at, word, proved))
+    return table(("quantity", "largest error", "at", "verdict", "theorem"), rows)
+
+
+def judged_text(judged: Judged, sheet: Sheet) -> str:
+    """Return the verdict on an entry in one sentence."""
+    entry, verdict = judged.entry, judged.verdicts[judged.worst]
+    cost = f"{fmt.duration(entry.seconds)} as stated" if entry.seconds else "no time stated"
+    return (
+        f"{entry.solver} on {sheet.id}: {verdict.word} {fmt.tolerance(sheet.tolerance)} "
+        f"({quantity(judged.worst).label} decides), {cost}, {fmt.count(entry.threads)} "
+        f"thread{'s' if entry.threads > 1 else ''}; SHA-256 {entry.digest}"
+    )

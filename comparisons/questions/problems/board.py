@@ -1,24 +1,81 @@
-"""Entries judged by the sheet's reference, and the front of those that none beats."""
+"""Entries judged by the references of their sheets, and the front of those that none beats."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.files import write_text
 from comparisons.judging.metrics import front
+from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Judgement, judged, severity
+from comparisons.methods.normal.proved import enclosures
+from comparisons.methods.solver import Refused
 from comparisons.questions.problems.entry import Entry, read_entry
-from comparisons.questions.problems.reference import reference_of
-from comparisons.questions.problems.sheet import Known, Sheet, builtin_sheets
+from comparisons.questions.problems.sheet import BAR_DIGITS, Known, Sheet, builtin_sheets, seal
+from comparisons.questions.study import solved_in_memory
+from comparisons.solving.planning import plan_scene
 
 ENTRIES = "entries"
+# Digits of published references: beyond them nobody's solver is judged.
+DIGITS = 10
 # Rounding of a printed value, within which it may lie beyond a proved interval.
 _ROUNDING = 1e-9
+
+
+def reference_of(sheet: Sheet) -> dict[str, Known]:
+    """Return what is known of every quantity: as published, or computed and held against its seal.
+
+    Raises
+    ------
+    InputError
+        If the reference that is computed here is not the one that was sealed.
+    """
+    if sheet.sealed is None:
+        return sheet.reference
+    known = computed(sheet)
+    if seal(known, sheet.sealed.digits) != sheet.sealed:
+        raise InputError(
+            f"{sheet.id}: the reference of this roughline is not the sealed one (version "
+            f"{sheet.version}): nothing is judged by it"
+        )
+    return known
+
+
+def computed(sheet: Sheet) -> dict[str, Known]:
+    """Solve the scene of a sheet and return the truth, its bars and what theorems enclose.
+
+    Raises
+    ------
+    InputError
+        If no method gives all quantities.
+    """
+    plan = plan_scene(sheet.scene)[0]
+    plan, solved = solved_in_memory(plan, "quick")
+    truth = choose_truth(solved, plan.loads.axis, sheet.quantities)
+    missing = [name for name in sheet.quantities if truth is None or not truth.knows(name)]
+    if truth is None or missing:
+        raise InputError(f"{sheet.id}: no reference for {', '.join(missing)}")
+    try:
+        sides = enclosures(plan.scene, plan.geometry, plan.loads)
+    except Refused:
+        sides = {}
+
+    def rounded(values: np.ndarray | None, digits: int) -> tuple[float, ...]:
+        return () if values is None else tuple(float(f"{value:.{digits - 1}e}") for value in values)
+
+    return {
+        name: Known(
+            values=rounded(truth.curves[name], DIGITS),
+            bars=rounded(truth.bar(name), BAR_DIGITS),
+            lower=rounded(sides.get(f"{name}_lower"), DIGITS),
+            upper=rounded(sides.get(f"{name}_upper"), DIGITS),
+        )
+        for name in sheet.quantities
+    }
 
 
 @dataclass(frozen=True)
@@ -38,15 +95,7 @@ class Judged:
     @property
     def worst(self) -> str:
         """The quantity that decides."""
-        return min(
-            self.verdicts,
-            key=lambda name: severity(
-                self.verdicts[name].word,
-                self.verdicts[name].low,
-                self.verdicts[name].high,
-                self.verdicts[name].error,
-            ),
-        )
+        return min(self.verdicts, key=lambda name: _severity(self.verdicts[name]))
 
     def lost(self, name: str) -> list[int]:
         """Return the loads, counted from one, at which an entry gives no value of a quantity."""
@@ -64,17 +113,36 @@ class Judged:
         return bool(np.isfinite(self.error)) and self.entry.seconds is not None
 
 
+def judge_entry(entry: Entry, sheet: Sheet, known: dict[str, Known]) -> Judged:
+    """Judge an entry by the reference of its sheet: largest |e| + u against the tolerance."""
+    verdicts, beyond = {}, []
+    for name in sheet.quantities:
+        part = known[name]
+        values = np.array(entry.values.get(name, [None] * len(part.values)), dtype=float)
+        with np.errstate(over="ignore"):  # a value that is beyond all bounds errs infinitely
+            errors = values / np.array(part.values) - 1
+        verdicts[name] = judged(errors, np.array(part.bars), sheet.tolerance)
+        below = part.lower and values < np.array(part.lower) * (1 - _ROUNDING)
+        above = part.upper and values > np.array(part.upper) * (1 + _ROUNDING)
+        if np.any(below) or np.any(above):
+            beyond.append(name)
+    return Judged(entry, verdicts, tuple(beyond))
+
+
 @dataclass(frozen=True)
 class Board:
-    """All entries of a problem, the best first; `front` are those that no other one beats."""
+    """All entries of a problem, the best first; `front` are those that no other one beats.
+
+    None beats in both error and time; the fastest of the front is its first.
+    """
 
     sheet: Sheet
     entries: tuple[Judged, ...]
     front: tuple[Judged, ...]
 
 
-def judge_entry(entry: Entry, sheet: Sheet) -> Judged:
-    """Judge an entry at the loads of its sheet: largest |e| + u against the tolerance.
+def board_of(sheet: Sheet, entries: Iterable[Entry]) -> Board:
+    """Judge and rank the entries of a problem.
 
     Raises
     ------
@@ -82,47 +150,20 @@ def judge_entry(entry: Entry, sheet: Sheet) -> Judged:
         If the sealed reference does not come out here.
     """
     known = reference_of(sheet)
-    verdicts, beyond = {}, []
-    for name in sheet.quantities:
-        reference = known[name]
-        values = np.array(entry.values.get(name, [None] * len(reference.values)), dtype=float)
-        with np.errstate(over="ignore"):  # a value that is beyond all bounds errs infinitely
-            errors = values / np.array(reference.values) - 1
-        verdicts[name] = judged(errors, np.array(reference.bars), sheet.tolerance)
-        if _is_beyond(values, reference):
-            beyond.append(name)
-    return Judged(entry, verdicts, tuple(beyond))
+    ranked = sorted((judge_entry(entry, sheet, known) for entry in entries), key=_rank)
+    placed = [judged for judged in ranked if judged.placed]
+    times = np.array([judged.entry.seconds for judged in placed], dtype=float)
+    best = front(times, np.array([judged.error for judged in placed]))
+    return Board(sheet, tuple(ranked), tuple(placed[index] for index in best))
 
 
-def _is_beyond(values: np.ndarray, known: Known) -> bool:
-    if not known.lower:
-        return False
-    low, high = np.array(known.lower), np.array(known.upper)
-    return bool(np.any((values < low * (1 - _ROUNDING)) | (values > high * (1 + _ROUNDING))))
-
-
-def add_entry(folder: Path, entry: Entry) -> Path:
-    """Store an entry under the hash of what it states; the same one again changes nothing."""
-    path = folder / ENTRIES / f"{entry.problem.lower()}-{entry.digest[:16]}.json"
-    write_text(path, entry.text)
-    return path
-
-
-@dataclass(frozen=True)
-class Leaderboard:
-    """The boards of all problems with entries, and why files are not judged."""
-
-    boards: tuple[Board, ...]
-    refused: tuple[str, ...] = ()
-
-
-def leaderboard_of(folder: Path) -> Leaderboard:
-    """Judge all entries of a folder, problem by problem.
+def boards_of(folder: Path) -> tuple[list[Board], list[str]]:
+    """Return the boards of all problems with entries in a folder, and why files are not judged.
 
     Raises
     ------
     InputError
-        If there are none.
+        If there are no entries, or a sealed reference does not come out here.
     """
     paths = sorted((folder / ENTRIES).glob("*.json"))
     if not paths:
@@ -137,27 +178,20 @@ def leaderboard_of(folder: Path) -> Leaderboard:
             entries[entry.digest] = entry
         except InputError as error:
             refused.append(str(error).replace(str(path), path.name))
-    boards = (_board(sheet, entries.values()) for sheet in builtin_sheets().values())
-    return Leaderboard(tuple(board for board in boards if board.entries), tuple(refused))
+    boards = []
+    for sheet in builtin_sheets().values():
+        ours = [entry for entry in entries.values() if entry.problem == sheet.id]
+        if ours:
+            boards.append(board_of(sheet, ours))
+    return boards, refused
 
 
-def _board(sheet: Sheet, entries: Iterable[Entry]) -> Board:
-    judged_entries = [judge_entry(entry, sheet) for entry in entries if entry.problem == sheet.id]
-    ranked = sorted(judged_entries, key=_rank)
-    return Board(sheet, tuple(ranked), tuple(undominated(ranked)))
+def _severity(verdict: Judgement) -> tuple[float, ...]:
+    return severity(verdict.word, verdict.low, verdict.high, verdict.error)
 
 
-def _rank(judged_entry: Judged) -> tuple[object, ...]:
-    verdict, entry = judged_entry.verdicts[judged_entry.worst], judged_entry.entry
-    order, *_ = severity(verdict.word, verdict.low, verdict.high, verdict.error)
-    error = judged_entry.error if np.isfinite(judged_entry.error) else np.inf
-    seconds = np.inf if entry.seconds is None else entry.seconds
-    return -order, error, seconds, entry.solver, entry.digest
-
-
-def undominated(entries: Sequence[Judged]) -> list[Judged]:
-    """Return the entries that no other one beats in both error and time, the fastest first."""
-    placed = [judged for judged in entries if judged.placed]
-    times = np.array([judged.entry.seconds for judged in placed], dtype=float)
-    errors = np.array([judged.error for judged in placed])
-    return [placed[index] for index in front(times, errors)]
+def _rank(entry: Judged) -> tuple[object, ...]:
+    error = entry.error if np.isfinite(entry.error) else np.inf
+    seconds = np.inf if entry.entry.seconds is None else entry.entry.seconds
+    order = -_severity(entry.verdicts[entry.worst])[0]
+    return order, error, seconds, entry.entry.solver, entry.entry.digest

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
-from comparisons.questions.problems.sheet import Sheet, builtin_sheets
+from comparisons.questions.problems.sheet import builtin_sheets
 from comparisons.scene.fields import excerpt, fail
 from comparisons.scene.problems import in_file
 
@@ -99,33 +99,26 @@ def read_entry(path: Path) -> Entry:
     InputError
         With all that is wrong with it.
     """
-    try:
-        entry = Entry.model_validate(_document(path))
-    except ValidationError as error:
-        problems = in_file(error, Entry)
-    else:
-        problems = _misfits(entry, builtin_sheets())
-        if not problems:
-            return entry
-    raise InputError("\n  ".join([f"{path}:", *problems]))
-
-
-def _document(path: Path) -> Any:
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    if path.stat().st_size > LARGEST_FILE:
+        raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
         text = path.read_bytes().decode("utf-8-sig")
-        return json.loads(text, parse_constant=_no_number, object_pairs_hook=_each_key_once)
-    except InputError:
-        raise
+        document = json.loads(text, parse_constant=_no_number, object_pairs_hook=_each_key_once)
+        entry = Entry.model_validate(document)
     except OSError as error:
         raise InputError(f"{path}: not readable ({error.strerror})") from error
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not a text file in UTF-8") from error
+    except ValidationError as error:
+        raise InputError("\n  ".join([f"{path}:", *in_file(error, Entry)])) from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not valid JSON: {error}") from error
+    problems = _misfits(entry)
+    if problems:
+        raise InputError("\n  ".join([f"{path}:", *problems]))
+    return entry
 
 
 def _no_number(name: str) -> float:
@@ -141,8 +134,9 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-def _misfits(entry: Entry, sheets: dict[str, Sheet]) -> list[str]:
+def _misfits(entry: Entry) -> list[str]:
     """Return what does not fit the sheet of an entry."""
+    sheets = builtin_sheets()
     sheet = sheets.get(entry.problem)
     if sheet is None:
         return [f"problem: expected one of {', '.join(sheets)}, got {entry.problem!r}"]

@@ -8,12 +8,11 @@ again, and the hash shows that they are those which were sealed.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparisons.errors import InputError
@@ -118,23 +117,12 @@ def seal(known: Mapping[str, Known], digits: int) -> Seal:
     >>> seal({"force": one}, 4) == seal({"force": other}, 4)
     True
     """
+
+    def written(values: Values, digits: int) -> str:
+        return " ".join(f"{value:.{digits - 1}e}" for value in values)
+
     lines = [
-        f"{name}: {_digits(part.values, digits)} bars {_digits(part.bars, BAR_DIGITS)}"
+        f"{name}: {written(part.values, digits)} bars {written(part.bars, BAR_DIGITS)}"
         for name, part in sorted(known.items())
     ]
     return Seal(digits=digits, sha256=hashlib.sha256("\n".join(lines).encode()).hexdigest())
-
-
-def _digits(values: Sequence[float], digits: int) -> str:
-    return " ".join(f"{value:.{digits - 1}e}" for value in values)
-
-
-def distance_from_rounding(values: Sequence[float], digits: int) -> float:
-    """Return how far, relative to itself, the nearest value is from being rounded differently.
-
-    >>> round(distance_from_rounding([1.25], 2), 12)
-    0.0
-    """
-    array = np.abs(np.asarray(values, dtype=float))
-    unit = 10.0 ** (np.floor(np.log10(array)) - digits + 1)
-    return float((np.abs(array / unit % 1 - 0.5) * unit / array).min())
