@@ -21,6 +21,7 @@ def claims(
     json: Path | None = None,
     overwrite: Flag = False,
     resume: Flag = False,
+    stale: Flag = False,
     method: str | None = None,
     workers: Workers = ALONE,
     method_files: MethodFiles = NO_METHOD_FILES,
@@ -43,6 +44,9 @@ def claims(
         Replace existing results.
     resume
         Continue an interrupted run.
+    stale
+        Run nothing: print the ids of those claims whose verdict on the pages is older than the code
+        that it came from; exit code 1 if there are any.
     method
         Test this method instead of the reduced model, on the claims that are based on a scene.
     """
@@ -50,6 +54,7 @@ def claims(
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
+    from comparisons.questions.claims.stale import stale as stale_claims
     from comparisons.results.folder import held
     from reports.cli import terminal
     from reports.cli.live import watched
@@ -59,6 +64,10 @@ def claims(
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
+    if stale:
+        old = stale_claims(chosen_claims)
+        print("\n".join(old) or "No stored verdict is older than its code.")
+        return DIFFERS if old else FINE
     directory = out or DEFAULT_FOLDER / _folder_name([claim.id for claim in chosen_claims], ids)
     run = ClaimRun(
         chosen_claims,

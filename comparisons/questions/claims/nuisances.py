@@ -18,7 +18,7 @@ from comparisons.judging.verdicts import WITHIN
 from comparisons.questions.claims.boundaries import Measure, Point, grid, points_at, walk
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.parameters import Nuisance
-from comparisons.questions.experiments.base import Effort, Measurement
+from comparisons.questions.experiments.experiment import Effort, Measurement
 from comparisons.solving.inquiries import Inquiry, together
 
 SEED = 19  # of the space-filling sample

@@ -81,7 +81,10 @@ class MapRecord(Form):
 
 
 class ClaimRecord(Form):
-    """A claim with its verdict and the underlying measurements."""
+    """A claim with its verdict and the underlying measurements.
+
+    digest: of the code of a full run, as of `comparisons.questions.claims.stale`.
+    """
 
     id: str
     text: str
@@ -113,6 +116,7 @@ class ClaimRecord(Form):
     command: str
     seconds: float
     effort: str
+    digest: str = ""
 
     @property
     def voice(self) -> str:

@@ -35,10 +35,11 @@ from comparisons.questions.claims.record import (
     save_claims,
 )
 from comparisons.questions.claims.scenes import measure_scene
+from comparisons.questions.claims.stale import digest_of
 from comparisons.questions.claims.verdicts import verdict_of, verdict_over_all
 from comparisons.questions.claims.wording import WRONG_SIGN, sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
@@ -155,6 +156,7 @@ def _record(claim: Claim, effort: Effort, points: list[Point], openness: Opennes
         command=_repeats(claim, effort),
         seconds=sum(point.measurement.seconds for point in measured),
         effort=effort,
+        digest=digest_of(claim) if effort == "full" else "",
     )
 
 

@@ -21,7 +21,7 @@ from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, overrides
 from comparisons.questions.experiments import Measurement
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import Effort
 from comparisons.scene.scene import load_scene
 from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.plan import MethodPlan, Plan

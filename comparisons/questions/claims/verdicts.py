@@ -9,7 +9,7 @@ from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 
 if TYPE_CHECKING:
     # Pages read verdicts, and would wait a second for the programs of all experiments.
-    from comparisons.questions.experiments.base import Effort
+    from comparisons.questions.experiments.experiment import Effort
 
 HOLDS, FAILS, IN_A_RANGE = "holds", "fails", "holds in a range"
 ONLY_AS_STATED = "holds only as stated"

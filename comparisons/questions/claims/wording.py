@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from comparisons.questions.claims.boundaries import Point, Range
     from comparisons.questions.claims.claim import Claim
     from comparisons.questions.claims.record import PointRecord
-    from comparisons.questions.experiments.base import Measurement
+    from comparisons.questions.experiments.experiment import Measurement
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
@@ -90,7 +90,7 @@ WRONG_SIGN = -1e9  # the error of a factor where stated and true differ in sign
 def error_text(measured: Measurement | PointRecord, factor: float | None = None) -> str:
     """Return an error with its bar, or as a factor; distances of two fields have no sign.
 
-    >>> from comparisons.questions.experiments.base import Measurement
+    >>> from comparisons.questions.experiments.experiment import Measurement
     >>> [error_text(Measurement(None, e, 0.01), 10.0) for e in (3.9, -1.5, WRONG_SIGN)]
     ['a factor of 4.9', 'a factor of 0.4', 'of the other sign']
     """

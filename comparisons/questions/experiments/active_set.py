@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
+from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment, share_of
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Share, above, experiment, one_of, share_of
 from reference.contact.press import assemble
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
@@ -52,15 +54,21 @@ def _rounds(
     return np.array(lengths), np.array(violations)
 
 
-def _ends(
+@experiment(
+    "active-set",
+    "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
+    "share",
+    "share of the patch in geometric overlap",
+)
+def active_set(
     effort: str,
     *,
     share: float = 0.1,
-    start: str = "overlap",
-    rounds: float = 7,
+    start: Annotated[str, OneOf(*STARTS)] = "overlap",
+    rounds: Annotated[float, Above(0)] = 7,
     points: float = 32,
     hurst: float = 0.8,
-    runs: float = 200,
+    runs: Annotated[float, Above(0)] = 200,
     limit: float = 1e-12,
 ) -> Share:
     """Measure the fraction of rough patches for which the iteration does not converge in `rounds`.
@@ -70,9 +78,6 @@ def _ends(
     penetration, within `rounds` rounds and without the solver's fallback to single changes, which
     the chapter lacks.
     """
-    one_of("start", start, *STARTS)
-    above("rounds", rounds, 0)
-    above("runs", runs, 0)
     if not 0 < share <= 1:
         raise ValueError(f"share must lie in (0, 1], not {share!r}")
     if share * points**2 > _MOST_CELLS:
@@ -91,14 +96,3 @@ def _ends(
         "overlap over penetration, largest": float(min(violations.max(), 1.0)),
     }
     return share_of(int(failed.sum()), count, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "active-set",
-        "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
-        "share of the patch in geometric overlap",
-        "share",
-        _ends,
-    ),
-)

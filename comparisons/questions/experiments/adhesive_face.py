@@ -7,11 +7,12 @@ many cells give the limit without any calibrated edge: for a disc it is Kendall'
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
 from comparisons.judging.uncertainty import SAFE, combined
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.equivalents import equivalent_punch
 from reduced.springs.line import Springs
@@ -29,15 +30,24 @@ _RAMP, _TOLERANCE = 0.3, 1e-6
 _RISEN = 0.05
 
 
-def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) -> Finding:
+@experiment(
+    "adhesive-face",
+    "Pull-off force of a flat face against a half-space with attraction of ever less range",
+    "aspect",
+    "ratio of the axes",
+)
+def adhesive_face(
+    effort: Effort,
+    *,
+    shape: Literal["ellipse", "square"] = "ellipse",
+    aspect: Annotated[float, Above(0)] = 1.0,
+) -> Finding:
     """Measure the pull-off force of the edge-stretch rule for the disc of equal area.
 
     Sources of the bar, with Roache's safety factors: the change of the limit from the two coarser
     zones to the two finer ones (for two zones, half of the extrapolation), the change of the widest
     zone on twice as many cells, and what the stairs of the outline do to the limits.
     """
-    one_of("shape", shape, "ellipse", "square")
-    above("aspect", aspect, 0)
     counts = np.array(_GRIDS[effort])
     pulls = np.array([_ratio(int(n), _ZONE, shape, aspect) for n in counts])
     limits = _limits(counts, pulls)
@@ -113,14 +123,3 @@ def _face(cells: int, shape: str, aspect: float) -> tuple[FreeOperator, np.ndarr
     x, y = ((np.arange(n) - (n - 1) / 2) / cells for n in (nx, ny))
     inside = (x[:, None] / half[0]) ** 2 + (y[None, :] / half[1]) ** 2 <= 1
     return FreeOperator((nx, ny), (1 / cells,) * 2, 1.0), np.where(inside, 0.0, np.inf)
-
-
-EXPERIMENTS = (
-    experiment(
-        "adhesive-face",
-        "Pull-off force of a flat face against a half-space with attraction of ever less range",
-        "ratio of the axes",
-        "aspect",
-        _pull_off,
-    ),
-)

@@ -7,12 +7,12 @@ strength and work of adhesion is solved on grids.
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 
 from comparisons.judging.uncertainty import RULE
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, OneOf, experiment
 from comparisons.solving.shared import shared
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.equivalents import paraboloid
@@ -35,13 +35,22 @@ _RESOLVED = (0.3, 1.0)
 _TAIL, _RISE = 8.0, 1.2
 
 
-def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") -> Finding:
+@experiment(
+    "adhesive-range",
+    "Pull-off force of a ball against a tension of finite range",
+    "parameter",
+    "Maugis' parameter lambda",
+)
+def adhesive_range(
+    effort: Effort,
+    *,
+    parameter: Annotated[float, Above(0)] = 1.0,
+    law: Annotated[str, OneOf(*LAWS)] = "constant",
+) -> Finding:
     """Measure the relative error of the rule's pull-off force for a tension of finite range.
 
     ``"constant"``: out to a fixed gap (Maugis 1992). ``"exponential"``: sigma0 exp(-sigma0 h/w).
     """
-    above("parameter", parameter, 0)
-    one_of("law", law, *LAWS)
     rule = pull_off(Springs(paraboloid(1.0), 1.0), 1.0).before.force
     strength = strength_of(1.0, 1.0, 1.0, parameter)
     form = MaugisForm(1.0, 1.0, 1.0, strength)
@@ -72,14 +81,3 @@ def _on_grid(strength: float, points: int) -> float:
     if fold is None:
         raise ArithmeticError("the path ended before the pull-off")
     return fold[1]
-
-
-EXPERIMENTS = (
-    experiment(
-        "adhesive-range",
-        "Pull-off force of a ball against a tension of finite range",
-        "Maugis' parameter lambda",
-        "parameter",
-        _pull_off,
-    ),
-)

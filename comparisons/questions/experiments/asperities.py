@@ -3,24 +3,25 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Annotated, Literal
 
 import numpy as np
 
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Details,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import (
     Surface,
     compare,
     line_samples,
     surface_samples,
     truth,
-)
-from comparisons.questions.experiments.running import (
-    Details,
-    Finding,
-    Share,
-    above,
-    experiment,
-    number_of,
-    one_of,
 )
 from reference.closed_form.asperities import (
     BushGibsonThomas,
@@ -95,13 +96,19 @@ def _rings(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
     return length[total > 0], total[total > 0]
 
 
-def _asperities(
+@experiment(
+    "asperities",
+    "Asperities and Persson's theory beside the surfaces and the line",
+    "load",
+    "load F/(E* A0 h')",
+)
+def asperities(
     effort: str,
     *,
-    load: float = 0.01,
-    quantity: str = "contact_area",
-    statement: str = "model",
-    theory: str = "summits",
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    statement: Literal["model", "line_is_better"] = "model",
+    theory: Annotated[str, OneOf(*THEORIES)] = "summits",
     hurst: float = 0.8,
     roll_off: float = 4.0,
     shortest: float = 4.0,
@@ -114,10 +121,6 @@ def _asperities(
     the line's error exceeds the model's, zero where it does not. Theories: Greenwood and
     Williamson's with the surfaces' own ``"summits"``, or those that know the spectrum alone.
     """
-    above("load", load, 0)
-    one_of("quantity", quantity, *QUANTITIES)
-    one_of("statement", statement, "model", "line_is_better")
-    one_of("theory", theory, *THEORIES)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 20)
     stiffness = quantity == "stiffness"
@@ -138,14 +141,3 @@ def _asperities(
     doubt = float(np.hypot(of_model.uncertainty, of_line.uncertainty))
     low, high = max(excess - doubt, 0.0), max(excess + doubt, 0.0)
     return Share(0.5 * (low + high), 0.5 * (high - low), details, "excess")
-
-
-EXPERIMENTS = (
-    experiment(
-        "asperities",
-        "Asperities and Persson's theory beside the surfaces and the line",
-        "load F/(E* A0 h')",
-        "load",
-        _asperities,
-    ),
-)

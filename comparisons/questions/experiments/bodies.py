@@ -7,10 +7,11 @@ dimensions) a strip of width D on a half-cylinder in plane strain.
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Annotated, Literal
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Finding, Share, experiment
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.fem.section import Kind, SectionContact, Support, press_section
 
@@ -19,14 +20,23 @@ from reference.fem.section import Kind, SectionContact, Support, press_section
 _HALF_SPACE = 1e6
 
 
-def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") -> Finding:
+@experiment(
+    "far-field",
+    "Displacement of the surface at a distance from a flat punch (19.9)",
+    "distance",
+    "distance r/D",
+)
+def far_field(
+    effort: str,
+    *,
+    distance: Annotated[float, Above(0.5)] = 10.0,
+    reading: Literal["letter", "corrected"] = "letter",
+) -> Finding:
     """Compare (19.9) with u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)) at r/D.
 
     ``"letter"``: u = D d/r; ``"corrected"``: Boussinesq's u for a point force equal to that of the
     punch, D d/(pi r), with the pi that the chapter omits. D = d = E* = 1.
     """
-    above("distance", distance, 0.5)
-    one_of("reading", reading, "letter", "corrected")
     true = 2 / np.pi * np.arcsin(0.5 / distance)
     if reading == "letter":
         stated = 1 / distance
@@ -63,7 +73,6 @@ def _pair(
     The error decreases as the fourth power, so the difference far exceeds the remaining error.
     """
     finest = 16 if effort == "full" else 8
-    one_of("kind", kind, "axisymmetric", "plane")
     coarse, fine = (
         _pressed(float(radius), float(poisson_ratio), kind, support, radii, elements)
         for elements in (finest // 2, finest)
@@ -71,8 +80,18 @@ def _pair(
     return coarse, fine
 
 
-def _energy_share(
-    effort: str, *, distance: float = 1.0, poisson_ratio: float = 0.3, reading: str = "local"
+@experiment(
+    "energy-share",
+    "Share of the elastic energy that lies far from the contact (19.10)",
+    "distance",
+    "distance r/D",
+)
+def energy_share(
+    effort: str,
+    *,
+    distance: Annotated[float, Above(0.78)] = 1.0,
+    poisson_ratio: float = 0.3,
+    reading: Literal["local", "letter", "corrected"] = "local",
 ) -> Finding | Share:
     """Measure the fraction of elastic energy farther than `distance` D from the punch, (19.10).
 
@@ -80,8 +99,6 @@ def _energy_share(
     fraction itself; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
     ``"corrected"``, the integral of Boussinesq's field.
     """
-    above("distance", distance, 0.78)
-    one_of("reading", reading, "local", "letter", "corrected")
     rho = 2 * float(distance)
     pair = _pair(effort, _HALF_SPACE, poisson_ratio, "axisymmetric", "fixed", (rho,))
     coarse, fine = (float(1 - body.energy[0]) for body in pair)
@@ -102,14 +119,23 @@ def _energy_share(
     return Finding(stated[reading], beyond, bar / fine * stated[reading] / beyond, details)
 
 
-def _body_size(
-    effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: Kind = "axisymmetric"
+@experiment(
+    "body-size",
+    "Change of the contact stiffness with the size of the body",
+    "size",
+    "size of the body R/D",
+)
+def body_size(
+    effort: str,
+    *,
+    size: Annotated[float, Above(1.99)] = 10.0,
+    poisson_ratio: float = 0.3,
+    kind: Kind = "axisymmetric",
 ) -> Finding:
     """Compare the stiffness (and energy at equal depth) of a body R = size D with that of 10 R.
 
     "The size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
     """
-    above("size", size, 1.99)
     body, tenfold = (
         [mesh.stiffness for mesh in _pair(effort, 2 * radius, poisson_ratio, kind, "fixed")]
         for radius in (size, 10 * size)
@@ -126,9 +152,16 @@ def _body_size(
     return Finding(fine, true, bar, details)
 
 
-def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
+@experiment(
+    "plane-logarithm",
+    "Growth of the compliance in plane strain with the logarithm of the body",
+    "size",
+    "size of the body R/D",
+)
+def plane_logarithm(
+    effort: str, *, size: Annotated[float, Above(1.99)] = 10.0, poisson_ratio: float = 0.3
+) -> Finding:
     """In plane strain d E*/F grows by (2/pi) ln 10 for tenfold R (Johnson 1985, 2.8)."""
-    above("size", size, 1.99)
     pairs = [
         _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
     ]
@@ -137,13 +170,19 @@ def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -
     return Finding(stated, fine, abs(stated / fine - stated / coarse), {})
 
 
-def _kinetic_energy(
+@experiment(
+    "kinetic-energy",
+    "Kinetic energy of a body that is pressed at v0 (19.11)-(19.12)",
+    "ratio",
+    "diameter of the contact over the body's radius D/R",
+)
+def kinetic_energy(
     effort: str,
     *,
     ratio: float = 0.1,
-    frame: str = "far",
-    reading: str = "rigid",
-    quantity: str = "energy",
+    frame: Literal["far", "held", "centre"] = "far",
+    reading: Literal["rigid", "printed", "linear"] = "rigid",
+    quantity: Literal["energy", "reduction"] = "energy",
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
@@ -156,9 +195,6 @@ def _kinetic_energy(
     exact coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one. Quantities: the
     ``"energy"``, or the ``"reduction"`` 1 - 2 K/(m v0^2) of (19.12), an estimate.
     """
-    one_of("frame", frame, "far", "held", "centre")
-    one_of("reading", reading, "rigid", "printed", "linear")
-    one_of("quantity", quantity, "energy", "reduction")
     if not 0 < ratio <= 0.5:
         raise ValueError(f"ratio D/R must lie in (0, 0.5], not {ratio!r}")
     if frame == "far" and kind == "plane":
@@ -185,42 +221,3 @@ def _kinetic_energy(
         stated, true = 1 - stated, 1 - float(true)
         return Finding(stated, true, abs(stated / true) * float(bar / abs(true)), details)
     return Finding(stated, float(true), float(bar / true), details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "far-field",
-        "Displacement of the surface at a distance from a flat punch (19.9)",
-        "distance r/D",
-        "distance",
-        _far_field,
-    ),
-    experiment(
-        "energy-share",
-        "Share of the elastic energy that lies far from the contact (19.10)",
-        "distance r/D",
-        "distance",
-        _energy_share,
-    ),
-    experiment(
-        "body-size",
-        "Change of the contact stiffness with the size of the body",
-        "size of the body R/D",
-        "size",
-        _body_size,
-    ),
-    experiment(
-        "plane-logarithm",
-        "Growth of the compliance in plane strain with the logarithm of the body",
-        "size of the body R/D",
-        "size",
-        _logarithm,
-    ),
-    experiment(
-        "kinetic-energy",
-        "Kinetic energy of a body that is pressed at v0 (19.11)-(19.12)",
-        "diameter of the contact over the body's radius D/R",
-        "ratio",
-        _kinetic_energy,
-    ),
-)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.normal.line_distributions import Springs, line_values
+from comparisons.questions.experiments.experiment import Above, Finding, experiment
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, press
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.solving.shared import shared
 from comparisons.tasks.distributions import Stretches, histogram
 from reduced.loads import Load
@@ -95,12 +97,18 @@ def _mean(values: Stretches) -> float:
     return float(np.average(inside[positive], weights=values.weight[positive]))
 
 
-def _end(
+@experiment(
+    "contact-ends",
+    "Exponents of the densities of pressure and gap near zero",
+    "load",
+    "load F/(E* A0 h')",
+)
+def contact_ends(
     effort: str,
     *,
-    load: float = 0.02,
-    quantity: str = "pressure",
-    model: str = "surface",
+    load: Annotated[float, Above(0)] = 0.02,
+    quantity: Literal["pressure", "gap"] = "pressure",
+    model: Literal["surface", "line"] = "surface",
     exponent: float = 1.0,
     hurst: float = 0.8,
 ) -> Finding:
@@ -109,9 +117,6 @@ def _end(
     Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
     change from grids half as fine and with the place of the interval, and the scatter of surfaces.
     """
-    above("load", load, 0)
-    one_of("quantity", quantity, "pressure", "gap")
-    one_of("model", model, "surface", "line")
     surface = Surface.of(32, hurst, 1.0, 16.0, periodic=True)
     if model == "line":
         start, ratio, _ = _WINDOWS[quantity]
@@ -127,14 +132,3 @@ def _end(
     bar = max(float(combined(*parts.values())), _LEAST_BAR)
     bars = {f"bar: {name}": part for name, part in parts.items()}
     return Finding(some[0], exponent, bar, {"exponent": some[0], "before": some[1], **bars}, of=1)
-
-
-EXPERIMENTS = (
-    experiment(
-        "contact-ends",
-        "Exponents of the densities of pressure and gap near zero",
-        "load F/(E* A0 h')",
-        "load",
-        _end,
-    ),
-)

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import (
     SEED,
     Surface,
@@ -12,14 +22,6 @@ from comparisons.questions.experiments.rough_ensemble import (
     press,
     surface_samples,
     truth,
-)
-from comparisons.questions.experiments.running import (
-    Finding,
-    Share,
-    above,
-    experiment,
-    number_of,
-    one_of,
 )
 from comparisons.solving.shared import shared
 from reduced.loads import Load
@@ -32,10 +34,16 @@ SIZES = ("number", "mean_size", "largest_size")
 LOADED = ("contact_area", "penetration", "stiffness")
 
 
-def _straight(
+@experiment(
+    "straight-area",
+    "Contact area of rough surfaces against a straight line through zero",
+    "load",
+    "load F/(E* A0 h')",
+)
+def straight_area(
     effort: str,
     *,
-    load: float = 0.1,
+    load: Annotated[float, Above(0)] = 0.1,
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 4.0,
@@ -46,7 +54,6 @@ def _straight(
 
     Means over surfaces, at vanishing spacing; the same surfaces at both loads.
     """
-    above("load", load, 0)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
@@ -84,11 +91,17 @@ def _spots(surface: Surface, load: float, factor: int, count: int) -> tuple[np.n
     return tuple(areas.patches(mask, operator.spacing, operator.periodic).areas for mask in masks)
 
 
-def _sizes(
+@experiment(
+    "contact-sizes",
+    "Number and sizes of the contacts of lines against those of surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
+def contact_sizes(
     effort: str,
     *,
-    load: float = 0.01,
-    quantity: str = "number",
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*SIZES)] = "number",
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 4.0,
@@ -99,8 +112,6 @@ def _sizes(
 
     A region of length l has the area (pi/4) l^2 (19.29).
     """
-    above("load", load, 0)
-    one_of("quantity", quantity, *SIZES)
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
@@ -132,13 +143,19 @@ def _skewed(surface: Surface, realisation: int, strength: float, sign: float) ->
     return np.asarray(bent / rms_gradient_spectral(bent, (step, step)))
 
 
-def _spectrum(
+@experiment(
+    "same-spectrum",
+    "Differences between surfaces with the same power spectrum",
+    "skew",
+    "skewness of the heights, exp(s z)",
+)
+def same_spectrum(
     effort: str,
     *,
-    skew: float = 0.3,
-    load: float = 0.01,
-    quantity: str = "contact_area",
-    statement: str = "skewness",
+    skew: Annotated[float, Above(0)] = 0.3,
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*LOADED)] = "contact_area",
+    statement: Literal["skewness", "phases"] = "skewness",
     hurst: float = 0.8,
     roll_off: float = 4.0,
     periodic: bool = True,
@@ -150,10 +167,6 @@ def _spectrum(
     ``"phases"``: standard deviation over surfaces of equal amplitudes and random phases, over the
     mean.
     """
-    above("skew", skew, 0)
-    above("load", load, 0)
-    one_of("quantity", quantity, *LOADED)
-    one_of("statement", statement, "skewness", "phases")
     surface = Surface.of(64, hurst, roll_off, 4.0, periodic)
     count = number_of(realisations, effort, 16)
     if statement == "phases":
@@ -174,28 +187,3 @@ def _spectrum(
     bar = 4 * r / (r + 1) ** 2 * float(scatter[0])
     peaks, valleys = (float(sample.mean()) for sample in samples)
     return Finding(peaks, valleys, bar, {"peaks over valleys": r}, of=(peaks + valleys) / 2)
-
-
-EXPERIMENTS = (
-    experiment(
-        "straight-area",
-        "Contact area of rough surfaces against a straight line through zero",
-        "load F/(E* A0 h')",
-        "load",
-        _straight,
-    ),
-    experiment(
-        "contact-sizes",
-        "Number and sizes of the contacts of lines against those of surfaces",
-        "load F/(E* A0 h')",
-        "load",
-        _sizes,
-    ),
-    experiment(
-        "same-spectrum",
-        "Differences between surfaces with the same power spectrum",
-        "skewness of the heights, exp(s z)",
-        "skew",
-        _spectrum,
-    ),
-)

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated, Literal
 
 import numpy as np
 
 from comparisons.facts.methods import GRID, MODEL
-from comparisons.questions.experiments.running import Share, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -108,14 +109,20 @@ def measure_series(method: str, effort: str, mesh: str) -> Series:
     )
 
 
-def _cost(
+@experiment(
+    "finite-element-cost",
+    "Time or memory of another method over that of finite elements on rough surfaces",
+    "accuracy",
+    "rms error of the penetration that both reach",
+)
+def finite_element_cost(
     effort: str,
     *,
     accuracy: float = 0.02,
     points: float = 0,
-    against: str = GRID,
-    resource: str = "time",
-    mesh: str = "block",
+    against: Annotated[str, OneOf(GRID, MODEL)] = GRID,
+    resource: Literal["time", "memory"] = "time",
+    mesh: Literal["block", "repeating"] = "block",
 ) -> Share:
     """Measure time (or memory) relative to finite elements, for one surface and three loads.
 
@@ -124,9 +131,6 @@ def _cost(
     statement is that the cost of the other method is a small share; its bar is the scatter of the
     fits.
     """
-    one_of("against", against, GRID, MODEL)
-    one_of("resource", resource, "time", "memory")
-    one_of("mesh", mesh, "block", "repeating")
     if not 0 < accuracy < 1:
         raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
     if against == MODEL and not points:
@@ -140,7 +144,8 @@ def _cost(
     for name, runs in series.items():
         scatter.append(cost[name].scatter)
         if points:
-            grids[name] = above("points", points, 1)
+            Above(1).checked("points", points)
+            grids[name] = float(points)
         else:
             error = power_law(runs.points, runs.errors)
             # no grid coarser than the coarsest measured one is considered
@@ -160,14 +165,3 @@ def _cost(
     for name, law in cost.items():
         details[f"{unit} of 64 x 64, {name}"] = law.at(64) / scale
     return Share(share, share * (spread - 1), details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "finite-element-cost",
-        "Time or memory of another method over that of finite elements on rough surfaces",
-        "rms error of the penetration that both reach",
-        "accuracy",
-        _cost,
-    ),
-)

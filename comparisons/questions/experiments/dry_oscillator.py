@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Finding, Share, experiment
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.stepping import Stepping
 from reference.dynamics import coulomb
@@ -20,8 +22,18 @@ _PERIODS, _LIMIT = 4, 0.9
 _SLIDING, _RATIO, _SETTLING = 0.6, 1.2, 100
 
 
-def _set_valued(
-    effort: str, *, steps: float = 100.0, load: float = 0.5, quantity: str = "oscillator"
+@experiment(
+    "set-valued-steps",
+    "Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events",
+    "steps",
+    "steps per period of the force",
+)
+def set_valued_steps(
+    effort: str,
+    *,
+    steps: Annotated[float, Above(2)] = 100.0,
+    load: float = 0.5,
+    quantity: Literal["oscillator", "rest"] = "oscillator",
 ) -> Share:
     """Measure the set-valued law in steps of Moreau and Jean, `steps` per period of the force.
 
@@ -29,8 +41,7 @@ def _set_valued(
     ``"rest"``: the path of a block pulled by `load` < 1 against friction 1 in as many steps of unit
     length, over its path without friction.
     """
-    one_of("quantity", quantity, "oscillator", "rest")
-    count = int(above("steps", steps, 2))
+    count = int(steps)
     if quantity == "rest":
         if not 0 < load < 1:
             raise ValueError(f"load must be between 0 and 1, not {load!r}")
@@ -51,8 +62,18 @@ def _set_valued(
     return Share(float(deviation / largest), EXACT, details, "deviation")
 
 
-def _amplitude(
-    effort: str, *, speed_ratio: float = 100.0, friction: float = _SLIDING, ratio: float = _RATIO
+@experiment(
+    "regularised-amplitude",
+    "Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form",
+    "speed_ratio",
+    "largest sliding speed over characteristic speed V/v0",
+)
+def regularised_amplitude(
+    effort: str,
+    *,
+    speed_ratio: Annotated[float, Above(0)] = 100.0,
+    friction: float = _SLIDING,
+    ratio: float = _RATIO,
 ) -> Finding:
     """Measure the amplitude under (19.1) over Den Hartog's for m = k = P = 1 without stops.
 
@@ -60,7 +81,6 @@ def _amplitude(
     of the true amplitude. Sources of the bar: twice as many steps, and the change over the last
     periods.
     """
-    above("speed_ratio", speed_ratio, 0)
     true = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)
     v0 = true * ratio / speed_ratio
     system = Blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
@@ -77,21 +97,3 @@ def _amplitude(
     bar = abs(fine - coarse) + abs(fine - before)
     details: dict[str, float | str] = {"amplitude, Den Hartog": true, "by the law": float(fine)}
     return Finding(float(fine), true, float(bar / true) + EXACT, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "set-valued-steps",
-        "Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events",
-        "steps per period of the force",
-        "steps",
-        _set_valued,
-    ),
-    experiment(
-        "regularised-amplitude",
-        "Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form",
-        "largest sliding speed over characteristic speed V/v0",
-        "speed_ratio",
-        _amplitude,
-    ),
-)

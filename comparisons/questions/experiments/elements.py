@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of, worst
+from comparisons.questions.experiments.experiment import Above, Finding, experiment, worst
 from reference.fem import Material
-from reference.fem.column_elements import ELEMENTS, Element
+from reference.fem.column_elements import Element
 from reference.fem.columns import Layers, of_smooth_pressure
 
 # Growth of the elements with depth, whose floor is 1e-7, and depth of the body in waves.
 GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
 
 
-def _waves(
+@experiment(
+    "element-waves",
+    "Work of a wave of pressure on a half-space of finite elements, against the exact one",
+    "wavelength",
+    "wavelength in elements",
+)
+def element_waves(
     effort: str,
     *,
-    wavelength: float = 8.0,
+    wavelength: Annotated[float, Above(1.999)] = 8.0,
     element: Element = "quadratic",
     poisson_ratio: float = 0.3,
 ) -> Finding:
@@ -25,8 +33,6 @@ def _waves(
     Along the elements and across their diagonal; the larger error counts. The bar is the floor
     below all waves, from elements that grow with depth.
     """
-    above("wavelength", wavelength, 1.999)
-    one_of("element", element, *ELEMENTS)
     angles = np.array([0.0, np.pi / 4])
     q = 2 * np.pi / wavelength
     body = Layers([DEPTH * wavelength], [Material(1.0, poisson_ratio)])
@@ -38,14 +44,3 @@ def _waves(
         "diagonal": float(stated[1]) - 1,
     }
     return Finding(*worst(stated, np.ones(2)), FLOOR, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "element-waves",
-        "Work of a wave of pressure on a half-space of finite elements, against the exact one",
-        "wavelength in elements",
-        "wavelength",
-        _waves,
-    ),
-)

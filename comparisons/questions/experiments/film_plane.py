@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Effort,
+    Finding,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble
@@ -26,27 +33,29 @@ _FINER = 4
 Samples = dict[str, np.ndarray]
 
 
-def _open(
+@experiment(
+    "film-plane-open",
+    "Flow of oil along rough planes that hardly touch: formulas against the flow on cells",
+    "roughness",
+    "rms height over mean gap",
+)
+def film_plane_open(
     effort: Effort,
     *,
-    roughness: float = 0.2,
-    statement: str = "second_order",
-    quantity: str = "pressure",
+    roughness: Annotated[float, Above(0)] = 0.2,
+    statement: Literal["second_order", "patir_cheng"] = "second_order",
+    quantity: Literal["pressure", "shear"] = "pressure",
     points: float = 64,
     hurst: float = 0.8,
     roll_off: float = 2.0,
     shortest: float = 8.0,
-    realisations: float = 48,
+    realisations: Annotated[float, Above(2)] = 48,
 ) -> Finding:
     """Compare what a formula says of the flow between bodies that hardly touch, rigid ones.
 
     `roughness` is rms height over mean gap; of a second order what roughness changes is judged, of
     a fit the factor itself. Where heights exceed the gap, it is closed, as Patir & Cheng have it.
     """
-    one_of("statement", statement, "second_order", "patir_cheng")
-    one_of("quantity", quantity, "pressure", "shear")
-    above("roughness", roughness, 0)
-    above("realisations", realisations, 2)
     if statement == "patir_cheng" and quantity == "shear":
         raise ValueError("the fit is of pressure, not of shear")
     surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
@@ -86,27 +95,29 @@ def _rigid(surface: Surface, roughness: float, factor: int, count: int) -> Sampl
     return {"pressure": pressure, "shear": shear}
 
 
-def _pressed(
+@experiment(
+    "film-plane-pressed",
+    "Flow of oil around the spots of contact of rough planes: theories, and the line",
+    "load",
+    "load F/(E* A0 h')",
+)
+def film_plane_pressed(
     effort: Effort,
     *,
-    load: float = 0.02,
-    statement: str = "effective_medium",
-    quantity: str = "factor",
+    load: Annotated[float, Above(0)] = 0.02,
+    statement: Literal["effective_medium", "patir_cheng", "line"] = "effective_medium",
+    quantity: Literal["factor", "flow"] = "factor",
     points: float = 128,
     hurst: float = 0.8,
     roll_off: float = 4.0,
     shortest: float = 8.0,
-    realisations: float = 48,
+    realisations: Annotated[float, Above(2)] = 48,
 ) -> Finding:
     """Compare what is said of the oil that flows around spots of contact with the flow on cells.
 
     The gap is that of the periodic half-space; `quantity` is the pressure factor, or the "flow"
     itself, the factor times the cube of the mean gap over the rms height.
     """
-    one_of("statement", statement, "effective_medium", "patir_cheng", "line")
-    one_of("quantity", quantity, "factor", "flow")
-    above("load", load, 0)
-    above("realisations", realisations, 2)
     if statement != "line" and quantity == "flow":
         raise ValueError(f"{statement} speaks of the factor, not of the flow")
     surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
@@ -170,21 +181,3 @@ def _lines(surface: Surface, load: float) -> Samples:
     pooled = np.maximum(gaps, 0.0).reshape(_GROUPS, -1) / rms
     factors = np.array([effective_medium_factor(group) for group in pooled])
     return {"factor": factors, "flow": factors * pooled.mean(axis=1) ** 3}
-
-
-EXPERIMENTS = (
-    experiment(
-        "film-plane-open",
-        "Flow of oil along rough planes that hardly touch: formulas against the flow on cells",
-        "rms height over mean gap",
-        "roughness",
-        _open,
-    ),
-    experiment(
-        "film-plane-pressed",
-        "Flow of oil around the spots of contact of rough planes: theories, and the line",
-        "load F/(E* A0 h')",
-        "load",
-        _pressed,
-    ),
-)

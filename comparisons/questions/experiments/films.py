@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Annotated, Literal
 
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from comparisons.solving.shared import shared
 from reference.lubrication.formulas import (
     CYLINDER,
@@ -23,10 +23,19 @@ from reference.lubrication.reynolds import rigid_cylinder
 _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
 
-def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") -> Finding:
+@experiment(
+    "film-cylinder",
+    "Film below a rigid cylinder on cells against Reynolds' closed form",
+    "cells",
+    "cells per sqrt(2 R h0)",
+)
+def film_cylinder(
+    effort: Effort,
+    *,
+    cells: Annotated[float, Above(4)] = 64.0,
+    quantity: Literal["load", "rupture"] = "load",
+) -> Finding:
     """Compare load or place of rupture with Reynolds' closed form; coarser cells give the bar."""
-    one_of("quantity", quantity, "load", "rupture")
-    above("cells", cells, 4)
     fine, coarse = (rigid_cylinder(int(n)) for n in (cells, cells / 2))
     exact = {"load": CYLINDER, "rupture": RUPTURE}[quantity]
     value, other = (float(getattr(film, quantity)) for film in (fine, coarse))
@@ -34,7 +43,13 @@ def _cylinder(effort: Effort, *, cells: float = 64.0, quantity: str = "load") ->
     return Finding(value, exact, abs(value - other) / exact, {"oil lost": uneven})
 
 
-def _sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
+@experiment(
+    "film-sphere",
+    "Film of a rigid sphere by half of Sommerfeld's pressure and with mass conserved",
+    "cells",
+    "cells per sqrt(2 R h0)",
+)
+def film_sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
     """Compare the film of half of Sommerfeld's pressure with that of film that ruptures by itself.
 
     `cells` per reach of the pressure; zero: by the effort.
@@ -52,13 +67,19 @@ def _on_rubber(speed: float, cells: int) -> float:
     return float(entrain(_RUBBER, 1e-3 * speed, cells).film_central)
 
 
-def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
+@experiment(
+    "film-soft",
+    "Central film of a ball on rubber by a fit, and by the limit of soft contacts",
+    "speed",
+    "speed in mm/s",
+)
+def film_soft(
+    effort: Effort, *, speed: Annotated[float, Above(0)] = 1.0, by: Literal["fit", "limit"] = "fit"
+) -> Finding:
     """Compare formulas with the central film of a ball on rubber at a speed in mm/s.
 
     Cells are of second order; the bar is the whole last change.
     """
-    one_of("by", by, "fit", "limit")
-    above("speed", speed, 0)
     ball = _RUBBER
     cells = (16, 24) if effort == "quick" else (32, 48)
     coarse, fine = (_on_rubber(float(speed), n) for n in cells)
@@ -72,9 +93,14 @@ def _soft(effort: Effort, *, speed: float = 1.0, by: str = "fit") -> Finding:
     return Finding(formula, film, bar, {})
 
 
-def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
+@experiment(
+    "film-wave",
+    "Small wave across the flow under the film of a soft ball: its amplitude by linear theory",
+    "wavelength",
+    "wavelength in mm",
+)
+def film_wave(effort: Effort, *, wavelength: Annotated[float, Above(0)] = 0.5) -> Finding:
     """Compare the linear amplitude of a small wave (in mm) under a film with that on cells."""
-    above("wavelength", wavelength, 0)
     ball = _RUBBER
     amplitude, length = 1e-8, 1e-3 * wavelength
     wave, linear, changes = waviness(amplitude, length), 0.0, []
@@ -88,35 +114,3 @@ def _wave(effort: Effort, *, wavelength: float = 0.5) -> Finding:
         linear = wave_amplitude(2 * np.pi / length, 1e6, 1.0, 1e-2, film).real
     coarse, fine = changes
     return Finding(linear, fine, abs(fine - coarse) / abs(fine), {})
-
-
-EXPERIMENTS = (
-    experiment(
-        "film-cylinder",
-        "Film below a rigid cylinder on cells against Reynolds' closed form",
-        "cells per sqrt(2 R h0)",
-        "cells",
-        _cylinder,
-    ),
-    experiment(
-        "film-sphere",
-        "Film of a rigid sphere by half of Sommerfeld's pressure and with mass conserved",
-        "cells per sqrt(2 R h0)",
-        "cells",
-        _sphere,
-    ),
-    experiment(
-        "film-soft",
-        "Central film of a ball on rubber by a fit, and by the limit of soft contacts",
-        "speed in mm/s",
-        "speed",
-        _soft,
-    ),
-    experiment(
-        "film-wave",
-        "Small wave across the flow under the film of a soft ball: its amplitude by linear theory",
-        "wavelength in mm",
-        "wavelength",
-        _wave,
-    ),
-)

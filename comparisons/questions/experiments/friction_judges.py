@@ -5,14 +5,15 @@ All of a rigid ball on a half-space, R = 1; forces are scaled.
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
 from comparisons.judging.uncertainty import SAFE
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
@@ -69,15 +70,24 @@ def _twisted(line: Springs, shear: float, depth: float, angle: float) -> tuple[f
     return float(2 * step * np.minimum(held, limit) @ x), float(step * (held < limit).sum())
 
 
-def _torsion(
-    effort: Effort, *, stick: float = 0.5, statement: str = "springs", poisson_ratio: float = 0.3
+@experiment(
+    "torsion",
+    "Torque of a ball that is pressed on and twisted, with partial slip",
+    "stick",
+    "stick radius over contact radius c/a",
+)
+def torsion(
+    effort: Effort,
+    *,
+    stick: float = 0.5,
+    statement: Literal["closed_form", "springs"] = "springs",
+    poisson_ratio: float = 0.3,
 ) -> Finding:
     """Compare torques at the angle at which the share `stick` of the contact radius sticks.
 
     ``"closed_form"``: Lubkin's against cells with Coulomb friction; ``"springs"``: springs 8 G dx
     that slip at mu times their force, against Lubkin's.
     """
-    one_of("statement", statement, "closed_form", "springs")
     if not 0 < stick <= 1:
         raise ValueError(f"stick must be above 0 and at most 1, not {stick!r}")
     body = Compliance.of(0.25, poisson_ratio)
@@ -105,12 +115,18 @@ def _pressed(poisson: float, friction: float, cells: int, steps: int) -> float:
     return float(np.sqrt(last.sticking.sum() / (last.pressure > 0).sum()))
 
 
-def _pressing(
+@experiment(
+    "pressing-with-friction",
+    "What sticks of a rigid ball that is pressed into an elastic body with friction",
+    "poisson_ratio",
+    "Poisson's ratio",
+)
+def pressing_with_friction(
     effort: Effort,
     *,
     poisson_ratio: float = 0.0,
-    friction: float = 0.2986,
-    statement: str = "printed",
+    friction: Annotated[float, Above(0)] = 0.2986,
+    statement: Literal["printed", "one_way"] = "printed",
 ) -> Finding:
     """Compare the stick radius of a rigid ball that is pressed straight into an elastic body.
 
@@ -119,8 +135,6 @@ def _pressing(
     Hertz's pressure as it is; `friction` is mu at nu = 0, with mu/beta the same for every nu. Steps
     of pressing are extrapolated to first order; the bar is the change by it and by the cells.
     """
-    one_of("statement", statement, "printed", "one_way")
-    above("friction", friction, 0)
     if not -0.9 < poisson_ratio < 0.5:
         raise ValueError(f"poisson_ratio must be between -0.9 and 0.5, not {poisson_ratio!r}")
     beta = (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
@@ -170,14 +184,19 @@ def _impact(incidence: float, steps: int, springs: int) -> tuple[Array, Array, A
     raise ArithmeticError(f"the impact did not converge: {change:.1e} of the way")
 
 
-def _oblique(effort: Effort, *, incidence: float = 1.0) -> Finding:
+@experiment(
+    "oblique-impact",
+    "Tangential impulse of an oblique impact on springs, against the half-space",
+    "incidence",
+    "angle of incidence G* v_x/(mu E* v_z)",
+)
+def oblique_impact(effort: Effort, *, incidence: Annotated[float, Above(0)] = 1.0) -> Finding:
     """Compare the tangential impulse of springs in an oblique impact with that of the half-space.
 
     A solid ball, incompressible; over mu times the normal impulse, on the path that the springs
     take: if the forces agree on it, it is the path of the half-space, too (Maw, Barber & Fawn
     1976).
     """
-    above("incidence", incidence, 0)
     impulses = []
     for steps, cells in ((16, 8), (32, 16)) if effort == "quick" else ((32, 12), (64, 24)):
         time, depth, shift, force = _impact(float(incidence), steps, 801)
@@ -197,28 +216,3 @@ def _oblique(effort: Effort, *, incidence: float = 1.0) -> Finding:
     (_, coarse), (stated, fine) = impulses
     bar = SAFE * abs(float((impulses[0][0] - coarse) - (stated - fine)))
     return Finding(float(stated), float(fine), bar, {}, of=1)
-
-
-EXPERIMENTS = (
-    experiment(
-        "torsion",
-        "Torque of a ball that is pressed on and twisted, with partial slip",
-        "stick radius over contact radius c/a",
-        "stick",
-        _torsion,
-    ),
-    experiment(
-        "pressing-with-friction",
-        "What sticks of a rigid ball that is pressed into an elastic body with friction",
-        "Poisson's ratio",
-        "poisson_ratio",
-        _pressing,
-    ),
-    experiment(
-        "oblique-impact",
-        "Tangential impulse of an oblique impact on springs, against the half-space",
-        "angle of incidence G* v_x/(mu E* v_z)",
-        "incidence",
-        _oblique,
-    ),
-)

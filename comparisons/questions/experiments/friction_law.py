@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Between,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+)
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
 from reduced.motion.stepping import Stepping
@@ -19,8 +28,18 @@ _DRIVEN = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
 _PERIODS = 4
 
 
-def _block(
-    effort: str, *, speed_ratio: float = 100.0, load: float = 0.5, quantity: str = "rest"
+@experiment(
+    "regularised-block",
+    "One block under the law (19.1) against Coulomb's: at rest, sliding, stopping",
+    "speed_ratio",
+    "sliding speed over characteristic speed V/v0",
+)
+def regularised_block(
+    effort: str,
+    *,
+    speed_ratio: Annotated[float, Above(0)] = 100.0,
+    load: float = 0.5,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "rest",
 ) -> Finding | Share:
     """Measure a block of mass 1 and friction limit 1, pulled by `load`, with sliding speed V = 1.
 
@@ -28,8 +47,7 @@ def _block(
     relative to the load. ``"kinetic"``: the friction at V. ``"way"``: the stopping distance from V
     without load.
     """
-    one_of("quantity", quantity, *QUANTITIES)
-    v0 = 1 / above("speed_ratio", speed_ratio, 0)
+    v0 = 1 / speed_ratio
     if not 0 <= load < 1:
         raise ValueError(f"load must be from 0 to below 1, not {load!r}")
     creep = float(creep_speed(load, 1.0, v0))
@@ -41,7 +59,8 @@ def _block(
     if quantity == "force":
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, stride=1000))
         friction_force = float(friction(run.velocity[-1, 0], 1.0, v0))
-        return Finding(friction_force, above("load", load, 0), EXACT, details)
+        Above(0).checked("load", load)
+        return Finding(friction_force, float(load), EXACT, details)
     return _way(v0, effort, details)
 
 
@@ -62,14 +81,22 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
     return Finding(ways[1], way, abs(ways[1] - ways[0]) / way + EXACT, details)
 
 
-def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Share:
+@experiment(
+    "regularised-stick-slip",
+    "An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event",
+    "speed_ratio",
+    "largest sliding speed over characteristic speed V/v0",
+)
+def regularised_stick_slip(
+    effort: str,
+    *,
+    speed_ratio: Annotated[float, Above(0)] = 1e3,
+    limit: Annotated[float, Between(0, 1)] = 0.9,
+) -> Share:
     """Measure Den Hartog's oscillator with stops: largest error of the position over four periods.
 
     Relative to the largest position; V is the largest speed of the true motion.
     """
-    above("speed_ratio", speed_ratio, 0)
-    if not 0 < limit < 1:
-        raise ValueError(f"limit must be between 0 and 1, not {limit!r}")
     end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
     instants = np.linspace(0, end, 1001)
     motion = follow(coulomb.Blocks(1.0, limit, **_DRIVEN), end)
@@ -92,16 +119,25 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
     return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "deviation")
 
 
-def _belt(
-    effort: str, *, static: float = 1.2, speed_ratio: float = 1e3, cycles: float = 10
+@experiment(
+    "regularised-belt",
+    "A mass on a belt: (19.1) against static friction above the kinetic one",
+    "static",
+    "static over kinetic friction",
+)
+def regularised_belt(
+    effort: str,
+    *,
+    static: Annotated[float, Above(0.999999)] = 1.2,
+    speed_ratio: Annotated[float, Above(0)] = 1e3,
+    cycles: Annotated[float, Above(0.999)] = 10,
 ) -> Finding:
     """Measure the amplitude of a mass on a belt after `cycles`; V = m = k = kinetic friction = 1.
 
     The reference is the closed stick-slip cycle; the law contains only kinetic friction.
     """
-    above("static", static, 0.999999)
-    count = int(above("cycles", cycles, 0.999))
-    v0 = 1 / above("speed_ratio", speed_ratio, 0)
+    count = int(cycles)
+    v0 = 1 / speed_ratio
     cycle = stick_slip(1.0, 1.0, 1.0, static, 1.0)
     true = 0.5 * (cycle.largest - cycle.smallest)
     swings = []
@@ -120,9 +156,19 @@ def _belt(
     return Finding(swings[1], true, abs(swings[1] - swings[0]) / true + EXACT, {})
 
 
-def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> Finding:
+@experiment(
+    "explicit-friction-step",
+    "Largest stable explicit step under (19.1): theory against the step at which it breaks",
+    "load",
+    "load over friction limit F/(mu F_N)",
+)
+def explicit_friction_step(
+    effort: str,
+    *,
+    load: float = 0.0,
+    scheme: Literal["explicit_euler", "semi_implicit_euler", "runge_kutta_4"] = "explicit_euler",
+) -> Finding:
     """Measure the predicted largest stable step of a creeping block over that from bisection."""
-    one_of("scheme", scheme, "explicit_euler", "semi_implicit_euler", "runge_kutta_4")
     v0 = 1e-3
     theory = stable_step(1.0, 1.0, v0, load, scheme)
     creep = float(creep_speed(load, 1.0, v0))
@@ -147,35 +193,3 @@ def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> 
     limit = 0.5 * (low + high)
     details: dict[str, float | str] = {"limit over m v0/(mu F_N)": limit / v0}
     return Finding(theory, limit, (high - low) / limit, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "regularised-block",
-        "One block under the law (19.1) against Coulomb's: at rest, sliding, stopping",
-        "sliding speed over characteristic speed V/v0",
-        "speed_ratio",
-        _block,
-    ),
-    experiment(
-        "regularised-stick-slip",
-        "An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event",
-        "largest sliding speed over characteristic speed V/v0",
-        "speed_ratio",
-        _stick_slip,
-    ),
-    experiment(
-        "regularised-belt",
-        "A mass on a belt: (19.1) against static friction above the kinetic one",
-        "static over kinetic friction",
-        "static",
-        _belt,
-    ),
-    experiment(
-        "explicit-friction-step",
-        "Largest stable explicit step under (19.1): theory against the step at which it breaks",
-        "load over friction limit F/(mu F_N)",
-        "load",
-        _step,
-    ),
-)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from comparisons.questions.experiments.running import Share, above, experiment
+from comparisons.questions.experiments.experiment import Above, Share, experiment
 from reduced.memory.indent_in_time import harmonic_stiffness
 from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
@@ -19,8 +21,18 @@ _DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is
 _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 
-def _harmonic(
-    effort: str, *, amplitude: float = 0.01, frequency: float = 1.0, stiffening: float = 3.0
+@experiment(
+    "harmonic-contact",
+    "The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time",
+    "amplitude",
+    "amplitude over mean depth",
+)
+def harmonic_contact(
+    effort: str,
+    *,
+    amplitude: float = 0.01,
+    frequency: Annotated[float, Above(0)] = 1.0,
+    stiffening: Annotated[float, Above(0)] = 3.0,
 ) -> Share:
     """Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
 
@@ -28,8 +40,6 @@ def _harmonic(
     in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
     fitted transient exp(-t/tau)). The distance of the complex stiffnesses over the true one's size.
     """
-    for name, value in (("frequency", frequency), ("stiffening", stiffening)):
-        above(name, value, 0)
     if not 0 < amplitude < 1:
         raise ValueError(f"amplitude must lie between 0 and 1, not {amplitude!r}")
     coarse, fine = (_stiffness(amplitude, frequency, stiffening, *grid) for grid in _GRIDS[effort])
@@ -66,14 +76,3 @@ def _stiffness(
     )
     _, _, real, imaginary = np.linalg.lstsq(basis, force)[0] / (amplitude * _DEPTH)
     return complex(real, imaginary)
-
-
-EXPERIMENTS = (
-    experiment(
-        "harmonic-contact",
-        "The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time",
-        "amplitude over mean depth",
-        "amplitude",
-        _harmonic,
-    ),
-)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
+from typing import Annotated
+
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, Share, experiment
 from reference.dynamics.wave_impact import rayleigh_share, wave_impact, weak_loss
 
 QUANTITIES = ("energy", "restitution", "duration", "force")
 
 
-def _quasi_static(
+@experiment(
+    "quasi-static-impact",
+    "Hertz's quasi-static impact of a sphere against the impact with waves",
+    "speed",
+    "speed over that of sound v/c0",
+)
+def quasi_static_impact(
     effort: str,
     *,
     speed: float = 0.01,
-    quantity: str = "energy",
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "energy",
     poisson_ratio: float = 0.3,
-    density_ratio: float = 1.0,
+    density_ratio: Annotated[float, Above(0)] = 1.0,
     elastic_sphere: bool = False,
 ) -> Finding | Share:
     """Compare Hertz's quasi-static impact of a sphere at v/c0 with an impact that radiates waves.
@@ -22,8 +30,6 @@ def _quasi_static(
     ``"energy"``: the share of the kinetic energy that is radiated; Hertz's theory loses none. The
     bar is the effect of the next order of the expansion in contact radius over wavelength.
     """
-    one_of("quantity", quantity, *QUANTITIES)
-    above("density_ratio", density_ratio, 0)
     collision = wave_impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
     # the larger of the expansion parameter and the difference of its two forms
     orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
@@ -45,14 +51,3 @@ def _quasi_static(
         "force": collision.force,
     }[quantity]
     return Finding(1.0, true, abs(1 / true - 1) * orders, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "quasi-static-impact",
-        "Hertz's quasi-static impact of a sphere against the impact with waves",
-        "speed over that of sound v/c0",
-        "speed",
-        _quasi_static,
-    ),
-)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from comparisons.judging.metrics import relative_error
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from reference.halfspace import kernels
 
 READINGS = ("letter", "bracket", "corrected")
@@ -27,14 +29,24 @@ def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
     return (first / np.pi + edges) if reading == "letter" else (first + edges) / np.pi
 
 
-def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Finding:
+@experiment(
+    "influence-coefficient",
+    "Influence coefficient (19.3) against Love's, over the offsets of a grid",
+    "offset",
+    "largest offset in cells",
+)
+def influence_coefficient(
+    effort: str,
+    *,
+    offset: Annotated[int, Above(-1)] = 63,
+    reading: Annotated[str, OneOf(*READINGS)] = "letter",
+) -> Finding:
     """Measure the largest error for all pairs of cells up to `offset` apart in both directions.
 
     One quadrant suffices by symmetry. Love's coefficients are accurate to 1e-13
     (tests/reference/test_halfspace_kernels.py), which is the bar.
     """
-    one_of("reading", reading, *READINGS)
-    reach = np.arange(int(above("offset", offset, -1)) + 1)
+    reach = np.arange(int(offset) + 1)
     i, j = np.meshgrid(reach, reach, indexing="ij")
     true = kernels.love(i, j, (1.0, 1.0), 1.0)
     stated = printed_kernel(i, j, reading)
@@ -51,14 +63,3 @@ def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Findi
         details["error at (5, 7)"] = float(error[5, 7])
     bar = 1e-13 * (1 + abs(float(error[worst])))
     return Finding(float(stated[worst]), float(true[worst]), bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "influence-coefficient",
-        "Influence coefficient (19.3) against Love's, over the offsets of a grid",
-        "largest offset in cells",
-        "offset",
-        _measure,
-    ),
-)

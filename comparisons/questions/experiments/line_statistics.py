@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from scipy import fft, stats
 
 from comparisons.judging.uncertainty import RULE, combined
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
-from comparisons.questions.experiments.running import (
+from comparisons.questions.experiments.experiment import (
+    Above,
     Finding,
+    OneOf,
     Share,
-    above,
     experiment,
     number_of,
-    one_of,
 )
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form.asperities import line_peaks, surface_peaks
@@ -34,11 +35,17 @@ MOMENTS = (
 PEAKS = ("mean_radius", "mean_curvature")
 
 
-def _moments(
+@experiment(
+    "line-moments",
+    "Root mean square heights, slopes and curvatures of line and surface",
+    "points",
+    "points per side",
+)
+def line_moments(
     effort: str,
     *,
     points: float = 64,
-    quantity: str = "height",
+    quantity: Annotated[str, OneOf(*MOMENTS)] = "height",
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 2.0,
@@ -51,7 +58,6 @@ def _moments(
     is actually conserved. Amplitudes are fixed, so there is no scatter: the bar is the rounding of
     sums of `points`^2 terms. The surface's product is measured from the Hessian of a realisation.
     """
-    one_of("quantity", quantity, *MOMENTS)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     line = surface.line(rule)
     spectrum = surface_spectrum.self_affine(
@@ -108,14 +114,20 @@ def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray
     return maps / scale, lines / scale
 
 
-def _distribution(
+@experiment(
+    "line-heights",
+    "Distance of the height distributions of lines and surfaces",
+    "hurst",
+    "Hurst exponent H",
+)
+def line_heights(
     effort: str,
     *,
     hurst: float = 0.8,
     points: float = 64,
     roll_off: float = 1.0,
     rule: str = "rings",
-    realisations: float = 450,
+    realisations: Annotated[float, Above(3)] = 450,
 ) -> Share:
     """Measure the largest distance between the height distributions of lines and surfaces.
 
@@ -124,7 +136,6 @@ def _distribution(
     are correlated.
     """
     surface = Surface.of(points, hurst, roll_off, 2.0, True)
-    above("realisations", realisations, 3)
     count = number_of(realisations, effort, 40)
     maps, lines = _height_samples(surface, count, rule)
     shares = [_distributions(heights) for heights in (maps, lines)]
@@ -199,6 +210,12 @@ def _line_peaks(
     }
 
 
+@experiment(
+    "line-peaks",
+    "Mean peak radius of lines against a fraction of that of surfaces",
+    "hurst",
+    "Hurst exponent H",
+)
 def _peaks(
     effort: str,
     *,
@@ -207,8 +224,8 @@ def _peaks(
     roll_off: float = 1.0,
     shortest: float = 4.0,
     rule: str = "rings",
-    quantity: str = "mean_radius",
-    ratio: float = 0.5,
+    quantity: Annotated[str, OneOf(*PEAKS)] = "mean_radius",
+    ratio: Annotated[float, Above(0)] = 0.5,
     height: float = -math.inf,
 ) -> Finding:
     """Compare the mean peak radius of the line with `ratio` times that of the surface ("half").
@@ -218,8 +235,6 @@ def _peaks(
     kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then divides.
     Bars: scatter of both, and the change on a grid twice as fine, at second order.
     """
-    one_of("quantity", quantity, *PEAKS)
-    above("ratio", ratio, 0)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = 120 if effort == "full" else 12
     values = {}
@@ -243,28 +258,3 @@ def _peaks(
         ),
     }
     return compare(line_value, true, float(combined(RULE.safe * change / 3)), details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "line-moments",
-        "Root mean square heights, slopes and curvatures of line and surface",
-        "points per side",
-        "points",
-        _moments,
-    ),
-    experiment(
-        "line-heights",
-        "Distance of the height distributions of lines and surfaces",
-        "Hurst exponent H",
-        "hurst",
-        _distribution,
-    ),
-    experiment(
-        "line-peaks",
-        "Mean peak radius of lines against a fraction of that of surfaces",
-        "Hurst exponent H",
-        "hurst",
-        _peaks,
-    ),
-)

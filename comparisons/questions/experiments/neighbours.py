@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from comparisons.judging.uncertainty import grid_uncertainty
-from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.questions.experiments.experiment import Above, Finding, experiment
 from reference.halfspace.neighbours import array_force, pair_force
 
 
-def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) -> Finding:
+@experiment(
+    "independent-contacts",
+    "Forces of flat punches side by side against those of single ones",
+    "distance",
+    "distance over diameter s/D",
+)
+def independent_contacts(
+    effort: str, *, distance: Annotated[float, Above(1)] = 10.0, per_side: float = 0
+) -> Finding:
     """Compare the sum of forces on isolated flat punches `distance` D apart with the true force.
 
     At equal penetration, for two punches (exact) or a square array of per_side^2. The bar of arrays
     is the error of point forces, measured for the pair.
     """
-    above("distance", distance, 1)
     resolutions = np.array([4, 8, 16] if effort == "quick" else [5, 10, 20])
     forces = np.array([pair_force(2 * distance, int(n)) for n in resolutions])
     interaction = 1 / forces - 1
@@ -32,14 +41,3 @@ def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) ->
     details["punches"] = float(int(per_side) ** 2)
     details["share of the area"] = float(np.pi / 4 / distance**2)
     return Finding(1.0, true, (1 / true - 1) * left_out, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "independent-contacts",
-        "Forces of flat punches side by side against those of single ones",
-        "distance over diameter s/D",
-        "distance",
-        _independent,
-    ),
-)

@@ -10,19 +10,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.special import ellipk
 
 from comparisons.judging.uncertainty import combined, share_uncertainty
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from comparisons.questions.experiments.proved import (
     corners_of,
     judged,
     punch_stiffness,
     pyramid_bounds,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
 from reference.bounds.flat_faces import equal_area_stiffness
 from reference.bounds.homogeneous import Pyramid
@@ -102,21 +103,24 @@ def ellipsoid_force(radius_x: float, radius_y: float, depth: float) -> float:
     return -float(minimize(negative, start, method="Nelder-Mead", options=options).fun)
 
 
-def _face(
+@experiment(
+    "face-rule",
+    "Stiffness of a flat face by rules of the literature, against proved bounds",
+    "sides",
+    "sides of the face",
+)
+def face_rule(
     effort: str,
     *,
     sides: float = 4,
-    shape: str = "polygon",
-    aspect: float = 1.0,
-    rule: str = "king",
+    shape: Literal["polygon", "rectangle"] = "polygon",
+    aspect: Annotated[float, Above(0)] = 1.0,
+    rule: Annotated[str, OneOf(*BETA, "fabrikant")] = "king",
 ) -> Finding:
     """Measure the error of a rule for the stiffness of a flat face, by the proved bounds.
 
     Rules: ``"king"`` and ``"hendrix"`` (squares and triangles), ``"fabrikant"``.
     """
-    one_of("rule", rule, *BETA, "fabrikant")
-    one_of("shape", shape, "polygon", "rectangle")
-    above("aspect", aspect, 0)
     corners = corners_of(shape, int(sides), float(aspect))
     true = punch_stiffness(shape, int(sides), float(aspect), effort)
     disc = equal_area_stiffness(signed_area(np.array(corners)))
@@ -134,9 +138,14 @@ def _face(
     return judged(stated, true, details)
 
 
-def _pyramid(effort: str, *, faces: float = 4) -> Finding:
+@experiment(
+    "pyramid-rule",
+    "Force of a regular pyramid by Popov's rule (2022), against proved bounds",
+    "faces",
+    "faces of the pyramid",
+)
+def pyramid_rule(effort: str, *, faces: Annotated[float, Above(2)] = 4) -> Finding:
     """Measure the error of Popov's rule for the force of a regular pyramid, by proved bounds."""
-    above("faces", faces, 2)
     stated = pyramid_force(int(faces))
     details: dict[str, float | str] = {"over the cone's": stated * math.pi / 2}
     return judged(stated, pyramid_bounds(int(faces), effort), details)
@@ -152,12 +161,19 @@ def _pressed(faces: int, points: int) -> tuple[float, float]:
     return contact.force, located_area(contact)
 
 
-def _indenter(effort: str, *, faces: float = 4, rule: str = "king") -> Finding:
+@experiment(
+    "pyramid-stiffness",
+    "Stiffness of a pressed pyramid by beta of the literature, against boundary elements",
+    "faces",
+    "faces of the pyramid",
+)
+def pyramid_stiffness(
+    effort: str, *, faces: float = 4, rule: Annotated[str, OneOf(*BETA)] = "king"
+) -> Finding:
     """Measure the error of beta for an elastic pyramid, S = dF/dd = 2 F/d (F goes with d^2).
 
     Vickers's indenter has four faces, Berkovich's three; their slope has no part in beta.
     """
-    one_of("rule", rule, *BETA)
     if int(faces) not in BETA[rule]:
         raise ValueError(f"{rule} has no number for {int(faces)} faces")
     resolutions = np.array(_POINTS[effort])
@@ -178,41 +194,14 @@ def _indenter(effort: str, *, faces: float = 4, rule: str = "king") -> Finding:
     return Finding(stated, beta, stated / beta * float(combined(bars[0], bars[1] / 2)), details)
 
 
-def _ellipsoid(effort: str, *, ratio: float = 10.0) -> Finding:
+@experiment(
+    "ellipsoid-rule",
+    "Force of an ellipsoid by Popov's rule (2022), against Hertz",
+    "ratio",
+    "ratio of the radii of curvature R'/R''",
+)
+def ellipsoid_rule(effort: str, *, ratio: Annotated[float, Above(0)] = 10.0) -> Finding:
     """Measure the error of Popov's rule for the force of an ellipsoid against Hertz's ellipse."""
-    above("ratio", ratio, 0)
     depth = 0.01
     true = float(ellipsoid(float(ratio), 1.0, 1.0).force(depth))
     return Finding(ellipsoid_force(float(ratio), 1.0, depth), true, _QUADRATURE, {})
-
-
-EXPERIMENTS = (
-    experiment(
-        "face-rule",
-        "Stiffness of a flat face by rules of the literature, against proved bounds",
-        "sides of the face",
-        "sides",
-        _face,
-    ),
-    experiment(
-        "pyramid-rule",
-        "Force of a regular pyramid by Popov's rule (2022), against proved bounds",
-        "faces of the pyramid",
-        "faces",
-        _pyramid,
-    ),
-    experiment(
-        "pyramid-stiffness",
-        "Stiffness of a pressed pyramid by beta of the literature, against boundary elements",
-        "faces of the pyramid",
-        "faces",
-        _indenter,
-    ),
-    experiment(
-        "ellipsoid-rule",
-        "Force of an ellipsoid by Popov's rule (2022), against Hertz",
-        "ratio of the radii of curvature R'/R''",
-        "ratio",
-        _ellipsoid,
-    ),
-)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from comparisons.judging.uncertainty import SAFE
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment
+from comparisons.questions.experiments.experiment import Above, Between, Effort, Finding, experiment
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
@@ -32,14 +33,22 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
 }
 
 
-def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> Finding:
+@experiment(
+    "stick-radius",
+    "Length of the springs that stick against the stick radius in closed form",
+    "share",
+    "tangential force F_x/(mu F)",
+)
+def stick_radius(
+    effort: str,
+    *,
+    share: Annotated[float, Between(0, 1)] = 0.5,
+    exponent: Annotated[float, Above(0)] = 2.0,
+) -> Finding:
     """Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
 
     The reference is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
     """
-    if not 0 < share < 1:
-        raise ValueError(f"share must be between 0 and 1, not {share!r}")
-    above("exponent", exponent, 0)
     exact = PartialSlip(
         power_law(exponent, 1.0, 1.0),
         penetration=_DEPTH,
@@ -94,15 +103,24 @@ def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, fl
     return last.force, last.tangential_force
 
 
-def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) -> Finding:
+@experiment(
+    "changing-load",
+    "Tangential force on a ball that is pushed while its depth changes, against the half-space",
+    "final",
+    "last penetration over the first",
+)
+def changing_load(
+    effort: Effort,
+    *,
+    final: Annotated[float, Above(0)] = 0.5,
+    reach: Annotated[float, Above(0)] = 0.5,
+) -> Finding:
     """Measure the tangential force over mu F on a ball displaced at changing depth.
 
     The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
     the depth changes to `final` times its value. The difference is relative to mu F. Springs take
     the path in one proportional step, the half-space in steps that halve with the cells.
     """
-    above("final", final, 0)
-    above("reach", reach, 0)
     radius = 1.05 * float(np.sqrt(_DEPTH * max(final, 1.0)))
     x = np.linspace(-radius, radius, _SPRINGS)
     depth, shift = _way(final, reach, 1)
@@ -118,21 +136,3 @@ def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) ->
     }
     bar = SAFE * abs(shares[1] - shares[0])
     return Finding(float(stated), shares[1], bar + EXACT, details, of=1)
-
-
-EXPERIMENTS = (
-    experiment(
-        "stick-radius",
-        "Length of the springs that stick against the stick radius in closed form",
-        "tangential force F_x/(mu F)",
-        "share",
-        _stick_radius,
-    ),
-    experiment(
-        "changing-load",
-        "Tangential force on a ball that is pushed while its depth changes, against the half-space",
-        "last penetration over the first",
-        "final",
-        _changing_load,
-    ),
-)

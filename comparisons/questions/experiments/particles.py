@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, worst
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Effort,
+    Finding,
+    Share,
+    experiment,
+    worst,
+)
 from reference.closed_form import paraboloid
 from reference.elasticity import Material
 from reference.loads import Load, LoadPath
@@ -28,13 +36,20 @@ DIRECTIONS = 200
 STEPS, PERIODS = 200, {"quick": 1, "full": 10}
 
 
-def _waves(effort: str, *, wavelength: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
+@experiment(
+    "particle-waves",
+    "Speeds of waves in a packing of automata, against those of the elastic solid",
+    "wavelength",
+    "wavelength in spacings",
+)
+def particle_waves(
+    effort: str, *, wavelength: Annotated[float, Above(2)] = 10.0, poisson_ratio: float = 0.3
+) -> Finding:
     """Compare the speeds of plane waves in the packing, `wavelength` in spacings, with Hooke's.
 
     The largest error of the three speeds over many directions, from the dispersion relation. A
     longitudinal wave along x is marched in time, too, for its speed and the conserved energy.
     """
-    above("wavelength", wavelength, 2)
     material = Elastic(poisson_ratio)
     transverse, longitudinal = material.shear, material.lame + 2 * material.shear
     exact = np.sqrt([transverse, transverse, longitudinal])
@@ -71,7 +86,13 @@ def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, flo
     return float(frequency / wave), float(np.ptp(energies) / energies[0])
 
 
-def _hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
+@experiment(
+    "particle-hertz",
+    "Force on a paraboloid pressed into a half-space of automata, against Hertz",
+    "poisson_ratio",
+    "Poisson's ratio nu",
+)
+def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     """Measure the force on a rigid paraboloid pressed into automata, against Hertz.
 
     With three automata per contact radius, five at full effort; the bar is the difference from one
@@ -87,7 +108,13 @@ def _hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     return Finding(forces[-1], exact[-1], bar, details)
 
 
-def _yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
+@experiment(
+    "particle-yield",
+    "Pressure at which a ball first brings automata to their yield stress, against Hertz",
+    "poisson_ratio",
+    "Poisson's ratio nu",
+)
+def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     """Measure where a ball first reaches the yield stress in automata: p0/Y, against Hertz' field.
 
     The largest von Mises stress on the axis, between layers by a parabola. Layers do not lie alike
@@ -110,7 +137,13 @@ def _onset(poisson_ratio: float, per_radius: int) -> float:
     return peak / largest
 
 
-def _plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
+@experiment(
+    "particle-plastic",
+    "Force on a ball whose automata flow, against finite elements",
+    "depth",
+    "penetration over that of first yield",
+)
+def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
     """Measure the force on a ball whose automata have yielded, against finite elements.
 
     `depth` in units of that of first yield, where Hertz has p0 = 1.60 Y; the fit of L. Kogut & I.
@@ -144,7 +177,13 @@ def _flowed(poisson_ratio: float, per_radius: int, depth: float) -> float:
     return last.force / float(paraboloid(radius, effective).force(first))
 
 
-def _wear(
+@experiment(
+    "particle-wear",
+    "An asperity dragged over another with bonds that break and heal: where its work goes",
+    "overlap",
+    "overlap of the tips in spacings",
+)
+def particle_wear(
     effort: Effort,
     *,
     overlap: float = 1.5,
@@ -195,42 +234,3 @@ def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, 
     gap = (body.points**2).sum(axis=1) / (20 * per_radius)
     (contact,) = body.press(gap, Load("penetration", 0.1 * per_radius))
     return body, contact
-
-
-EXPERIMENTS = (
-    experiment(
-        "particle-waves",
-        "Speeds of waves in a packing of automata, against those of the elastic solid",
-        "wavelength in spacings",
-        "wavelength",
-        _waves,
-    ),
-    experiment(
-        "particle-hertz",
-        "Force on a paraboloid pressed into a half-space of automata, against Hertz",
-        "Poisson's ratio nu",
-        "poisson_ratio",
-        _hertz,
-    ),
-    experiment(
-        "particle-yield",
-        "Pressure at which a ball first brings automata to their yield stress, against Hertz",
-        "Poisson's ratio nu",
-        "poisson_ratio",
-        _yield,
-    ),
-    experiment(
-        "particle-wear",
-        "An asperity dragged over another with bonds that break and heal: where its work goes",
-        "overlap of the tips in spacings",
-        "overlap",
-        _wear,
-    ),
-    experiment(
-        "particle-plastic",
-        "Force on a ball whose automata flow, against finite elements",
-        "penetration over that of first yield",
-        "depth",
-        _plastic,
-    ),
-)

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Effort,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+)
 from comparisons.questions.experiments.rough_ensemble import Surface, surface_samples, truth
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import Procedure, side_by_side
 from reduced.rough.surface_spectrum import measured
@@ -28,12 +35,18 @@ def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> d
     return dict(zip(VARIANTS, procedures, strict=True))
 
 
+@experiment(
+    "procedure",
+    "Section 19.7 on maps of rough surfaces, against the contact of the same surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
 def _procedure(
     effort: Effort,
     *,
-    load: float = 0.01,
-    variant: str = "literal",
-    quantity: str = "contact_area",
+    load: Annotated[float, Above(0)] = 0.01,
+    variant: Annotated[str, OneOf(*VARIANTS)] = "literal",
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
     hurst: float = 0.8,
     roll_off: float = 2.0,
     shortest: float = 4.0,
@@ -46,9 +59,6 @@ def _procedure(
     over the mean pressure of the true contact; ``"undefined"``: fraction of the contact where it is
     undefined. Sources of the bar: the scatter of the maps, and the grid.
     """
-    one_of("variant", variant, *VARIANTS)
-    one_of("quantity", quantity, *QUANTITIES)
-    above("load", load, 0)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     maps, lines = _COUNTS[effort]
     procedures = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
@@ -82,14 +92,3 @@ def _procedure(
     ratio, bar = ratio_of_means(stated[:, None], true[:, None], paired=True)
     uncertainty = float(ratio[0] * combined(float(bar[0]), grid_bar))
     return Finding(float(stated.mean()), float(true.mean()), uncertainty, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "procedure",
-        "Section 19.7 on maps of rough surfaces, against the contact of the same surfaces",
-        "load F/(E* A0 h')",
-        "load",
-        _procedure,
-    ),
-)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
+from comparisons.questions.experiments.experiment import Above, Details, Finding, OneOf, experiment
 from comparisons.questions.experiments.rough_ensemble import SEED
-from comparisons.questions.experiments.running import Details, Finding, above, experiment, one_of
 from comparisons.scene.polygons import signed_area
 from comparisons.solving.shared import shared
 from reference import surfaces
@@ -60,13 +61,20 @@ def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Inter
     return flat_faces.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
 
 
+@experiment(
+    "equal-area-circle",
+    "Stiffness of flat punches by the circle of equal area, against proved bounds",
+    "sides",
+    "sides n of a regular polygon",
+)
 def equal_area(
-    effort: str, *, sides: int = 4, shape: str = "polygon", aspect: float = 1.0
+    effort: str,
+    *,
+    sides: Annotated[int, Above(2)] = 4,
+    shape: Annotated[str, OneOf(*SHAPES)] = "polygon",
+    aspect: Annotated[float, Above(0)] = 1.0,
 ) -> Finding:
     """Measure the error of k by D = (4A/pi)^(1/2), never positive (Polya & Szego 1951)."""
-    one_of("shape", shape, *SHAPES)
-    above("sides", sides, 2)
-    above("aspect", aspect, 0)
     true = punch_stiffness(shape, int(sides), float(aspect), effort)
     stated = flat_faces.equal_area_stiffness(_area(shape, int(sides), float(aspect)))
     details: dict[str, float | str] = {
@@ -85,9 +93,14 @@ def pyramid_bounds(faces: int, effort: str) -> Interval:
     return homogeneous.force(homogeneous.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
-def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
+@experiment(
+    "equal-area-cone",
+    "Force of pyramids by the cone of equal area, against proved bounds",
+    "faces",
+    "faces n of a regular pyramid",
+)
+def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Finding:
     """Compare the force of a pyramid with that of the cone of equal sectional areas."""
-    above("faces", faces, 2)
     true = pyramid_bounds(int(faces), effort)
     # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
     # cone of slope s carries (2/pi) E* d^2/s
@@ -115,13 +128,21 @@ def _ellipse_force(shape: str, sides: int, aspect: float) -> float:
     return best_ellipse(face, 1.0, face.starts())[1]
 
 
+@experiment(
+    "best-ellipse",
+    "Force by the best flat ellipse (Barber 1974) on a face or under a pyramid, against proved "
+    "bounds",
+    "sides",
+    "sides or faces n",
+)
 def _best_ellipse(
-    effort: str, *, sides: int = 4, shape: str = "pyramid", aspect: float = 1.0
+    effort: str,
+    *,
+    sides: Annotated[int, Above(2)] = 4,
+    shape: Annotated[str, OneOf("pyramid", *SHAPES)] = "pyramid",
+    aspect: Annotated[float, Above(0)] = 1.0,
 ) -> Finding:
     """Measure how far the best flat ellipse falls short, a proved formula for any shape."""
-    one_of("shape", shape, "pyramid", *SHAPES)
-    above("sides", sides, 2)
-    above("aspect", aspect, 0)
     if shape == "pyramid":
         true = pyramid_bounds(int(sides), effort)
     else:
@@ -142,16 +163,24 @@ def _heights(points: float, hurst: float) -> np.ndarray:
     return surfaces.self_affine(int(points), 1.0, spectrum, seed=SEED, realisation=0)
 
 
-def _grid_force(
-    effort: str, *, depth: float = 2.0, points: int = 16, hurst: float = 0.8, finer: int = 4
+@experiment(
+    "rough-force-on-grid",
+    "Force of a free rough patch by boundary elements, against proved bounds",
+    "depth",
+    "penetration over the rms height",
+)
+def rough_force_on_grid(
+    effort: str,
+    *,
+    depth: Annotated[float, Above(0)] = 2.0,
+    points: Annotated[int, Above(3)] = 16,
+    hurst: float = 0.8,
+    finer: Annotated[int, Above(0)] = 4,
 ) -> Finding:
     """Measure the force of the half-space solver on a rough patch against the continuous surface.
 
     At a penetration of `depth` rms heights; the surface is the band-limited one through the points.
     """
-    above("depth", depth, 0)
-    above("points", points, 3)
-    above("finer", finer, 0)
     heights = _heights(points, hurst)
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
@@ -164,16 +193,24 @@ def _grid_force(
     return judged(stated, patch.force(penetration, 1.0), details)
 
 
-def _grid_penetration(
-    effort: str, *, load: float = 0.03, points: int = 32, hurst: float = 0.8, finer: int = 8
+@experiment(
+    "rough-penetration-on-grid",
+    "Penetration of a periodic rough contact by boundary elements, against proved bounds",
+    "load",
+    "load F/(E* A0 h')",
+)
+def rough_penetration_on_grid(
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.03,
+    points: Annotated[int, Above(3)] = 32,
+    hurst: float = 0.8,
+    finer: Annotated[int, Above(0)] = 8,
 ) -> Finding:
     """Measure the penetration of the half-space solver against the continuous periodic surface.
 
     At a force of `load` E* A0 h', h' = 0.1.
     """
-    above("load", load, 0)
-    above("points", points, 3)
-    above("finer", finer, 0)
     heights = _heights(points, hurst)
     surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
     mean = 0.1 * float(load)
@@ -184,43 +221,3 @@ def _grid_penetration(
         "width of the energy's bounds": stored.width,
     }
     return judged(stated, surface.penetration(mean, 1.0), details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "equal-area-circle",
-        "Stiffness of flat punches by the circle of equal area, against proved bounds",
-        "sides n of a regular polygon",
-        "sides",
-        equal_area,
-    ),
-    experiment(
-        "equal-area-cone",
-        "Force of pyramids by the cone of equal area, against proved bounds",
-        "faces n of a regular pyramid",
-        "faces",
-        _equal_cone,
-    ),
-    experiment(
-        "best-ellipse",
-        "Force by the best flat ellipse (Barber 1974) on a face or under a pyramid, against proved "
-        "bounds",
-        "sides or faces n",
-        "sides",
-        _best_ellipse,
-    ),
-    experiment(
-        "rough-force-on-grid",
-        "Force of a free rough patch by boundary elements, against proved bounds",
-        "penetration over the rms height",
-        "depth",
-        _grid_force,
-    ),
-    experiment(
-        "rough-penetration-on-grid",
-        "Penetration of a periodic rough contact by boundary elements, against proved bounds",
-        "load F/(E* A0 h')",
-        "load",
-        _grid_penetration,
-    ),
-)

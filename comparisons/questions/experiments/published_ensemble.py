@@ -6,12 +6,14 @@ C(q) = C0 q^(-2 - 2H), H = 0.8, rms height 6 um; no plateau. Mean gap and area a
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 from scipy import fft as transforms
 
 from comparisons.judging.uncertainty import combined, ratio_of_means, share_uncertainty
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from comparisons.questions.experiments.rough_ensemble import SEED, compare
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.solving.shared import shared
 from reference import surfaces
 from reference.halfspace import PeriodicOperator, fft
@@ -84,22 +86,25 @@ def _refined(quantity: int, kind: str, factors: tuple[int, ...], count: int) -> 
     return ratio, combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
 
 
-def _published(
+@experiment(
+    "published-ensemble",
+    "Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces",
+    "row",
+    "row of their table, from the lightest load",
+)
+def published_ensemble(
     effort: str,
     *,
     row: float = 1,
-    quantity: str = "mean_gap",
-    roll_offs: float = 4,
-    realisations: float = 8,
+    quantity: Annotated[str, OneOf(*PUBLISHED)] = "mean_gap",
+    roll_offs: Annotated[float, Above(1)] = 4,
+    realisations: Annotated[float, Above(3)] = 8,
 ) -> Finding:
     """Compare one published value with the mean over surfaces of our own.
 
     The means are those of patches of several roll-offs on the coarsest grid, scaled by what finer
     grids change on patches of one. Quick effort: half the side, half as many, two grids for three.
     """
-    one_of("quantity", quantity, *PUBLISHED)
-    above("roll_offs", roll_offs, 1)
-    above("realisations", realisations, 3)
     if row not in range(1, len(PRESSURES) + 1):
         raise ValueError(f"row must be a whole number from 1 to {len(PRESSURES)}, not {row!r}")
     step, full = int(row) - 1, effort == "full"
@@ -114,14 +119,3 @@ def _published(
         "roll-offs a side": float(side),
     }
     return compare([PUBLISHED[quantity][step]], values, float(grid[step]), details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "published-ensemble",
-        "Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces",
-        "row of their table, from the lightest load",
-        "row",
-        _published,
-    ),
-)

@@ -14,14 +14,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from comparisons.questions.experiments.rough_area import measure_area
 from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, press, pressed_lines
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.solving.shared import shared
 
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
@@ -140,7 +139,7 @@ def best_reading(
     By the largest error over the loads, if curves should coincide everywhere, or by the median one,
     if they should coincide over a part of the loads.
     """
-    middle = one_of("by", by, "largest", "median") == "median"
+    middle = by == "median"
     size: Callable[[np.ndarray], np.floating] = np.median if middle else np.max
     tried = {
         reading: errors
@@ -150,20 +149,25 @@ def best_reading(
     return min(tried, key=lambda reading: float(size(np.abs(np.log1p(tried[reading])))))
 
 
-def _best(
+@experiment(
+    "best-reading",
+    f"Contact area of line and surface under the best of {len(READINGS)} readings of Fig. 19.8",
+    "load",
+    "load F/(E* A0 h')",
+)
+def best(
     effort: Effort,
     *,
     load: float = 0.01,
-    points: float = 64,
+    points: Annotated[float, Above(3)] = 64,
     realisations: float = 450,
-    by: str = "largest",
+    by: Literal["largest", "median"] = "largest",
     steepest: float = np.inf,
 ) -> Finding:
     """Compare the counted areas under the best of the readings, on fresh surfaces.
 
     `steepest`: the largest Hurst exponent that is allowed.
     """
-    above("points", points, 3)
     chosen = parameters_of(best_reading(int(points), by, effort, float(steepest)))
     finding = measure_area(
         effort,
@@ -177,14 +181,3 @@ def _best(
     names = {choice.name: chosen[choice.parameter] for choice in CHOICES}
     tried = {"readings tried": float(len(READINGS)), **names}
     return replace(finding, details={**finding.details, **tried})
-
-
-EXPERIMENTS = (
-    experiment(
-        "best-reading",
-        f"Contact area of line and surface under the best of {len(READINGS)} readings of Fig. 19.8",
-        "load F/(E* A0 h')",
-        "load",
-        _best,
-    ),
-)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from reduced.loads import Load
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of
@@ -16,17 +18,25 @@ QUANTITIES = ("contact_area", "mean_gap")
 _MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
 
 
+@experiment(
+    "ridges",
+    "Line of a surface of parallel ridges against Westergaard's contact of a wavy surface",
+    "load",
+    "mean pressure over that of full contact",
+)
 def _ridges(
-    effort: str, *, load: float = 0.1, ridges: float = 8, quantity: str = "contact_area"
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.1,
+    ridges: Annotated[float, Above(0.5)] = 8,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
 ) -> Finding:
     """Measure the error of a line made from a map of `ridges` waves against Westergaard's solution.
 
     `load`: mean pressure over that of full contact. All lines of one wave are equal, so there is no
     scatter; the bar is the change for twice as many points.
     """
-    one_of("quantity", quantity, *QUANTITIES)
-    above("load", load, 0)
-    count = int(above("ridges", ridges, 0.5))
+    count = int(ridges)
     if not load < 1:
         raise ValueError(f"load must be below 1, where all is in contact, not {load!r}")
     wave = Westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
@@ -49,14 +59,3 @@ def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
     line = RandomLines(spectrum, per_ridge * count, 1).draw()
     return press(line, 1.0, Load("force", pressure))
-
-
-EXPERIMENTS = (
-    experiment(
-        "ridges",
-        "Line of a surface of parallel ridges against Westergaard's contact of a wavy surface",
-        "mean pressure over that of full contact",
-        "load",
-        _ridges,
-    ),
-)

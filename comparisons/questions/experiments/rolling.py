@@ -7,13 +7,21 @@ from __future__ import annotations
 
 from functools import lru_cache
 from itertools import repeat
+from typing import Annotated, Literal
 
 import numpy as np
 
 from comparisons.judging.uncertainty import ratio_of_means
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Between,
+    Effort,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+)
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
 from comparisons.solving.shared import shared
 from reduced.friction.roll import RoughRoller
 from reduced.friction.slide import Friction, tangential_modulus
@@ -45,13 +53,19 @@ def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> Cr
     return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
 
 
-def _slope(
+@experiment(
+    "creep-coefficient",
+    "Slope of the creep curve against that of the half-space, extrapolated from grids",
+    "poisson_ratio",
+    "Poisson's ratio",
+)
+def creep_coefficient(
     effort: Effort,
     *,
     poisson_ratio: float = 0.25,
-    axis_ratio: float = 1.0,
-    coefficient: str = "C11",
-    of: str = "springs",
+    axis_ratio: Annotated[float, Above(0)] = 1.0,
+    coefficient: Annotated[str, OneOf(*_COEFFICIENTS)] = "C11",
+    of: Literal["springs", "table", "elements"] = "springs",
 ) -> Finding:
     """Compare a creep coefficient with that of the half-space.
 
@@ -59,9 +73,6 @@ def _slope(
     their size, eight or eleven on the shorter semi-axis, with the difference from coarser ones as
     the bar.
     """
-    one_of("coefficient", coefficient, *_COEFFICIENTS)
-    one_of("of", of, "springs", "table", "elements")
-    above("axis_ratio", axis_ratio, 0)
     which = _COEFFICIENTS.index(coefficient)
     if which > 1 and of == "springs":
         raise ValueError(f"of must be 'table' or 'elements': springs have no {coefficient}")
@@ -93,11 +104,17 @@ def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> t
     return tuple((elements / cells).tolist())
 
 
-def _plane(
+@experiment(
+    "creep-cylinder",
+    "Traction of a cylinder that rolls on cells against Carter's closed form",
+    "traction",
+    "traction F_x/(mu F)",
+)
+def creep_cylinder(
     effort: Effort,
     *,
-    traction: float = 0.5,
-    on: str = "cells",
+    traction: Annotated[float, Between(0, 1)] = 0.5,
+    on: Literal["cells", "elements"] = "cells",
     inertia: float = 0.0,
     poisson_ratio: float = 0.25,
 ) -> Finding:
@@ -106,9 +123,6 @@ def _plane(
     ``on = "cells"`` of the half-space, or ``"elements"`` of plane strain, whose `inertia` is
     rho V^2/G: a load that moves finds the half-space softer, and Carter's creep is larger by that.
     """
-    if not 0 < traction < 1:
-        raise ValueError(f"traction must be between 0 and 1, not {traction!r}")
-    one_of("on", on, "cells", "elements")
     if not 0 <= inertia <= (0.5 if on == "elements" else 0):
         raise ValueError(f"inertia must be from 0 to 0.5, and is of elements, not {inertia!r}")
     cylinder = Carter(1.0, 1.0, _FRICTION)
@@ -146,16 +160,23 @@ def _ball(cells: int, poisson_ratio: float) -> tuple[NormalAndTangential, np.nda
     return body, 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
 
 
-def _steady(
-    effort: Effort, *, share: float = 0.5, way: float = 6.0, poisson_ratio: float = 0.25
+@experiment(
+    "rolling-steady",
+    "Tractions after rolling on from Cattaneo's against those of the steady state",
+    "way",
+    "way rolled over the contact radius",
+)
+def rolling_steady(
+    effort: Effort,
+    *,
+    share: Annotated[float, Between(0, 1)] = 0.5,
+    way: Annotated[float, Above(0)] = 6.0,
+    poisson_ratio: float = 0.25,
 ) -> Share:
     """March from Cattaneo's tractions; compare the end with the steady state's own equations.
 
     The largest difference of a traction after a `way` in contact radii, over the largest traction.
     """
-    above("way", way, 0)
-    if not 0 < share < 1:
-        raise ValueError(f"share must be between 0 and 1, not {share!r}")
     cells = 6 if effort == "quick" else 12
     body, pressure = _ball(cells, poisson_ratio)
     bound = _FRICTION * pressure
@@ -179,14 +200,23 @@ def _steady(
     return Share(left[-1], 1e-5, details, "deviation")
 
 
-def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Finding:
+@experiment(
+    "rolling-resistance",
+    "Rolling resistance of a cylinder on rubber against Hunter's closed form",
+    "way",
+    "way in the retardation time over half the contact",
+)
+def rolling_resistance(
+    effort: Effort,
+    *,
+    way: Annotated[float, Above(0)] = 1.0,
+    glassy: Annotated[float, Above(1)] = 11.0,
+) -> Finding:
     """Compare the rolling resistance of a cylinder on rubber, on strips, with Hunter's closed form.
 
     `way`: rolled in the retardation time, over half the width of the contact. `glassy`: the
     instantaneous modulus of a standard solid over that at rest.
     """
-    above("way", way, 0)
-    above("glassy", glassy, 1)
     cylinder = RubberCylinder(1.0, 100.0, way, 0.25, glassy)
     rubber = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
     force = reference_loads.Load("force", cylinder.force)
@@ -207,16 +237,25 @@ def _rubber(effort: Effort, *, way: float = 1.0, glassy: float = 11.0) -> Findin
     return Finding(many, cylinder.resistance, abs(many - few) / cylinder.resistance, details)
 
 
-def _rough(
-    effort: Effort, *, slope: float = 0.5, share: float = 0.3, points: float = 48, runs: float = 8
+@experiment(
+    "rolling-rough",
+    "Traction of rough lines that roll against that of rough balls",
+    "slope",
+    "rms gradient over a/R",
+)
+def rolling_rough(
+    effort: Effort,
+    *,
+    slope: Annotated[float, Above(0)] = 0.5,
+    share: Annotated[float, Above(0)] = 0.3,
+    points: float = 48,
+    runs: float = 8,
 ) -> Finding:
     """Compare the mean traction of rough balls and rough lines that roll.
 
     The roughness has the rms gradient `slope` in units of a/R and travels with the surface; the
     creep is `share` of that at which the springs of a smooth ball slip everywhere. nu = 1/2.
     """
-    above("slope", slope, 0)
-    above("share", share, 0)
     surface = Surface(int(points), roll_off=4.0)
     radius = 0.3  # a, of a side of one
     curvature = 1 / (slope * radius)  # 1/R, for gradients of one
@@ -270,42 +309,3 @@ def _rough_lines(
         .tangential_force
         for line in drawn.heights
     ]
-
-
-EXPERIMENTS = (
-    experiment(
-        "creep-coefficient",
-        "Slope of the creep curve against that of the half-space, extrapolated from grids",
-        "Poisson's ratio",
-        "poisson_ratio",
-        _slope,
-    ),
-    experiment(
-        "creep-cylinder",
-        "Traction of a cylinder that rolls on cells against Carter's closed form",
-        "traction F_x/(mu F)",
-        "traction",
-        _plane,
-    ),
-    experiment(
-        "rolling-steady",
-        "Tractions after rolling on from Cattaneo's against those of the steady state",
-        "way rolled over the contact radius",
-        "way",
-        _steady,
-    ),
-    experiment(
-        "rolling-resistance",
-        "Rolling resistance of a cylinder on rubber against Hunter's closed form",
-        "way in the retardation time over half the contact",
-        "way",
-        _rubber,
-    ),
-    experiment(
-        "rolling-rough",
-        "Traction of rough lines that roll against that of rough balls",
-        "rms gradient over a/R",
-        "slope",
-        _rough,
-    ),
-)

@@ -16,11 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from comparisons.questions.experiments.rough_ensemble import (
     SEED,
     Surface,
@@ -28,7 +30,6 @@ from comparisons.questions.experiments.rough_ensemble import (
     press,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble
@@ -186,14 +187,20 @@ def _of_lines(
     return pulls[0] if quantity == "attraction" else np.max(pulls, axis=0)
 
 
-def _rough_adhesion(
+@experiment(
+    "rough-adhesion",
+    "Adhesion of rough surfaces beside theories and the line",
+    "strength",
+    "Pastewka and Robbins' number S",
+)
+def rough_adhesion(
     effort: str,
     *,
-    strength: float = 0.1,
-    quantity: str = "attraction",
+    strength: Annotated[float, Above(0)] = 0.1,
+    quantity: Annotated[str, OneOf(*THEORIES)] = "attraction",
     theory: str = "gaps",
-    reach: float = 0.3,
-    load: float = 0.02,
+    reach: Annotated[float, Above(0)] = 0.3,
+    load: Annotated[float, Above(0)] = 0.02,
     hurst: float = 0.8,
     roll_off: float = 2.0,
 ) -> Finding:
@@ -205,11 +212,7 @@ def _rough_adhesion(
     ``"energy"``: Derjaguin's way, the loss of surface energy with the mean gap; ``"line"``: the
     tension across the gaps of lines; ``"pastewka_robbins"``: 1/(1 - S).
     """
-    above("strength", strength, 0)
-    above("reach", reach, 0)
-    above("load", load, 0)
-    one_of("quantity", quantity, *THEORIES)
-    one_of("theory", theory, *THEORIES[quantity])
+    OneOf(*THEORIES[quantity]).checked("theory", theory)
     if quantity == "contact_area" and strength >= 1:
         raise ValueError(f"strength must be below 1, where surfaces stick, not {strength!r}")
     surface = Surface.of(32, hurst, roll_off, 4.0, periodic=True)
@@ -229,14 +232,3 @@ def _rough_adhesion(
         "tension over E* h'": attraction_law(surface, *adhesion).strength,
     }
     return compare(stated, true, grid_bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-adhesion",
-        "Adhesion of rough surfaces beside theories and the line",
-        "Pastewka and Robbins' number S",
-        "strength",
-        _rough_adhesion,
-    ),
-)

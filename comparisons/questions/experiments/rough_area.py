@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import (
     QUANTITIES,
     Drawing,
@@ -13,7 +22,6 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from reference.closed_form.asperities import bush_gibson_thomas_area
 from reference.closed_form.persson import persson_area
 
@@ -22,13 +30,19 @@ _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 _LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
+@experiment(
+    "rough-contact",
+    "Load curves of random rough lines (or a theory) against those of the surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
 def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     effort: str,
     *,
-    load: float = 0.01,
-    quantity: str = "contact_area",
-    grid: str = "refined",
-    statement: str = "line",
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    grid: Literal["native", "refined"] = "refined",
+    statement: Annotated[str, OneOf("line", *_THEORIES)] = "line",
     points: float = 64,
     hurst: float = 0.8,
     roll_off: float = 1.0,
@@ -36,13 +50,14 @@ def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     periodic: bool = False,
     rule: str = "rings",
     edges: str = "sub_cell",
-    line_length: float = 1.0,
+    line_length: Annotated[float, Above(0)] = 1.0,
     line_points: float = 0,
     sided: float = 2,
-    realisations: float = 450,
+    realisations: Annotated[float, Above(2)] = 450,
 ) -> Finding:
     """Compare the mean of lines (or a theory) with the mean of surfaces at equal F/(E* A0 h')."""
-    _check(load, quantity, statement, line_length, realisations)
+    if statement != "line" and not quantity.startswith("contact_area"):
+        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 20)
     stiffness = quantity == "stiffness"
@@ -67,26 +82,3 @@ def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
         "half-space": "periodic" if surface.periodic else "free patch",
     }
     return compare(stated, true, grid_bar, details)
-
-
-def _check(
-    load: float, quantity: str, statement: str, line_length: float, realisations: float
-) -> None:
-    above("load", load, 0)
-    above("realisations", realisations, 2)
-    above("line_length", line_length, 0)
-    one_of("quantity", quantity, *QUANTITIES)
-    one_of("statement", statement, "line", *_THEORIES)
-    if statement != "line" and not quantity.startswith("contact_area"):
-        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-contact",
-        "Load curves of random rough lines (or a theory) against those of the surfaces",
-        "load F/(E* A0 h')",
-        "load",
-        measure_area,
-    ),
-)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
-from comparisons.questions.experiments.running import Details, Finding, above, one_of
+from comparisons.questions.experiments.experiment import Above, Details, Finding, OneOf
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -64,9 +64,9 @@ class Surface:
         cls, points: float, hurst: float, roll_off: float, shortest: float, periodic: bool
     ) -> Surface:
         """Return the surface for parameters of a claim file, where numbers are floats."""
-        above("points", points, 3)
-        above("roll_off", roll_off, 1 - 1e-12)
-        above("shortest", shortest, 2 - 1e-12)
+        Above(3).checked("points", points)
+        Above(1 - 1e-12).checked("roll_off", roll_off)
+        Above(2 - 1e-12).checked("shortest", shortest)
         return cls(int(points), float(hurst), float(roll_off), float(shortest), bool(periodic))
 
     @property
@@ -213,7 +213,7 @@ def truth(
     scatter of the ratios. Quick effort stops at the first refinement, with the factor for two
     grids.
     """
-    one_of("grid", grid, "native", "refined")
+    OneOf("native", "refined").checked("grid", grid)
     samples = sample(1, count)
     if grid == "native":
         return samples, 0.0

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.experiment import Above, Finding, experiment
 from comparisons.questions.experiments.rough_ensemble import compare
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.questions.single import solve_scene
 from comparisons.solving.shared import shared
 
@@ -58,26 +60,23 @@ def _load(effort: str, speed: float, force: float) -> Finding:
     return Finding(float(ratio[0]) * change * once, once, bar, {})
 
 
-def _rubber(
-    effort: str, *, speed: float = 10.0, force: float = _FORCE, statement: str = "line"
+@experiment(
+    "rough-rubber",
+    "Friction of rough rubber: lines against surfaces, and its change with the load",
+    "speed",
+    "speed v / (mm/s)",
+)
+def rough_rubber(
+    effort: str,
+    *,
+    speed: Annotated[float, Above(0)] = 10.0,
+    force: Annotated[float, Above(0)] = _FORCE,
+    statement: Literal["line", "load"] = "line",
 ) -> Finding:
     """Compare coefficients of friction at a speed in mm/s and a force in mN.
 
     ``"line"``: means over lines against means over surfaces. ``"load"``: surfaces under four times
     the force against the same surfaces under it.
     """
-    above("speed", speed, 0)
-    above("force", force, 0)
     compared = {"line": _line, "load": _load}
-    return compared[one_of("statement", statement, *compared)](effort, float(speed), float(force))
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-rubber",
-        "Friction of rough rubber: lines against surfaces, and its change with the load",
-        "speed v / (mm/s)",
-        "speed",
-        _rubber,
-    ),
-)
+    return compared[statement](effort, float(speed), float(force))

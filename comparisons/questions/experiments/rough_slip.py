@@ -7,11 +7,12 @@ surfaces, because ratios scatter a hundred times less.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, truth
-from comparisons.questions.experiments.running import Finding, above, experiment
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide_lines, tangential_modulus
 from reduced.loads import Load, LoadPath
@@ -54,14 +55,24 @@ def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarr
     return answer.tangential_displacement[:, -1]
 
 
-def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: float = 48) -> Finding:
+@experiment(
+    "rough-slip",
+    "Tangential displacement of lines on springs that slip, against rough surfaces",
+    "share",
+    "tangential force F_x/(mu F)",
+)
+def rough_slip(
+    effort: Effort,
+    *,
+    share: Annotated[float, Above(0)] = 0.9,
+    load: Annotated[float, Above(0)] = 0.02,
+    points: float = 48,
+) -> Finding:
     """Compare the mean displacements of lines and surfaces at F_x = share mu F.
 
     Surfaces with H = 0.8, waves of a half to an eighth of the side. Sources of the bar: the scatter
     of both ensembles, and the grid.
     """
-    above("share", share, 0)
-    above("load", load, 0)
     if not share < 1:
         raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
     surface = Surface.of(points, 0.8, 2.0, points / 8, False)
@@ -77,14 +88,3 @@ def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: flo
         "bar: grid": grid_bar,
     }
     return compare(_stated(surface, load, share, count), true, grid_bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-slip",
-        "Tangential displacement of lines on springs that slip, against rough surfaces",
-        "tangential force F_x/(mu F)",
-        "share",
-        _slip,
-    ),
-)

@@ -6,12 +6,12 @@ The surfaces of the scene `plastic-rough`, under forces that are a share of H A0
 from __future__ import annotations
 
 from functools import cache
+from typing import Annotated
 
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, OneOf, experiment
 from comparisons.scene.scene import load_scene
 from comparisons.solving.shared import shared
 from reference.halfspace import PeriodicOperator
@@ -61,12 +61,20 @@ def _compared(
     }
 
 
-def _rough_yield(
-    effort: Effort, *, index: float = 3.0, load: float = 0.1, quantity: str = "hardness_area"
+@experiment(
+    "rough-yield",
+    "Rough contacts by their hardness, or elastic, against a capped pressure",
+    "index",
+    "plasticity index E* h'/H",
+)
+def rough_yield(
+    effort: Effort,
+    *,
+    index: Annotated[float, Above(0)] = 3.0,
+    load: float = 0.1,
+    quantity: Annotated[str, OneOf(*_QUANTITIES)] = "hardness_area",
 ) -> Finding:
     """Compare the area F/H, the elastic one, or the elastic share above H, with what yields."""
-    one_of("quantity", quantity, *_QUANTITIES)
-    above("index", index, 0)
     if not 0 < load <= 0.5:
         raise ValueError(f"load must be above 0 and at most 0.5, not {load!r}")
     numbers = range(_SURFACES[effort])
@@ -89,14 +97,3 @@ def _rough_yield(
         "F over H A": float(np.mean([np.divide(*pair["hardness_area"]) for pair in everything])),
     }
     return Finding(stated.mean(), true.mean(), abs(fine - coarse) + scatter, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-yield",
-        "Rough contacts by their hardness, or elastic, against a capped pressure",
-        "plasticity index E* h'/H",
-        "index",
-        _rough_yield,
-    ),
-)

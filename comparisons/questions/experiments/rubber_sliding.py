@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
-from comparisons.questions.experiments.running import (
+from comparisons.questions.experiments.experiment import (
+    Above,
     Finding,
+    OneOf,
     Share,
-    above,
     experiment,
-    one_of,
     share_of,
     worst,
 )
@@ -36,7 +38,7 @@ _ROUNDING = 1e-9  # relative tolerance of forces is 1e-11
 
 
 def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
-    points = round(above("per_wave", per_wave, 2) / _SHORTEST)
+    points = round(float(per_wave) / _SHORTEST)
     spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=_SHORTEST))
     return RandomLines(spectrum, points, count, seed=7).draw()
 
@@ -55,13 +57,19 @@ def _printed_run(line: RoughLines, number: float, load: float) -> PrintedSliding
     )
 
 
-def _printed(
+@experiment(
+    "printed-rubber",
+    "Problem 1 as printed on rough lines against their exact steady state",
+    "number",
+    "explicit relaxation number G dt/eta = dx/(v tau)",
+)
+def printed_rubber(
     effort: str,
     *,
-    number: float = 1.0,
-    quantity: str = "friction",
-    per_wave: float = _PER_WAVE,
-    load: float = _LOAD,
+    number: Annotated[float, Above(0)] = 1.0,
+    quantity: Annotated[str, OneOf(*_QUANTITIES)] = "friction",
+    per_wave: Annotated[float, Above(2)] = _PER_WAVE,
+    load: Annotated[float, Above(0)] = _LOAD,
 ) -> Finding | Share:
     """Measure the printed algorithm at `number` = G dt/eta = dx/(v tau).
 
@@ -71,9 +79,6 @@ def _printed(
     on the moving springs against the dissipated energy. ``"start"``: the fraction of lines without
     contact at its start, 3 rms from the zero line.
     """
-    one_of("quantity", quantity, *_QUANTITIES)
-    above("number", number, 0)
-    above("load", load, 0)
     rough = _rough_lines(20 if effort == "full" else 6, per_wave)
     points = rough.heights.shape[1]
     if quantity == "start":
@@ -96,15 +101,24 @@ def _printed(
     return Finding(float(ratios.mean()), 1.0, bar, details)
 
 
-def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> Finding:
+@experiment(
+    "corrected-rubber",
+    "Problem 1 as corrected, step by step, on rough lines: its energy and its steady state",
+    "number",
+    "explicit relaxation number G dt/eta = dx/(v tau)",
+)
+def corrected_rubber(
+    effort: str,
+    *,
+    number: Annotated[float, Above(0)] = 1.0,
+    quantity: Literal["work", "friction"] = "work",
+) -> Finding:
     """Measure the corrected time loop at the same `number`, after three periods.
 
     ``"work"``: the work of its forces against the dissipated energy, over the last period.
     ``"friction"``: friction in the last period against the exact steady state. The worst line
     counts.
     """
-    one_of("quantity", quantity, "work", "friction")
-    above("number", number, 0)
     rough = _rough_lines(20 if effort == "full" else 6)
     points = rough.heights.shape[1]
     speed = 1 / (points * number)
@@ -122,13 +136,21 @@ def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> F
     return Finding(*worst(stated, true), _ROUNDING, details)
 
 
-def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Finding:
+@experiment(
+    "sliding-paraboloid",
+    "Friction of a paraboloid that slides over rubber: springs against the half-space",
+    "way",
+    "way in a retardation time over contact radius at rest",
+)
+def sliding_paraboloid(
+    effort: str, *, way: Annotated[float, Above(0)] = 1.0, glassy: float = 0.0
+) -> Finding:
     """Compare the friction of a paraboloid on springs and on the half-space at equal force.
 
     `way`: retardation time times speed over the radius sqrt(R d) of a static contact of equal
     depth. `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for Kelvin-Voigt.
     """
-    speed = above("way", way, 0) * np.sqrt(_RADIUS * _DEPTH)
+    speed = way * np.sqrt(_RADIUS * _DEPTH)
     if glassy and not glassy > 1:
         raise ValueError(f"glassy must be 0 or above 1, not {glassy!r}")
     if glassy:  # the retardation time is one
@@ -157,28 +179,3 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
         "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
     }
     return Finding(stated, friction.estimate, stated / friction.estimate * bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "printed-rubber",
-        "Problem 1 as printed on rough lines against their exact steady state",
-        "explicit relaxation number G dt/eta = dx/(v tau)",
-        "number",
-        _printed,
-    ),
-    experiment(
-        "corrected-rubber",
-        "Problem 1 as corrected, step by step, on rough lines: its energy and its steady state",
-        "explicit relaxation number G dt/eta = dx/(v tau)",
-        "number",
-        _corrected,
-    ),
-    experiment(
-        "sliding-paraboloid",
-        "Friction of a paraboloid that slides over rubber: springs against the half-space",
-        "way in a retardation time over contact radius at rest",
-        "way",
-        _paraboloid,
-    ),
-)

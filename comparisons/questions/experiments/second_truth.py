@@ -6,15 +6,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
+from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment, share_of
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from comparisons.questions.experiments.running import Share, above, experiment, one_of, share_of
 from reference.fem import Material
-from reference.fem.column_elements import ELEMENTS, Element
+from reference.fem.column_elements import Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
 from reference.halfspace.contact_line import located_area
@@ -159,13 +160,20 @@ def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
     return tuple(results)
 
 
-def _disagreement(
-    effort: str, *, quantity: str = "contact_area", runs: float = 200, element: Element = "splines"
+@experiment(
+    "second-truth",
+    "Share of random rough contacts on which elements and half-space differ beyond both bars",
+    "runs",
+    "number of contacts",
+)
+def second_truth(
+    effort: str,
+    *,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    runs: Annotated[float, Above(0)] = 200,
+    element: Element = "splines",
 ) -> Share:
     """Measure the share of random rough contacts on which both differ by more than both bars."""
-    one_of("quantity", quantity, *QUANTITIES)
-    one_of("element", element, *ELEMENTS)
-    above("runs", runs, 0)
     count = int(runs) if effort == "full" else min(int(runs), FEW)
     cases = drawn(count, element)
     ratios = np.array([abs(case.difference(quantity)) / case.bar(quantity) for case in cases])
@@ -178,14 +186,3 @@ def _disagreement(
         "difference over both bars, largest": float(ratios.max()),
     }
     return share_of(int((ratios > 1).sum()), count, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "second-truth",
-        "Share of random rough contacts on which elements and half-space differ beyond both bars",
-        "number of contacts",
-        "runs",
-        _disagreement,
-    ),
-)

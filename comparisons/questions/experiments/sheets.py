@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.optimize import brentq
 
-from comparisons.questions.experiments.running import Finding, experiment, one_of
+from comparisons.questions.experiments.experiment import Between, Finding, OneOf, experiment
 from reduced.friction.slide import Friction, slide, tangential_modulus
 from reduced.loads import Load, LoadPath
 from reduced.profiles.equivalents import from_function, paraboloid
@@ -19,7 +20,16 @@ from reference import closed_form
 _ROUNDING = 1e-9
 
 
-def _sheet(effort: str, *, quantity: str = "nafems_radius") -> Finding:
+@experiment(
+    "sheet",
+    "A number of an engineering sheet against the exact solution of its problem",
+    "quantity",
+)
+def sheet(
+    effort: str,
+    *,
+    quantity: Literal["nafems_radius", "nafems_pressure", "code_aster"] = "nafems_radius",
+) -> Finding:
     """Compare a number of an engineering sheet with the exact half-space solution of its problem.
 
     ``"nafems_radius"``, ``"nafems_pressure"``: an aluminium block and a steel cylinder of radius 50
@@ -27,7 +37,6 @@ def _sheet(effort: str, *, quantity: str = "nafems_radius") -> Finding:
     3585.37 MPa. ``"code_aster"``: two spheres of 50 mm, E = 20 GPa, nu = 0.3, 4 mm (SSNV104):
     p0 = 2798.3 MPa, Hertz's, at a/R = 0.2; exact is here the sphere, not its paraboloid.
     """
-    one_of("quantity", quantity, "nafems_radius", "nafems_pressure", "code_aster")
     if quantity == "code_aster":
         modulus = 20e3 / (2 * (1 - 0.3**2))
         # the gap is twice that of one sphere, and so are depth and pressure
@@ -43,15 +52,23 @@ def _sheet(effort: str, *, quantity: str = "nafems_radius") -> Finding:
     return Finding(stated, true, _ROUNDING, {})
 
 
-def _deep_ball(effort: str, *, size: float = 0.2, quantity: str = "force") -> Finding:
+@experiment(
+    "deep-ball",
+    "Hertz's paraboloid against the sphere that it stands for",
+    "size",
+    "contact radius over radius a/R",
+)
+def deep_ball(
+    effort: str,
+    *,
+    size: Annotated[float, Between(0, 1)] = 0.2,
+    quantity: Literal["force", "area", "pressure"] = "force",
+) -> Finding:
     """Compare Hertz's paraboloid with the sphere it stands for, at the contact radius a/R = size.
 
     At equal depth: ``"force"``, ``"area"``, or ``"pressure"`` at the centre. Both rigid on an
     elastic half-space: the error of the parabola alone.
     """
-    one_of("quantity", quantity, "force", "area", "pressure")
-    if not 0 < size < 1:
-        raise ValueError(f"size must be between 0 and 1, not {size!r}")
     exact, hertz = closed_form.sphere(1.0, 1.0), closed_form.paraboloid(1.0, 1.0)
 
     def radius(depth: float) -> float:
@@ -67,14 +84,16 @@ def _deep_ball(effort: str, *, size: float = 0.2, quantity: str = "force") -> Fi
     return Finding(stated, true, _ROUNDING, {"depth over radius": depth})
 
 
-def _cattaneo(effort: str, *, quantity: str = "shift") -> Finding:
+@experiment("printed-cattaneo", "Springs against the printed Cattaneo case of CONTACT", "quantity")
+def printed_cattaneo(
+    effort: str, *, quantity: Literal["force", "pressure", "shift"] = "shift"
+) -> Finding:
     """Compare the springs with the printed Cattaneo case of CONTACT (Vollebregt & Kalker).
 
     Two like balls, R = 50 mm, G = 200 N/mm^2, nu = 0.42, a = 1 mm, mu = 0.4, F_x = 7/8 mu F:
     ``"force"`` 9.1954 N, ``"pressure"`` 4.393 N/mm^2, ``"shift"`` 8.155e-3 mm, on 15 x 15 cells.
     The bar is the last printed digit.
     """
-    one_of("quantity", quantity, "force", "pressure", "shift")
     shear, nu, friction, radius = 200.0, 0.42, 0.4, 50.0
     modulus = shear / (1 - nu)  # two like bodies: half of E/(1 - nu^2)
     springs = Springs(paraboloid(radius), modulus)
@@ -99,16 +118,24 @@ def _cattaneo(effort: str, *, quantity: str = "shift") -> Finding:
     return Finding(stated, printed, digit / printed, {})
 
 
-def _blunt(effort: str, *, shape: str = "truncated_cone", flat: float = 0.5) -> Finding:
+@experiment(
+    "blunt-body",
+    "Springs under blunt bodies against their closed forms",
+    "flat",
+    "flat or round radius over contact radius b/a",
+)
+def blunt_body(
+    effort: str,
+    *,
+    shape: Annotated[str, OneOf(*_BLUNT)] = "truncated_cone",
+    flat: Annotated[float, Between(0, 1)] = 0.5,
+) -> Finding:
     """Compare springs with the closed form of a blunt body: force at equal depth, a = 1, E* = 1.
 
     Shapes (Popov, Hess & Willert 2019, 2.5): ``"truncated_cone"`` of slope 1 and
     ``"truncated_paraboloid"`` of radius 1, both flat to b = `flat`; ``"round_cone"``, of slope 1
     with a round tip to b.
     """
-    one_of("shape", shape, *_BLUNT)
-    if not 0 < flat < 1:
-        raise ValueError(f"flat must be between 0 and 1, not {flat!r}")
     slope, depth, true = _BLUNT[shape](flat)
     profile = from_function(slope, length=1.0, breakpoints=(flat,))
     coarse, fine = (
@@ -157,34 +184,3 @@ _BLUNT = {
     "truncated_paraboloid": _truncated_paraboloid,
     "round_cone": _round_cone,
 }
-
-EXPERIMENTS = (
-    experiment(
-        "sheet",
-        "A number of an engineering sheet against the exact solution of its problem",
-        "",
-        "quantity",
-        _sheet,
-    ),
-    experiment(
-        "deep-ball",
-        "Hertz's paraboloid against the sphere that it stands for",
-        "contact radius over radius a/R",
-        "size",
-        _deep_ball,
-    ),
-    experiment(
-        "printed-cattaneo",
-        "Springs against the printed Cattaneo case of CONTACT",
-        "",
-        "quantity",
-        _cattaneo,
-    ),
-    experiment(
-        "blunt-body",
-        "Springs under blunt bodies against their closed forms",
-        "flat or round radius over contact radius b/a",
-        "flat",
-        _blunt,
-    ),
-)

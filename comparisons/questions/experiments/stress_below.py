@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, regions
@@ -46,26 +54,29 @@ def _line_stresses(surface: Surface, load: float, rule: str, count: int) -> np.n
     )
 
 
-def _below(
+@experiment(
+    "rough-first-yield",
+    "Largest local stress (19.37) of a line against von Mises below the rough contact",
+    "load",
+    "load F/(E* A0 h')",
+)
+def rough_first_yield(
     effort: str,
     *,
-    load: float = 0.03,
-    rule: str = "one_radius",
+    load: Annotated[float, Above(0)] = 0.03,
+    rule: Annotated[str, OneOf(*regions.RULES)] = "one_radius",
     poisson_ratio: float = 0.3,
     points: float = 32,
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 4.0,
-    realisations: float = 90,
+    realisations: Annotated[float, Above(2)] = 90,
 ) -> Finding:
     """Compare the largest local stress of lines with the largest von Mises stress of surfaces.
 
     Periodic surfaces, pressed by F = `load` E* A0 h'; the stresses are those of waves in the
     half-space under the pressure of the cells, at seventeen depths.
     """
-    one_of("rule", rule, *regions.RULES)
-    above("load", load, 0)
-    above("realisations", realisations, 2)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = number_of(realisations, effort, 12)
 
@@ -82,14 +93,3 @@ def _below(
         "surfaces that yield below their surface first": float((depths > 1e-3).mean()),
     }
     return compare(stated, true, grid_bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "rough-first-yield",
-        "Largest local stress (19.37) of a line against von Mises below the rough contact",
-        "load F/(E* A0 h')",
-        "load",
-        _below,
-    ),
-)

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.profiles import equivalents
@@ -42,15 +49,21 @@ _SHAPES: dict[str, Callable[[float, float], tuple[equivalents.Profile, ClosedFor
 }
 
 
-def _first_yield(
+@experiment(
+    "first-yield",
+    "Force at first yield by the local stress rule (19.37)",
+    "exponent",
+    "exponent n of f = c r^n",
+)
+def first_yield(
     effort: str,
     *,
     exponent: float = 4.0,
-    shape: str = "power_law",
+    shape: Annotated[str, OneOf(*_SHAPES)] = "power_law",
     edge: float = 0.1,
-    limit: float = 0.05,
-    rule: str = "own_curvature",
-    criterion: str = "pressure",
+    limit: Annotated[float, Above(0)] = 0.05,
+    rule: Annotated[str, OneOf(*RULES)] = "own_curvature",
+    criterion: Literal["pressure", "mises"] = "pressure",
 ) -> Finding:
     """Compare the forces at which the stress (19.37) and the true stress reach `limit` E*.
 
@@ -59,10 +72,6 @@ def _first_yield(
     compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the axis,
     nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
     """
-    one_of("shape", shape, *_SHAPES)
-    one_of("rule", rule, *RULES)
-    one_of("criterion", criterion, "pressure", "mises")
-    above("limit", limit, 0)
     if shape == "power_law" and rule == "own_curvature" and exponent < 2:
         raise ValueError(f"exponent {exponent!r}: below 2 the rule is infinite on the axis")
     if shape == "rounded_punch" and rule == "own_curvature":
@@ -98,14 +107,20 @@ def _first_yield(
     return Finding(forces[0], forces[1], bar, details)
 
 
-def _spring_force(effort: str, *, ratio: float = 2.0) -> Finding:
+@experiment(
+    "spring-force-yield",
+    "Force at first yield by the spring force, set on one ball and used on another",
+    "ratio",
+    "ratio of the radii",
+)
+def spring_force_yield(effort: str, *, ratio: Annotated[float, Above(0)] = 2.0) -> Finding:
     """Use the local force in place of the stress (19.37): the force at first yield of a ball.
 
     The largest spring force per length, E* d, is set to its value at the first yield of a ball of
     radius R; the other ball has the radius `ratio` R. Yield is at p0 = 2 E* a/(pi R) of either, so
     at depths in proportion to the radius.
     """
-    limit, radius = 0.01, above("ratio", ratio, 0)
+    limit, radius = 0.01, float(ratio)
     first, second = ((np.pi * limit / 2) ** 2 * r for r in (1.0, radius))
     form = paraboloid(radius, 1.0)
     stated, true = float(form.force(first)), float(form.force(second))
@@ -154,24 +169,26 @@ def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
     return np.array([float(np.mean(in_contact > hardness)) for in_contact in stresses])
 
 
-def _above_hardness(
+@experiment(
+    "above-hardness",
+    "Share of a rough contact whose stress is above a hardness",
+    "hardness",
+    "hardness over E* h'",
+)
+def above_hardness(
     effort: str,
     *,
-    hardness: float = 0.5,
-    load: float = 0.03,
-    rule: str = "own_curvature",
+    hardness: Annotated[float, Above(0)] = 0.5,
+    load: Annotated[float, Above(0)] = 0.03,
+    rule: Annotated[str, OneOf(*regions.RULES)] = "own_curvature",
     points: float = 64,
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 4.0,
     periodic: bool = False,
-    realisations: float = 120,
+    realisations: Annotated[float, Above(2)] = 120,
 ) -> Finding:
     """Compare the contact fraction above `hardness` E* h' of springs with that of surface cells."""
-    one_of("rule", rule, *regions.RULES)
-    above("hardness", hardness, 0)
-    above("load", load, 0)
-    above("realisations", realisations, 2)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
@@ -186,28 +203,3 @@ def _above_hardness(
     stated = _shares(stresses, hardness)
     details: dict[str, float | str] = {"springs without a value": float(undefined.mean())}
     return compare(stated, true, grid_bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "first-yield",
-        "Force at first yield by the local stress rule (19.37)",
-        "exponent n of f = c r^n",
-        "exponent",
-        _first_yield,
-    ),
-    experiment(
-        "spring-force-yield",
-        "Force at first yield by the spring force, set on one ball and used on another",
-        "ratio of the radii",
-        "ratio",
-        _spring_force,
-    ),
-    experiment(
-        "above-hardness",
-        "Share of a rough contact whose stress is above a hardness",
-        "hardness over E* h'",
-        "hardness",
-        _above_hardness,
-    ),
-)

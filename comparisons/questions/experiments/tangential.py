@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, grid_uncertainty
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.proved import equal_area
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
@@ -26,15 +34,21 @@ _SIDE = 2.1
 _FACES = {"rectangle": ("rectangle", 4), "triangle": ("polygon", 3)}
 
 
-def _ratio(
+@experiment(
+    "tangential-stiffness",
+    "Ratio of tangential to normal contact stiffness against the half-space",
+    "poisson_ratio",
+    "Poisson's ratio nu",
+)
+def ratio(
     effort: str,
     *,
-    poisson_ratio: float = 0.3,
-    shape: str = "ellipse",
-    aspect: float = 1.0,
-    direction: str = "x",
-    quantity: str = "ratio",
-    realisations: float = 12,
+    poisson_ratio: Annotated[float, Above(-1)] = 0.3,
+    shape: Annotated[str, OneOf(*SHAPES)] = "ellipse",
+    aspect: Annotated[float, Above(0)] = 1.0,
+    direction: Literal["x", "y"] = "x",
+    quantity: Literal["ratio", "stiffness"] = "ratio",
+    realisations: Annotated[float, Above(1)] = 12,
 ) -> Finding:
     """Compare the stiffness of springs with that of the half-space without coupling.
 
@@ -43,12 +57,6 @@ def _ratio(
     (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles and triangles). The bar
     follows from three grids; of rough contacts from two grids and the scatter of the surfaces.
     """
-    one_of("shape", shape, *SHAPES)
-    one_of("direction", direction, "x", "y")
-    one_of("quantity", quantity, "ratio", "stiffness")
-    above("poisson_ratio", poisson_ratio, -1)
-    above("aspect", aspect, 0)
-    above("realisations", realisations, 1)
     if shape == "rough":
         count = number_of(realisations, effort, 4)
         true, bar = _of_rough_contacts(effort, poisson_ratio, direction, count)
@@ -139,14 +147,3 @@ def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray
     if shape == "rectangle":
         return np.maximum(np.abs(x), np.abs(y)) < 1
     return (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
-
-
-EXPERIMENTS = (
-    experiment(
-        "tangential-stiffness",
-        "Ratio of tangential to normal contact stiffness against the half-space",
-        "Poisson's ratio nu",
-        "poisson_ratio",
-        _ratio,
-    ),
-)

@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
 from comparisons.questions.experiments.rough_ensemble import (
     QUANTITIES,
     SEED,
@@ -12,7 +21,6 @@ from comparisons.questions.experiments.rough_ensemble import (
     press,
     truth,
 )
-from comparisons.questions.experiments.running import Finding, above, experiment, number_of, one_of
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -75,17 +83,23 @@ def _lines(
     return {name: getattr(contact, name)[:, 0] for name in _NAMES}
 
 
-def _two_bodies(
+@experiment(
+    "two-rough-bodies",
+    "Two rough bodies as two lines, against one combined line or the surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
+def two_rough_bodies(
     effort: str,
     *,
-    load: float = 0.01,
-    quantity: str = "contact_area",
-    against: str = "combined_line",
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*_NAMES)] = "contact_area",
+    against: Literal["combined_line", "surfaces"] = "combined_line",
     correlation: float = 0.0,
     hurst: float = 0.8,
     second_hurst: float = 0.8,
     points: float = 64,
-    realisations: float = 450,
+    realisations: Annotated[float, Above(2)] = 450,
 ) -> Finding:
     """Compare two lines in contact with one combined line, or with the two surfaces.
 
@@ -94,10 +108,6 @@ def _two_bodies(
     second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases, without any
     correlation.
     """
-    one_of("quantity", quantity, *_NAMES)
-    one_of("against", against, "combined_line", "surfaces")
-    above("load", load, 0)
-    above("realisations", realisations, 2)
     if not -1 < correlation < 1:
         raise ValueError(f"correlation must lie in (-1, 1), not {correlation!r}")
     if correlation and hurst != second_hurst:
@@ -122,14 +132,3 @@ def _two_bodies(
         f"scatter of {against}": float(true.std() / true.mean()),
     }
     return compare(two, true, grid_bar, details)
-
-
-EXPERIMENTS = (
-    experiment(
-        "two-rough-bodies",
-        "Two rough bodies as two lines, against one combined line or the surfaces",
-        "load F/(E* A0 h')",
-        "load",
-        _two_bodies,
-    ),
-)

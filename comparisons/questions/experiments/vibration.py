@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Annotated, Literal
 
 import numpy as np
 
-from comparisons.questions.experiments.running import Finding, Share, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, Share, experiment
 from reduced.motion.course import Mass, Push, move
 from reduced.motion.elastic_impact import SpringContact, spring_contact
 from reduced.motion.stepping import Stepping
@@ -37,15 +38,24 @@ def _one_more(effort: str, coarse: int, fine: int) -> tuple[int, int]:
     return steps, 4 * steps
 
 
-def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Finding:
+@experiment(
+    "free-vibration",
+    "Frequency of a ball that vibrates on its contact, up to flight, against its energy",
+    "deepest",
+    "deepest point over static penetration",
+)
+def free_vibration(
+    effort: str,
+    *,
+    deepest: Annotated[float, Above(1)] = 1.5,
+    model: Annotated[str, OneOf(*MODELS)] = "springs",
+) -> Finding:
     """Measure a ball's free vibration with deepest point `deepest` times the static penetration.
 
     The ball loses contact beyond 1.842. ``"springs"``: half a period of time stepping, from the
     deepest point to the highest; ``"linear"``: the resonance of small vibrations;
     ``"second_order"``: its softening with the square of the amplitude (Nayak 1972).
     """
-    one_of("model", model, *MODELS)
-    above("deepest", deepest, 1)
     period = free_period(_BALL, 1.0, _LOAD, deepest * _STATIC)
     small = 2 * np.pi / contact_resonance(_BALL, 1.0, _LOAD)
     flies = deepest * _STATIC > deepest_without_flight(_BALL, _LOAD)
@@ -77,13 +87,22 @@ def _to_the_top(
     return float(run.time[k] + step * v[k] / (v[k] - v[k + 1])), float(run.position.min())
 
 
-def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Finding:
+@experiment(
+    "forced-vibration",
+    "Amplitude of a ball driven at its contact resonance, against Runge-Kutta's",
+    "push",
+    "amplitude of the force over the load P/F0",
+)
+def forced(
+    effort: str,
+    *,
+    push: Annotated[float, Above(0)] = 0.1,
+    model: Literal["springs", "linear"] = "springs",
+) -> Finding:
     """Measure a ball's amplitude at its contact resonance, with 5 % of critical damping.
 
     `push`: amplitude of the force over the load. The reference is Runge-Kutta on the closed form.
     """
-    one_of("model", model, "springs", "linear")
-    above("push", push, 0)
     frequency = contact_resonance(_BALL, 1.0, _LOAD)
     exact = _steady(push)
     details: dict[str, float | str] = {
@@ -120,12 +139,17 @@ def _steady(push: float) -> Forced:
     )
 
 
-def _impact(effort: str, *, exponent: float = 2.0) -> Share:
+@experiment(
+    "impact-in-time",
+    "Course of an impact in time on springs, against the inverted integral of Deresiewicz",
+    "exponent",
+    "exponent n of f = c r^n",
+)
+def impact_in_time(effort: str, *, exponent: Annotated[float, Above(0)] = 2.0) -> Share:
     """Measure an impact of f = r^n on springs: largest error of depth over the largest depth.
 
     The reference is the inverted integral of Hertz and Deresiewicz for every n.
     """
-    above("exponent", exponent, 0)
     speed = 0.01
     exact = power_law_collision(exponent, 1.0, 1.0, 1.0, speed)
     profile = equivalents.power_law(exponent, 1.0)
@@ -139,28 +163,3 @@ def _impact(effort: str, *, exponent: float = 2.0) -> Share:
         "duration times v over depth": exact.duration * speed / exact.penetration
     }
     return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "deviation")
-
-
-EXPERIMENTS = (
-    experiment(
-        "free-vibration",
-        "Frequency of a ball that vibrates on its contact, up to flight, against its energy",
-        "deepest point over static penetration",
-        "deepest",
-        _free,
-    ),
-    experiment(
-        "forced-vibration",
-        "Amplitude of a ball driven at its contact resonance, against Runge-Kutta's",
-        "amplitude of the force over the load P/F0",
-        "push",
-        _forced,
-    ),
-    experiment(
-        "impact-in-time",
-        "Course of an impact in time on springs, against the inverted integral of Deresiewicz",
-        "exponent n of f = c r^n",
-        "exponent",
-        _impact,
-    ),
-)

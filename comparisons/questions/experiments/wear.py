@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.wear.archard import Oscillation, RoundBody, wear
@@ -22,21 +23,24 @@ _DEPTH = 1.0
 _BEYOND = 1.6
 
 
-def _fretting(
+@experiment(
+    "fretting-limit",
+    "Force after many cycles of fretting against that of the limit shape",
+    "lag",
+    "G* U/(mu E* d)",
+)
+def fretting_limit(
     effort: Effort,
     *,
     lag: float = 0.5,
-    cycles: float = 6.0,
-    shape: str = "paraboloid",
-    model: str = "springs",
+    cycles: Annotated[float, Above(0)] = 6.0,
+    shape: Literal["paraboloid", "cone"] = "paraboloid",
+    model: Literal["springs", "half_space"] = "springs",
 ) -> Finding:
     """Compare the force after many cycles with that of the limit; coarser ones give the bar.
 
     `lag` is G* U/(mu E* d), `cycles` are k E* U n over the contact radius of a paraboloid.
     """
-    one_of("shape", shape, "paraboloid", "cone")
-    one_of("model", model, "springs", "half_space")
-    above("cycles", cycles, 0)
     limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), _DEPTH, lag)
     after = _springs if model == "springs" else _cells
     finest = {"springs": 8, "half_space": 8}[model] * (1 if effort == "quick" else 2)
@@ -69,14 +73,3 @@ def _cells(shape: str, limit: FrettingLimit, cycles: float, number: int) -> floa
     load = HalfSpaceLoad("penetration", _DEPTH)
     (state,) = half_space.wear(press, load, 1.0, np.array([cycles]), swing)
     return state.contact.force
-
-
-EXPERIMENTS = (
-    experiment(
-        "fretting-limit",
-        "Force after many cycles of fretting against that of the limit shape",
-        "G* U/(mu E* d)",
-        "lag",
-        _fretting,
-    ),
-)

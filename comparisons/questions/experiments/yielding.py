@@ -7,12 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Annotated, cast
 
 import numpy as np
 
-from comparisons.questions.experiments.base import Effort
-from comparisons.questions.experiments.running import Finding, experiment, one_of
+from comparisons.questions.experiments.experiment import Effort, Finding, OneOf, experiment
 from comparisons.scene.physics.tables.plasticity import HARDNESS
 from comparisons.solving.shared import shared
 from reduced.loads import LoadPath as SpringPath
@@ -164,12 +163,20 @@ def _stated(reading: str, quantity: str, depth: float, true: Dented) -> float:
     return float(getattr(springs(depth, reading), quantity))
 
 
-def _yielding(
-    effort: Effort, *, depth: float = 10.0, reading: str = "stress", quantity: str = "force"
+@experiment(
+    "yielding-springs",
+    "Force, area, dent or rebound of springs that yield against finite elements",
+    "depth",
+    "depth over that of first yield d/d_y",
+)
+def yielding_springs(
+    effort: Effort,
+    *,
+    depth: float = 10.0,
+    reading: Annotated[str, OneOf(*READINGS, *_FORMULAS)] = "stress",
+    quantity: Annotated[str, OneOf(*_QUANTITIES)] = "force",
 ) -> Finding:
     """Compare a quantity of a reading, or a closed form, with that of finite elements."""
-    one_of("reading", reading, *READINGS, *_FORMULAS)
-    one_of("quantity", quantity, *_QUANTITIES)
     if _FORMULAS.get(reading, quantity) != quantity:
         raise ValueError(f"{reading} says nothing of the {quantity}")
     if not 0.1 <= depth <= 1000:
@@ -194,14 +201,3 @@ _HERTZ: dict[str, Callable[[float], float]] = {
     "force": lambda d: 4 / 3 * MODULUS * d**1.5,
     "area": lambda d: np.pi * d,
 }
-
-
-EXPERIMENTS = (
-    experiment(
-        "yielding-springs",
-        "Force, area, dent or rebound of springs that yield against finite elements",
-        "depth over that of first yield d/d_y",
-        "depth",
-        _yielding,
-    ),
-)

@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, overrides
 from comparisons.questions.claims.families import HERE, SHARED, read_family
-from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.scene.scene import load_scene
 from comparisons.scene.toml_files import read_toml
 
@@ -195,8 +195,8 @@ def test_a_parameter_may_stand_inside_a_list():
 
 
 def test_an_experiment_names_its_own_parameter(monkeypatch):
-    measure = lambda value, effort: Measurement(value, 0.0, 0.0)  # noqa: E731
-    monkeypatch.setitem(EXPERIMENTS, "nothing", Experiment("nothing", "Nothing.", "x/y", measure))
+    nothing = Experiment("nothing", "Nothing.", "x", "x/y", run=None)
+    monkeypatch.setitem(EXPERIMENTS, "nothing", nothing)
     data = {k: RIGHT[k] for k in ("id", "text", "equation", "tolerance", "refuted_by")}
     claim = make_claim(
         data | {"experiment": "nothing", "vary": {"from": 0, "to": 1, "steps": 2}}, "a.toml", Path()

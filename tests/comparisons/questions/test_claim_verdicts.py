@@ -20,7 +20,7 @@ from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_cl
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
-from comparisons.questions.experiments.running import Finding, Share, experiment
+from comparisons.questions.experiments.experiment import Finding, Share
 from comparisons.solving.inquiries import answer_of
 from roughline.claims import ClaimVerdict
 
@@ -43,7 +43,13 @@ def found(law, bar=0.0, bisections=12, **more):
 
 def experiment_claim(monkeypatch, measure, **more):
     """Return a claim on an experiment that is made up here."""
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+
+    def run(effort, *, x=1.0):
+        measured = measure(x, effort)
+        return Share(measured.error, measured.uncertainty, measured.details, measured.noun)
+
+    made_up = Experiment("made-up", "A law.", "x", "x", run)
+    monkeypatch.setitem(EXPERIMENTS, "made-up", made_up)
     data = {
         "id": "a-law",
         "text": "The law holds.",
@@ -216,8 +222,7 @@ def test_errors_are_listed_up_to_the_end_of_the_premise_and_beyond_it(monkeypatc
 
 def test_a_share_is_not_called_an_error(monkeypatch):
     """What is lost is a share of what was there; of a loss of 15 % the rest is not 17 % more."""
-    run = experiment("made-up", "A loss.", "x", "x", lambda effort, *, x=1.0: Share(0.15, 0.01, {}))
-    claim = experiment_claim(monkeypatch, run.measure)
+    claim = experiment_claim(monkeypatch, lambda x, effort: Share(0.15, 0.01, {}))
     assert "the smallest share is 15.0 ± 1.0\u202f%" in judge_claim(claim, "full").sentence
 
 
@@ -411,7 +416,7 @@ def test_claims_share_a_measurement_however_they_spell_it(monkeypatch, tmp_path)
         measured.append((x, y))
         return Finding(1.0, 1.0, 0.0, {})
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", experiment("made-up", "A law.", "x", "x", run))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
     varied = {"from": 1, "to": 2, "steps": 2}
     spelled = [
         {"id": "along-x", "vary": varied},

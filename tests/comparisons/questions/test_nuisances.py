@@ -20,7 +20,8 @@ from comparisons.questions.claims.verdicts import (
     ONLY_AS_STATED,
     verdict_of,
 )
-from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.questions.experiments import EXPERIMENTS, Experiment
+from comparisons.questions.experiments.experiment import Share
 from reports.plots.claim import along, validity_map
 
 ROOT = Path(__file__).parents[3]
@@ -46,10 +47,10 @@ DATA = {
 def law(monkeypatch, error, **more):
     """Return a claim whose error is `error` of x, y and the kind of boundary."""
 
-    def measure(value, effort, *, y=1.0, kind="free"):
-        return Measurement(value, error(value, y, kind), 1e-6)
+    def run(effort, *, x=1.0, y=1.0, kind="free"):
+        return Share(error(x, y, kind), 1e-6, {}, "error")
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
     return make_claim(DATA | {"nuisance": [OPEN]} | more, "a.toml", Path())
 
 
@@ -155,11 +156,11 @@ def test_rows_of_a_map_that_agree_are_told_once(monkeypatch):
 def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
     """Within at 1, open at 3 and 5 (a bar of 0.1): no boundary; outside at 10: one from 1 on."""
 
-    def measure(value, effort, *, y=1.0):
-        error = 0.0 if value < 2 else 0.05 if value < 8 else 0.5 * y
-        return Measurement(value, error, 1e-6 if value < 2 else 0.1)
+    def run(effort, *, x=1.0, y=1.0):
+        error = 0.0 if x < 2 else 0.05 if x < 8 else 0.5 * y
+        return Share(error, 1e-6 if x < 2 else 0.1, {}, "error")
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
     varied = {"from": 1, "to": 10, "steps": 4, "bisections": 0}
     data = DATA | {
         "nuisance": [OPEN | {"from": 0.01, "stated": 0.01}],

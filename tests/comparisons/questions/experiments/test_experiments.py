@@ -17,7 +17,7 @@ from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import ClaimRun
 from comparisons.questions.experiments import EXPERIMENTS, cost, films, reading_scan
-from comparisons.questions.experiments.running import Finding, experiment
+from comparisons.questions.experiments.experiment import Experiment, Finding
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
@@ -63,8 +63,8 @@ def test_another_parameter_can_be_varied():
 
 
 def test_a_result_that_is_no_number_is_no_result():
-    broken = experiment(
-        "broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 1.0, 0.0, {})
+    broken = Experiment(
+        "broken", "", "x", "", lambda effort, *, x=1.0: Finding(math.nan, 1.0, 0.0, {})
     )
     with pytest.raises(ArithmeticError, match="nan"):
         broken.measure(1.0)
