@@ -15,7 +15,7 @@ IDS = ("kernel-printed", "punch-square")
 
 @pytest.fixture
 def stored(monkeypatch):
-    """The two claims, with a stored record of this very code."""
+    """Return the two claims, with a stored record of this very code."""
     claims = load_claims(IDS)
     digests = {claim.id: digest_of(claim) for claim in claims}
     record = load_claims_record(STORED)
@@ -26,7 +26,7 @@ def stored(monkeypatch):
 
 
 def test_a_verdict_is_old_when_its_keys_or_its_code_have_changed(stored, monkeypatch):
-    kernel, punch = stored
+    kernel, _ = stored
     assert stale(stored) == []
     assert stale([kernel.model_copy(update={"text": "In other words."})]) == []
     assert stale([kernel.model_copy(update={"tolerance": 0.3})]) == ["kernel-printed"]
