@@ -23,7 +23,6 @@ from reference.halfspace.cohesive import CohesiveProblem
 from reference.halfspace.cohesive_laws import CohesiveLaw, dugdale, exponential
 from reference.halfspace.cohesive_path import CohesivePath, trace
 from reference.halfspace.detachment import Peeling, peel
-from reference.halfspace.solution import Press
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
@@ -181,9 +180,7 @@ def detachment() -> list[list[str]]:
             operator, r = grid(cells + 4, (cells + 4) * 2 * radius / cells, 1.0)
             gap = r**2 / 2 if case else np.zeros(r.shape)
             for rule in ("printed", "edge"):
-                way = peel(
-                    Press(operator, gap), r < radius, WORK, rule=rule, until=0.3, tolerance=1e-6
-                )
+                way = peel(operator, gap, r < radius, WORK, rule=rule, until=0.3, tolerance=1e-6)
                 row.append(percent(way.force[way.pull_off()] / exact[case] - 1))
         rows.append(row)
     return rows
@@ -196,7 +193,7 @@ def detachment() -> list[list[str]]:
 # %%
 def punch_way(inside: np.ndarray, operator: FreeOperator, gap: np.ndarray) -> Peeling:
     """Peel a contact under the printed calibration."""
-    return peel(Press(operator, gap), inside, WORK, until=0.15, tolerance=1e-6)
+    return peel(operator, gap, inside, WORK, until=0.15, tolerance=1e-6)
 
 
 def plane(cells: int, half: float) -> tuple[FreeOperator, np.ndarray, np.ndarray]:

@@ -27,8 +27,8 @@ from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
 from reference.bounds.profiles import PowerLaw, RoundedPunch, Sphere, cone, paraboloid
-from reference.halfspace import FreeOperator, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import press
+from reference.halfspace import FreeOperator
 from reference.loads import Load
 from reports.tables.documents import rewrite
 
@@ -70,9 +70,9 @@ def solve_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: fl
     x = (np.arange(128) - 63.5) / 50
     # where there is no body, one that nothing reaches
     heights = np.minimum(gap(x[:, None], x[None, :]), 1e3 * depth)
-    press = Press(FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), heights)
-    fft.solve(press, Load("penetration", depth))
-    return seconds_of(lambda: fft.solve(press, Load("penetration", depth)))[1]
+    body, load = FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), Load("penetration", depth)
+    press(body, heights, load)
+    return seconds_of(lambda: press(body, heights, load))[1]
 
 
 def cost(unknowns: int, seconds: float, solve: float) -> Row:

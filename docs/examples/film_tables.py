@@ -18,9 +18,9 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.questions.experiments import EXPERIMENTS
+from reference.contact.press import press
 from reference.errors import ConvergenceError
-from reference.halfspace import FreeOperator, fft
-from reference.halfspace.solution import Press
+from reference.halfspace import FreeOperator
 from reference.loads import Load
 from reference.lubrication.formulas import SoftFit, soft_limit
 from reference.lubrication.point import Ball, entrain
@@ -54,7 +54,7 @@ def dry(resolution: int) -> float:
     gap = (x[:, None] ** 2 + x**2) / (2 * ball.radius)
     half_space = FreeOperator((cells, cells), (spacing, spacing), ball.effective_modulus)
     load = Load("penetration", contact**2 / ball.radius)
-    return fft.solve(Press(half_space, gap), load).force
+    return press(half_space, gap, load).force
 
 
 def costs() -> None:

@@ -26,6 +26,7 @@ from threadpoolctl import threadpool_limits
 import roughline
 from comparisons.questions.benchmarks import fem as fem_benchmark
 from reference.closed_form import ellipsoid
+from reference.contact import press as unilateral
 from reference.fem import (
     Enforcement,
     Material,
@@ -41,10 +42,9 @@ from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import PeriodicBody
 from reference.fem.solid_mesh import KINDS, SolidMesh
 from reference.fem.supported_body import SupportedMesh, supported_body
-from reference.halfspace import PeriodicOperator, fft, kernels
+from reference.halfspace import PeriodicOperator, kernels
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
 from reports.tables.documents import rewrite
@@ -331,7 +331,7 @@ def rough_table() -> list[list[str]]:
         elements = list(grid_contact.sweep(body, gap, load))
         middle = time.process_time()
         half_space = PeriodicOperator(gap.shape, spacing, 1.0)
-        half = list(fft.sweep(Press(half_space, gap), load))
+        half = list(unilateral.sweep(half_space, gap, load))
         end = time.process_time()
         pairs = list(zip(elements, half, strict=True))
         errors = [[a.penetration / b.penetration - 1 for a, b in pairs]]
@@ -356,7 +356,7 @@ def large(cells: int) -> list[str]:
         PeriodicBody(corner.shape, spacing, Material(1.0, 0.3)),
         PeriodicOperator(corner.shape, spacing, 1.0),
     ):
-        fft.solve(Press(kind, corner), little)  # loads what is compiled
+        unilateral.press(kind, corner, little)  # loads what is compiled
     start = time.process_time()
     body = PeriodicBody(gap.shape, spacing, Material(1 - 0.3**2, 0.3))
     body.convolution(np.float64)
@@ -365,7 +365,7 @@ def large(cells: int) -> list[str]:
     end = time.process_time()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     middle = time.process_time()
-    half = fft.solve(Press(PeriodicOperator(gap.shape, spacing, 1.0), gap), load)
+    half = unilateral.press(PeriodicOperator(gap.shape, spacing, 1.0), gap, load)
     times = made - start, end - made, time.process_time() - middle
     apart = elements.penetration / half.penetration - 1
     area = located_area(elements) / located_area(half) - 1

@@ -18,16 +18,14 @@ from pathlib import Path
 import numpy as np
 
 from reference.contact import descent, start
+from reference.contact.press import press
 from reference.errors import ConvergenceError
 from reference.halfspace import (
     FreeOperator,
     PeriodicOperator,
-    dense,
-    fft,
     kernels,
 )
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 from reports.tables.documents import rewrite
@@ -95,9 +93,7 @@ def kernel_choice() -> list[list[str]]:
             PeriodicOperator(*grid, kernel="cells"),
             FreeOperator(*grid),
         )
-        contacts = [
-            fft.solve(Press(operator, gap), Load("force", 0.1 * SLOPE)) for operator in operators
-        ]
+        contacts = [press(operator, gap, Load("force", 0.1 * SLOPE)) for operator in operators]
         base, *finer = [
             (located_area(contact, patch=True), contact.penetration) for contact in contacts
         ]
@@ -133,8 +129,8 @@ def solver_parts() -> list[list[str]]:
             gap = gap_of(POINTS, cutoff)
             operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0)
             force = share * SLOPE
-            iterations = fft.solve(Press(operator, gap), Load("force", force)).iterations
-            spent = cpu(partial(fft.solve, Press(operator, gap), Load("force", force)))
+            iterations = press(operator, gap, Load("force", force)).iterations
+            spent = cpu(partial(press, operator, gap, Load("force", force)))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
     descent._STAGES, start._SHORTEST_COARSENED = full, 128
@@ -149,9 +145,7 @@ def near_full_contact() -> list[list[str]]:
     for kernel in ("continuum", "cells"):
         operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0, kernel=kernel)
         closing = full_contact_force(operator, gap)
-        contacts = [
-            fft.solve(Press(operator, gap), Load("force", share * closing)) for share in shares
-        ]
+        contacts = [press(operator, gap, Load("force", share * closing)) for share in shares]
         cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in contacts]
         rows.append([f"iterations (contact), {kernel}", *cells])
     return rows
@@ -179,12 +173,12 @@ def dense_or_fft() -> list[list[str]]:
         x = np.arange(n) - n / 2 + 0.3
         operator = FreeOperator((n, n), (1.0, 1.0), 1.0)
         gap, force = (x[:, None] ** 2 + x**2) / 2 / radius**2, 4 / 3 * radius
-        exact = dense.solve(Press(operator, gap), Load("force", force))
-        contact = fft.solve(Press(operator, gap), Load("force", force))
+        exact = press(operator, gap, Load("force", force), by="pivot")
+        contact = press(operator, gap, Load("force", force))
         repeats = 3 if cells < 1000 else 1
         spent = [
-            cpu(partial(s.solve, Press(operator, gap), Load("force", force)), repeats)
-            for s in (dense, fft)
+            cpu(partial(press, operator, gap, Load("force", force), by=by), repeats)
+            for by in ("pivot", "descent")
         ]
         difference = np.abs(contact.pressure - exact.pressure).max() / exact.pressure.max()
         counts = [str(exact.iterations), str(contact.iterations)]
@@ -212,7 +206,7 @@ def hardest() -> list[list[str]]:
             gap = height.max() - height
             load = Load("penetration", share * float(gap.mean()))
             with contextlib.suppress(ConvergenceError):
-                counts.append(fft.solve(Press(operator, gap), load).iterations)
+                counts.append(press(operator, gap, load).iterations)
         spread = f"{np.median(counts):.0f} ({min(counts)} to {max(counts)})" if counts else "-"
         rows.append([str(share), f"{len(counts)} of 12", spread])
     return rows

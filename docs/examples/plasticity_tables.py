@@ -25,7 +25,6 @@ from comparisons.questions.experiments.yielding import (
 )
 from reference.elasticity import Material
 from reference.halfspace import FreeOperator
-from reference.halfspace.solution import Press
 from reference.loads import LoadPath
 from reference.plastic import PlasticMaterial, Walk
 from reference.plastic.capped import along
@@ -144,8 +143,8 @@ def capped(share: float, hardness: float) -> tuple[float, float]:
     side = 2.7 * np.sqrt(2 * depth)
     at = ((np.arange(CELLS) + 0.5) / CELLS - 0.5) * side
     body = FreeOperator((CELLS, CELLS), (side / CELLS, side / CELLS), MODULUS)
-    press = Press(body, (at[:, None] ** 2 + at**2) / 2, hardness=hardness * YIELD_STRESS)
-    (dent,) = along(press, LoadPath("penetration", depth))
+    gap = (at[:, None] ** 2 + at**2) / 2
+    (dent,) = along(body, gap, hardness * YIELD_STRESS, LoadPath("penetration", depth))
     area = dent.contact.mask.mean() * side**2
     return dent.contact.force / FORCE, float(area / (np.pi * depth))
 
@@ -186,8 +185,8 @@ def four() -> list[list[str]]:
     side = 2 * (apart + 1.35 * np.sqrt(2 * depths[-1]))
     at = ((np.arange(CELLS) + 0.5) / CELLS - 0.5) * side
     body = FreeOperator((CELLS, CELLS), (side / CELLS, side / CELLS), MODULUS)
-    press = Press(body, shape(at[:, None], at), hardness=HARDNESSES[0] * YIELD_STRESS)
-    dents = along(press, LoadPath("penetration", depths))
+    gap, path = shape(at[:, None], at), LoadPath("penetration", depths)
+    dents = along(body, gap, HARDNESSES[0] * YIELD_STRESS, path)
     heads = [f"F/(4 F_y), N = {n}" for n in BLOCKS]
     rows = [["d/d_y", *heads, f"cap {HARDNESSES[0]} Y", "cap − elements"]]
     for share, *solved, dent in zip(DEPTHS, *forces, dents, strict=True):

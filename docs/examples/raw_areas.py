@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from reference import surfaces
-from reference.halfspace import FreeOperator, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import sweep
+from reference.halfspace import FreeOperator
 from reference.loads import Load
 
 POINTS = 64
@@ -38,8 +38,7 @@ def random_amplitudes(seed: int, number: int) -> np.ndarray:
 
 def counted(heights: np.ndarray) -> list[float]:
     """Return the share of loaded cells at every load."""
-    press = Press(OPERATOR, heights.max() - heights)
-    contacts = fft.sweep(press, Load("force", LOADS), tolerance=1e-6)
+    contacts = sweep(OPERATOR, heights.max() - heights, Load("force", LOADS), tolerance=1e-6)
     return [float(np.mean(contact.pressure > 0)) for contact in contacts]
 
 

@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from reference.contact.body import ElasticBody
+from reference.contact.press import press
 from reference.fem import Material
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.grid_body import FreeBody
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 CONTACTS, RADII, SPARE = 40, (4.0, 14.0), 8
@@ -49,7 +49,7 @@ def excess(make: Callable[[int], ElasticBody], period: int) -> tuple[float, floa
         x, y = (np.arange(count) - (count - 1) / 2 + rng.uniform(-0.5, 0.5) for _ in range(2))
         gap = (x[:, None] ** 2 + y**2) / 200
         load = Load("force", 4 / 3 * radius**3 / 100)
-        contact = fft.solve(Press(make(count), gap - gap.min()), load)
+        contact = press(make(count), gap - gap.min(), load)
         errors.append((located_area(contact) - np.pi * radius**2) / (2 * np.pi * radius))
     return float(np.mean(errors)), float(np.std(errors) / np.sqrt(CONTACTS))
 

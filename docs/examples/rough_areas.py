@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
+from reference.contact.press import sweep
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.surfaces import SelfAffine, refine, self_affine
 from reports.tables.documents import rewrite
@@ -73,9 +73,7 @@ def on_grids(hurst: float, roll_off: float, periodic: bool, shortest: int) -> np
         heights = refine(native, factor)
         n = len(heights)
         operator = kind((n, n), (1 / n, 1 / n), 1.0)
-        steps = fft.sweep(
-            Press(operator, heights.max() - heights), Load("force", LOADS), tolerance=1e-7
-        )
+        steps = sweep(operator, heights.max() - heights, Load("force", LOADS), tolerance=1e-7)
         quantities.append([measured(contact) for contact in steps])
     return np.array(quantities)
 

@@ -22,12 +22,12 @@ from reduced.springs.line import Springs
 from reference import closed_form, surfaces
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
+from reference.contact.press import press
 from reference.fem import Material, friction
 from reference.fem.half_space import frictional_body
-from reference.halfspace import areas, fft
+from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reports.tables.documents import rewrite
 
@@ -244,8 +244,9 @@ def _rough_contact(points: int) -> np.ndarray:
         realisation=0,
     )
     body = NormalAndTangential((points,) * 2, (2.1 / points,) * 2, Compliance.of(0.5, 0.0))
-    contact = fft.solve(
-        Press(body.normal, height.max() - height),
+    contact = press(
+        body.normal,
+        height.max() - height,
         reference_loads.Load("force", 0.05 * 0.1 * 2.1**2),
     )
     return contact.mask
@@ -398,7 +399,7 @@ def rough() -> list[list[str]]:
             )
         body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(0.5, 0.0))
         depths = [
-            fft.solve(Press(body.normal, gap), reference_loads.Load("force", force * s)).penetration
+            press(body.normal, gap, reference_loads.Load("force", force * s)).penetration
             for s in (1, *(1 - shares))
         ]
         displacements.setdefault("3-D, superposition of normal solutions", []).append(

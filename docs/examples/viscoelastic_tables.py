@@ -21,7 +21,6 @@ from reduced.memory.viscoelastic_impact import impact as impact_on_springs
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
-from reference.halfspace.solution import Press
 from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time
 from reports.tables.documents import rewrite
@@ -144,7 +143,7 @@ def ball_force(n: int, steps: int, history: np.ndarray, depths: np.ndarray) -> n
     t = np.concatenate([[0.0], *(np.linspace(*ends, steps + 1)[1:] for ends in pieces)])
     gap = (x[:, None] ** 2 + x**2) / 2
     instants = press_in_time(
-        Press(operator, gap), SOLID, History("penetration", t, np.interp(t, history, depths))
+        operator, gap, SOLID, History("penetration", t, np.interp(t, history, depths))
     )
     return np.array([instant.force for instant in instants])[steps::steps]
 

@@ -32,8 +32,8 @@ from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.potentials import Expansion, GridPotential
 from reference.bounds.summit_punches import ellipses_below
 from reference.bounds.trigonometric import Waves, levelled
-from reference.halfspace import FreeOperator, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import press
+from reference.halfspace import FreeOperator
 from reference.loads import Load
 
 Array = NDArray[np.float64]
@@ -104,8 +104,8 @@ class Block:
         """
         gap = self.centres - raised
         lowest = min(float(gap.min()), 0.0)
-        press = Press(self.operator, gap - lowest)
-        return fft.solve(press, Load("penetration", penetration - lowest)).pressure
+        load = Load("penetration", penetration - lowest)
+        return press(self.operator, gap - lowest, load).pressure
 
     def shortfall(self, pressure: Array, penetration: float) -> tuple[Array, float]:
         """By how much a pressure fails at most, anywhere in each cell, to reach d - g.

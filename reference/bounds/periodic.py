@@ -29,9 +29,9 @@ from scipy import fft as transforms
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.trigonometric import Waves, least_on_cells, levelled, transform_rounding
-from reference.halfspace import Contact, PeriodicOperator, fft
+from reference.contact.press import press
+from reference.halfspace import Contact, PeriodicOperator
 from reference.halfspace.kernels import cell_energies, wavenumbers
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 Array = NDArray[np.float64]
@@ -157,7 +157,7 @@ class PeriodicSurface:
     def on_grid(self, P: float, raised: Array | float = 0.0) -> Contact:
         """Return the contact of the grid's points with the body raised, which proves nothing."""
         gap = self.gap - raised
-        return fft.solve(Press(self.operator, gap - gap.min()), Load("force", P * self.area))
+        return press(self.operator, gap - gap.min(), Load("force", P * self.area))
 
     def _above(self, P: float) -> float:
         """Upper bound of Pi per area, by the pressure under the grid's points."""

@@ -1,7 +1,7 @@
 r"""Elastic bodies of finite elements below a grid of cells, as operators for contact solvers.
 
 The compliance of the columns (`columns.compliance`) on all modes of an FFT is the condensed
-stiffness of a mesh that repeats; with it the solvers of `halfspace.fft`, stiffnesses and energies
+stiffness of a mesh that repeats; with it `reference.contact.press`, stiffnesses and energies
 work on finite elements as they do on the half-space, and share its contact iteration.
 
 A periodic body is clamped two periods below its layers, where no more than 1e-8 of the longest

@@ -8,12 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reference.contact.press import Contact, assemble
+from reference.contact import press as unilateral
+from reference.contact.press import Contact, assemble, check_gap
 from reference.errors import ConvergenceError
 from reference.fem.contact import EXACT, Enforcement
 from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.halfspace import fft
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 
@@ -59,28 +58,27 @@ def sweep(
     True
     """
     if enforcement.method != "augmented_lagrangian":
-        pressed = Press(body_under(body, enforcement), gap)
-        yield from fft.sweep(pressed, load, tolerance=tolerance)
+        yield from unilateral.sweep(body_under(body, enforcement), gap, load, tolerance=tolerance)
         return
-    press = Press(body, gap)
+    gap = check_gap(body, gap)
     soft = body_under(body, replace(enforcement, method="penalty"))
     compliance, by_depth = soft.contact_compliance, load.control == "penetration"
     answer = None
     for value in load.values:
         # What needs no multipliers, or has no answer, is the exact solver's.
-        closed = body.periodic and by_depth and value >= press.gap.mean()
-        if closed or not press.gap.any() or (by_depth and value <= press.lowest):
-            answer = fft.solve(press, Load(load.control, value), tolerance=tolerance)
+        closed = body.periodic and by_depth and value >= gap.mean()
+        if closed or not gap.any() or (by_depth and value <= gap.min()):
+            answer = unilateral.press(body, gap, Load(load.control, value), tolerance=tolerance)
             yield answer
             continue
         multipliers = np.zeros(soft.shape) if answer is None else answer.pressure
         contact, history = None, []
         for _ in range(enforcement.max_iterations):
-            lifted = press.gap - compliance * multipliers
+            lifted = gap - compliance * multipliers
             shift = float(lifted.min())
             aim = Load(load.control, value - shift if by_depth else value)
-            contact = fft.solve(
-                Press(soft, lifted - shift), aim, tolerance=tolerance / 4, start=contact
+            contact = unilateral.press(
+                soft, lifted - shift, aim, tolerance=tolerance / 4, start=contact
             )
             depth = contact.penetration + shift
             overlap = compliance * float(np.abs(contact.pressure - multipliers).max())
@@ -95,7 +93,7 @@ def sweep(
                 "fewer",
                 history,
             )
-        answer = assemble(body, press.gap, contact.pressure, depth, len(history), history)
+        answer = assemble(body, gap, contact.pressure, depth, len(history), history)
         yield answer
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reference.contact.press import Contact
-from reference.halfspace import areas, dense, fft, kernels
+from reference.halfspace import areas, kernels
 from reference.halfspace.operators import FreeOperator, PeriodicOperator
 
 __all__ = [
@@ -11,7 +11,5 @@ __all__ = [
     "FreeOperator",
     "PeriodicOperator",
     "areas",
-    "dense",
-    "fft",
     "kernels",
 ]

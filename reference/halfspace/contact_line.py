@@ -81,13 +81,13 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
     --------
     Hertz, pi a^2 with a = 6.3 cells, within half a per cent:
 
-    >>> from reference.halfspace import FreeOperator, fft
-    >>> from reference.halfspace.solution import Press
+    >>> from reference.contact.press import press
+    >>> from reference.halfspace import FreeOperator
     >>> from reference.loads import Load
     >>> x = np.arange(16) - 7.3
     >>> K = FreeOperator((16, 16), (1.0, 1.0), 1.0)
     >>> gap = (x[:, None] ** 2 + x**2) / 200
-    >>> hertz = fft.solve(Press(K, gap), Load("penetration", 6.3**2 / 100))
+    >>> hertz = press(K, gap, Load("penetration", 6.3**2 / 100))
     >>> bool(abs(located_area(hertz) / (np.pi * 6.3**2) - 1) < 5e-3)
     True
     """

@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
+from reference.contact.press import check_gap
 from reference.errors import ConvergenceError
-from reference.halfspace.solution import Press
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -103,7 +103,8 @@ def letting_go(
 
 
 def peel(
-    press: Press,
+    operator: ElasticBody,
+    gap: ArrayLike,
     mask: ArrayLike,
     work: float,
     *,
@@ -115,8 +116,10 @@ def peel(
 
     Parameters
     ----------
-    press : Press
-        The rigid body over a free half-space of square cells.
+    operator : FreeOperator
+        Of square cells.
+    gap : array_like, shape (nx, ny)
+        Of the rigid body.
     mask : array_like of bool, shape (nx, ny)
         Initial contact cells, of a contact pressed wider than stable.
     work : float
@@ -143,12 +146,22 @@ def peel(
     --------
     >>> from reference.halfspace import FreeOperator
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
-    >>> cell = peel(Press(K, [[0.0]]), [[True]], 1.0)
+    >>> cell = peel(K, [[0.0]], [[True]], 1.0)
     >>> bool(np.isclose(cell.force[0], -cell.tension))
     True
     """
-    operator, gap = press.operator, press.gap
-    mask = _checked(press, mask, work, until)
+    gap, mask = check_gap(operator, gap), np.asarray(mask, dtype=bool)
+    faults = []
+    if operator.periodic or abs(operator.spacing[0] / operator.spacing[1] - 1) > 1e-12:
+        faults.append("detachment needs a free half-space with square cells")
+    if mask.shape != operator.shape:
+        faults.append(f"mask has shape {mask.shape}, the operator {operator.shape}")
+    elif not mask.any() or not np.isfinite(gap[mask]).all():
+        faults.append("expected at least one cell in contact, all with finite gaps")
+    faults += positive_faults(work=work)
+    if not 0 <= until < 1:
+        faults.append(f"until must lie in [0, 1), not {until!r}")
+    refuse(faults)
     tension = letting_go(operator.spacing[0], operator.effective_modulus, work, rule)
     per_depth, from_shape = np.zeros(gap.shape), np.zeros(gap.shape)
     rows: list[tuple[float, float, int, float, float]] = []
@@ -190,21 +203,3 @@ def _press(
         before, power = power, float((residual * residual).sum())
         direction = residual + power / before * direction
     return pressure
-
-
-def _checked(press: Press, mask: ArrayLike, work: float, until: float) -> Mask:
-    """Return the mask, or raise one ValueError with all errors."""
-    operator, gap = press.operator, press.gap
-    mask = np.asarray(mask, dtype=bool)
-    faults = []
-    if operator.periodic or abs(operator.spacing[0] / operator.spacing[1] - 1) > 1e-12:
-        faults.append("detachment needs a free half-space with square cells")
-    if mask.shape != operator.shape:
-        faults.append(f"mask has shape {mask.shape}, the operator {operator.shape}")
-    elif not mask.any() or not np.isfinite(gap[mask]).all():
-        faults.append("expected at least one cell in contact, all with finite gaps")
-    faults += positive_faults(work=work)
-    if not 0 <= until < 1:
-        faults.append(f"until must lie in [0, 1), not {until!r}")
-    refuse(faults)
-    return mask

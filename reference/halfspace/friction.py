@@ -1,7 +1,7 @@
 """Normal and tangential contact with Coulomb friction on the half-space, along a loading path.
 
-In every step the normal problem (`fft`, with the lift of the tangential tractions in the gap) and
-the tangential problem (`contact.slide`, with the drag of the pressure and the slip of the steps
+In every step the normal problem (`contact.press`, with the lift of the tangential tractions in the
+gap) and the tangential one (`contact.slide`, with the drag of the pressure and the slip of steps
 before) are solved in turn until both are satisfied (Panagiotopoulos 1975). They are coupled by 1 -
 2 nu only, and the rounds converge with the factor (mu times Dundurs' second constant)^2. Without
 this coupling one round is exact.
@@ -21,11 +21,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
+from reference.contact import press as unilateral
 from reference.contact.press import Contact, check_gap, violation
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError
-from reference.halfspace import fft
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 
@@ -199,8 +198,9 @@ def alternate(
         lifted = press.gap + lift
         offset = float(lifted.min()) if press.coupled else 0.0
         applied = load.single() - (offset if load.control == "penetration" else 0.0)
-        contact = fft.solve(
-            Press(body.normal, lifted - offset),
+        contact = unilateral.press(
+            body.normal,
+            lifted - offset,
             Load(load.control, applied),
             tolerance=0.3 * precision,
             start=contact,

@@ -10,13 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
-from reference.contact.press import Contact
+from reference.contact.body import ElasticBody
+from reference.contact.press import Contact, check_gap, press
 from reference.errors import ConvergenceError
-from reference.halfspace import fft
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 Field = NDArray[np.float64]
@@ -83,7 +82,8 @@ class WornContact:
 
 
 def wear(
-    press: Press,
+    operator: ElasticBody,
+    gap: ArrayLike,
     load: Load,
     coefficient: float,
     distances: Field,
@@ -95,8 +95,10 @@ def wear(
 
     Parameters
     ----------
-    press : Press
-        The unworn shape over the half-space.
+    operator : ElasticBody
+        The half-space.
+    gap : array_like, shape (nx, ny)
+        Of the unworn shape.
     load : Load
         Penetration or force, one value.
     coefficient : float
@@ -106,7 +108,7 @@ def wear(
     oscillation : Oscillation, optional
         Of a shape on the free half-space.
     tolerance : float
-        Of every contact, as of `fft.solve`.
+        Of every contact, as of `reference.contact.press.press`.
 
     Yields
     ------
@@ -124,71 +126,68 @@ def wear(
     Load("distances", distances)  # raises where they are none
     load.one_of("penetration", "force")
     load.single()
-    if oscillation is not None and press.operator.periodic:
+    if oscillation is not None and operator.periodic:
         raise ValueError("an oscillation takes a free half-space, on which gaps have a datum")
-    return _Wear(press, load, oscillation, tolerance).along(coefficient, distances)
+    unworn = check_gap(operator, gap)
+    return _along(operator, unworn, load, coefficient, distances, oscillation, tolerance)
 
 
-class _Wear:
-    def __init__(
-        self, press: Press, load: Load, oscillation: Oscillation | None, tolerance: float
-    ) -> None:
-        self.press, self.load, self.oscillation = press, load, oscillation
-        self.tolerance = tolerance
-        self.contact: Contact | None = None
-        self.inner: Contact | None = None
-        self.iterations = 0
+def _along(
+    operator: ElasticBody,
+    unworn: Field,
+    load: Load,
+    coefficient: float,
+    distances: Field,
+    oscillation: Oscillation | None,
+    tolerance: float,
+) -> Iterator[WornContact]:
+    farthest = 1.0 if oscillation is None else 4 * oscillation.amplitude
+    stiff = coefficient * operator.effective_modulus * farthest
+    longest = _STEP * min(operator.spacing) / stiff
+    needed = float(distances[-1]) / longest
+    if not needed <= MOST_STEPS:
+        raise ConvergenceError(f"the wear takes {needed:.3g} steps, more than {MOST_STEPS}")
+    # the contact, the one that sticks inside it, and the iterations of all
+    contact: Contact | None = None
+    inner: Contact | None = None
+    iterations = 0
 
-    def along(self, coefficient: float, distances: Field) -> Iterator[WornContact]:
-        """Yield the states at the distances."""
-        operator = self.press.operator
-        farthest = 1.0 if self.oscillation is None else 4 * self.oscillation.amplitude
-        stiff = coefficient * operator.effective_modulus * farthest
-        longest = _STEP * min(operator.spacing) / stiff
-        needed = float(distances[-1]) / longest
-        if not needed <= MOST_STEPS:
-            raise ConvergenceError(f"the wear takes {needed:.3g} steps, more than {MOST_STEPS}")
-        depth, at, steps = np.zeros(operator.shape), 0.0, 0
-        rate = self._rate(depth)
-        for distance in distances:
-            count = int(np.ceil((distance - at) / longest))
-            k = coefficient * (distance - at) / count
-            for _ in range(count):
-                ahead = self._rate(depth + k * rate)
-                depth = depth + 0.5 * k * (rate + ahead)
-                rate = self._rate(depth)
-            at, steps = float(distance), steps + count
-            assert self.contact is not None
-            volume = float(depth.sum() * operator.cell_area)
-            sticking = self._sticking()
-            yield WornContact(self.contact, depth, volume, sticking, steps, self.iterations)
-
-    def _rate(self, depth: Field) -> Field:
-        """Return pressure times slip where so much is worn; keeps the contact."""
-        worn = Press(self.press.operator, self.press.gap + depth)
-        if self.load.control == "penetration" and worn.lowest >= self.load.single():
+    def rate(depth: Field) -> Field:
+        """Return pressure times slip where so much is worn."""
+        nonlocal contact, inner, iterations
+        worn = unworn + depth
+        lowest = float(worn.min())
+        if load.control == "penetration" and lowest >= load.single():
             raise ConvergenceError("worn so far that nothing touches any more")
-        self.contact = self._solve(worn, self.load, self.contact)
-        if self.oscillation is None:
-            return self.contact.pressure
-        inner = self.contact.penetration - self.oscillation.lag
-        if inner > worn.lowest:
-            self.inner = self._solve(worn, Load("penetration", inner), self.inner)
-            left = np.maximum(self.inner.gap, 0.0)
-            left[self.inner.mask] = 0.0
+        contact = press(operator, worn, load, tolerance=tolerance, start=contact)
+        iterations += contact.iterations
+        if oscillation is None:
+            return contact.pressure
+        sticks = contact.penetration - oscillation.lag
+        if sticks > lowest:
+            sticking = Load("penetration", sticks)
+            inner = press(operator, worn, sticking, tolerance=tolerance, start=inner)
+            iterations += inner.iterations
+            left = np.maximum(inner.gap, 0.0)
+            left[inner.mask] = 0.0
         else:
-            self.inner, left = None, worn.gap - inner
-        inside = self.contact.mask
-        rate = np.zeros(left.shape)
-        rate[inside] = self.oscillation.slip * self.contact.pressure[inside] * left[inside]
-        return rate
+            inner, left = None, worn - sticks
+        slipped = np.zeros(worn.shape)
+        inside = contact.mask
+        slipped[inside] = oscillation.slip * contact.pressure[inside] * left[inside]
+        return slipped
 
-    def _solve(self, press: Press, load: Load, start: Contact | None) -> Contact:
-        contact = fft.solve(press, load, tolerance=self.tolerance, start=start)
-        self.iterations += contact.iterations
-        return contact
-
-    def _sticking(self) -> NDArray[np.bool_]:
-        if self.inner is None:
-            return np.zeros(self.press.operator.shape, dtype=bool)
-        return self.inner.mask
+    depth, at, steps = np.zeros(operator.shape), 0.0, 0
+    now = rate(depth)
+    for distance in distances:
+        count = int(np.ceil((distance - at) / longest))
+        k = coefficient * (distance - at) / count
+        for _ in range(count):
+            ahead = rate(depth + k * now)
+            depth = depth + 0.5 * k * (now + ahead)
+            now = rate(depth)
+        at, steps = float(distance), steps + count
+        assert contact is not None
+        volume = float(depth.sum() * operator.cell_area)
+        sticking = np.zeros(operator.shape, dtype=bool) if inner is None else inner.mask
+        yield WornContact(contact, depth, volume, sticking, steps, iterations)

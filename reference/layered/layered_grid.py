@@ -1,4 +1,4 @@
-r"""Bodies of layers as operators for the solvers of `halfspace.fft`, on a patch or on a period.
+r"""Bodies of layers as operators for `reference.contact.press`, on a patch or on a period.
 
 On a period, a wave of pressure is displaced by C(q): `modes`, `cell_modes`. On a patch, the
 displacement by a point force, with M(q) = q C(q)/(q C(q) at short waves), is

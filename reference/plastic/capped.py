@@ -17,12 +17,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
-from reference.contact import press as unilateral
-from reference.contact.press import Contact
-from reference.halfspace.solution import Press
+from reference.contact.body import ElasticBody
+from reference.contact.press import Contact, check_gap, press
 from reference.loads import Load, LoadPath
 
 Field = NDArray[np.float64]
@@ -65,12 +64,13 @@ class Dent:
         return float(self.saturated.sum() / max(self.contact.mask.sum(), 1))
 
 
-def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[Dent]:
+def along(
+    body: ElasticBody, gap: ArrayLike, hardness: float, path: LoadPath, *, tolerance: float = 1e-8
+) -> Iterator[Dent]:
     """Yield the contact at each load of a path of penetrations or forces.
 
-    `press` has the hardness; penetrations count from first touch; forces must not be negative, nor
-    more than the hardness carries. The tolerance is that of
-    `reference.contact.press`.
+    Penetrations count from first touch; forces must not be negative, nor more than the hardness
+    carries. The tolerance is that of `reference.contact.press.press`.
 
     Examples
     --------
@@ -79,31 +79,30 @@ def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[
     >>> from reference.halfspace import FreeOperator
     >>> x = np.arange(24) - 11.5
     >>> K = FreeOperator((24, 24), (1.0, 1.0), 1.0)
-    >>> ball = Press(K, (x[:, None] ** 2 + x**2) / 40, hardness=1e-3)
-    >>> (dent,) = along(ball, LoadPath("penetration", 2.0))
+    >>> (dent,) = along(K, (x[:, None] ** 2 + x**2) / 40, 1e-3, LoadPath("penetration", 2.0))
     >>> bool(abs(dent.contact.force / (1e-3 * np.pi * 80) - 1) < 0.02)
     True
     """
     control = path.one_of("penetration", "force")
     if control == "force" and (path.values < 0).any():
         raise ValueError("force must not be negative: nothing holds the shape")
-    refuse(positive_faults(tolerance=tolerance))
-    operator, hardness = press.operator, press.hardness
-    nothing = np.zeros(press.gap.shape)
-    before = Contact(0.0, 0.0, nothing, 0, 0.0, operator, press.gap)
+    undented = check_gap(body, gap)
+    faults = [] if hardness > 0 else [f"hardness must be positive, not {hardness!r}"]
+    refuse(faults + positive_faults(tolerance=tolerance))
+    nothing = np.zeros(body.shape)
+    before = Contact(0.0, 0.0, nothing, 0, 0.0, body, undented)
     sunk, work = nothing, 0.0
     for load in path.values.tolist():
         # elastic contact with the surface as it is dented, its pressure capped
-        gap = press.gap + sunk
-        lowest = float(gap.min())
+        dented = undented + sunk
+        lowest = float(dented.min())
         if (load == 0) if control == "force" else (load <= lowest):
             depth = lowest if control == "force" else load
-            contact = Contact(depth, 0.0, nothing, 0, 0.0, operator, gap)
+            contact = Contact(depth, 0.0, nothing, 0, 0.0, body, dented)
         else:
             start = before if before.mask.any() else None
-            prescribed = Load(control, load)
-            contact = unilateral.press(
-                operator, gap, prescribed, cap=hardness, tolerance=tolerance, start=start
+            contact = press(
+                body, dented, Load(control, load), cap=hardness, tolerance=tolerance, start=start
             )
         # overlaps under the hardness have become plastic
         overlap = np.where(contact.pressure >= hardness, np.maximum(-contact.gap, 0.0), 0.0)
@@ -116,6 +115,6 @@ def along(press: Press, path: LoadPath, *, tolerance: float = 1e-8) -> Iterator[
             sunk,
             contact.pressure >= (1 - _SAME) * hardness,
             work,
-            float(hardness * sunk.sum() * operator.cell_area) if sunk.any() else 0.0,
+            float(hardness * sunk.sum() * body.cell_area) if sunk.any() else 0.0,
         )
         before = whole

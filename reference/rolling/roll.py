@@ -38,13 +38,11 @@ from numpy.typing import NDArray
 from scipy import fft as transforms
 
 from reference.arguments import finite_faults, refuse
-from reference.contact.press import Contact
+from reference.contact.press import Contact, press
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError
-from reference.halfspace import fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, alternate
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
 
@@ -391,6 +389,6 @@ def pressed(
         rough = gap - roughness[first : first + rows]
         lowest = float(rough.min())
         applied = load.single() - (lowest if load.control == "penetration" else 0.0)
-        press = Press(body.normal, rough - lowest)
-        contact = fft.solve(press, Load(load.control, applied), tolerance=tolerance, start=contact)
+        wanted = Load(load.control, applied)
+        contact = press(body.normal, rough - lowest, wanted, tolerance=tolerance, start=contact)
         yield contact.pressure

@@ -18,11 +18,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from reference.contact import press as unilateral
-from reference.contact.press import Contact
-from reference.halfspace.solution import Press
+from reference.contact.body import ElasticBody
+from reference.contact.press import Contact, check_gap, press
 from reference.loads import History, Load
 from reference.viscoelastic.hereditary import contact_factor
 from reference.viscoelastic.materials import CreepModes, GeneralisedMaxwell
@@ -45,7 +44,8 @@ class Instant:
 
 
 def press_in_time(
-    press: Press,
+    operator: ElasticBody,
+    gap: ArrayLike,
     material: GeneralisedMaxwell,
     history: History,
     *,
@@ -58,28 +58,42 @@ def press_in_time(
 
     Parameters
     ----------
-    press : Press
-        The shape, with gap 0 at first touch; the modulus of the half-space is not used.
+    operator : ElasticBody
+        Its modulus is not used.
+    gap : array_like, shape (nx, ny)
+        Of the shape, 0 at first touch.
     material : GeneralisedMaxwell
         Shear behaviour.
     history : History
         ``"penetration"`` or ``"force"``, forces > 0 (the first may be 0: first touch). There is no
         contact before the first time; a positive first value is a jump.
     tolerance : float
-        Of every contact problem, as for `reference.contact.press`.
+        Of every contact problem, as for `reference.contact.press.press`.
     """
     name, values = history.one_of("penetration", "force"), history.values
     if name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
         raise ValueError(f"force must be positive (the first may be 0), not {values!r}")
     if material.viscosity > 0 and name == "penetration" and values[0] > 0:
         raise ValueError("penetration must start at 0 against a dashpot")
-    return _steps(press, material.creep_modes, history, contact_factor(poisson_ratio), tolerance)
+    return _steps(
+        operator,
+        check_gap(operator, gap),
+        material.creep_modes,
+        history,
+        contact_factor(poisson_ratio),
+        tolerance,
+    )
 
 
 def _steps(
-    press: Press, creep: CreepModes, history: History, factor: float, tolerance: float
+    operator: ElasticBody,
+    shape: Field,
+    creep: CreepModes,
+    history: History,
+    factor: float,
+    tolerance: float,
 ) -> Iterator[Instant]:
-    name, values, operator = history.control, history.values, press.operator
+    name, values = history.control, history.values
     damped = creep.instantaneous == 0
     pressure, elastic, flowed = np.zeros((3, *operator.shape))  # p, v, y
     modes = np.zeros((len(creep.times), *operator.shape))  # w
@@ -101,7 +115,7 @@ def _steps(
         early_flow = creep.fluidity * duration - flow
         # u = C v + what is known, which increases the gap
         modes = decay[:, None, None] * modes + early[:, None, None] * elastic
-        gap = press.gap + (modes.sum(axis=0) + flowed + early_flow * elastic)
+        gap = shape + (modes.sum(axis=0) + flowed + early_flow * elastic)
         compliance = creep.instantaneous + float(late.sum()) + flow
         # contact at that compliance, with a gap of any sign; the operator has another modulus: its
         # pressure is `scale` times that here
@@ -115,9 +129,7 @@ def _steps(
         else:
             prescribed = Load(name, load - top if name == "penetration" else load * scale)
             start = None if contact is None else replace(contact, pressure=pressure * scale)
-            contact = unilateral.press(
-                operator, gap - top, prescribed, tolerance=tolerance, start=start
-            )
+            contact = press(operator, gap - top, prescribed, tolerance=tolerance, start=start)
             pressure, depth = contact.pressure / scale, contact.penetration + top
             now = contact.displacement / compliance
         modes = modes + late[:, None, None] * now

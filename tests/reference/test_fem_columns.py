@@ -12,16 +12,15 @@ from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.element import ElementDG
 
 from reference.contact import body as contact_body
-from reference.contact.press import assemble
+from reference.contact.press import assemble, sweep
 from reference.errors import ConvergenceError
 from reference.fem import Enforcement, Material, columns, grid_contact
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.layered import Graded, Stack
 from reference.loads import Load
 
@@ -455,7 +454,7 @@ def test_rough_contact_converges_to_the_half_space(periodic):
         gap, spacing = rough(n), (32 / n, 32 / n)
         load = Load("force", np.array([0.02, 0.1]) * 32**2)
         kind = PeriodicOperator if periodic else FreeOperator
-        half = list(fft.sweep(Press(kind(gap.shape, spacing, 1.0), gap), load))
+        half = list(sweep(kind(gap.shape, spacing, 1.0), gap, load))
         body = (PeriodicBody if periodic else FreeBody)(gap.shape, spacing, STEEL)
         elements = list(grid_contact.sweep(body, gap, load))
         differences.append(

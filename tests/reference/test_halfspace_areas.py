@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from scipy.special import ellipk
 
-from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import press, sweep
+from reference.halfspace import FreeOperator, PeriodicOperator, areas
 from reference.loads import Load
 
 MASKS = st.integers(0, 2**32).map(lambda seed: np.random.default_rng(seed).random((7, 9)) < 0.5)
@@ -34,7 +34,7 @@ def test_perimeter_correction_halves_the_area_error_of_hertz_contacts_at_least()
         x, y = (np.arange(n) - n / 2 + rng.uniform(0, 1, (2, 1))) / cells
         operator = FreeOperator((n, n), (1 / cells, 1 / cells), 1.0)
         gap = (x[:, None] ** 2 + y[None, :] ** 2) / 2
-        mask = dense.solve(Press(operator, gap), Load("penetration", 1.0)).mask
+        mask = press(operator, gap, Load("penetration", 1.0), by="pivot").mask
         raw.append(areas.raw_area(mask, operator.spacing) / np.pi - 1)
         corrected.append(areas.corrected_area(mask, operator.spacing) / np.pi - 1)
     assert np.mean(raw) > 0.02
@@ -84,8 +84,8 @@ def test_stiffness_is_the_slope_of_the_load_curve():
     """dF/dd at fixed contact: exact between two depths with the same contact set (F is linear)."""
     height = np.random.default_rng(23).standard_normal((20, 20))
     operator = FreeOperator((20, 20), (1.0, 1.0), 3.0)
-    low, high = dense.sweep(
-        Press(operator, height.max() - height), Load("penetration", [0.8, 0.8 + 1e-6])
+    low, high = sweep(
+        operator, height.max() - height, Load("penetration", [0.8, 0.8 + 1e-6]), by="pivot"
     )
     np.testing.assert_array_equal(low.mask, high.mask)
     slope = (high.force - low.force) / (high.penetration - low.penetration)
@@ -149,6 +149,6 @@ def test_hertz_energy_is_two_fifths_of_force_times_depth():
     """U = int F dd = (2/5) F d for F ~ d^1.5; second order like the force (20 cells: 3e-4)."""
     x = (np.arange(60) - 29.7) / 20
     operator = FreeOperator((60, 60), (1 / 20, 1 / 20), 1.0)
-    contact = fft.solve(Press(operator, (x[:, None] ** 2 + x**2) / 2), Load("penetration", 1.0))
+    contact = press(operator, (x[:, None] ** 2 + x**2) / 2, Load("penetration", 1.0))
     energy = areas.elastic_energy(operator, contact.pressure)
     assert energy == pytest.approx(0.4 * 4 / 3, rel=1e-3)

@@ -16,9 +16,9 @@ from scipy.ndimage import gaussian_filter
 
 from reference.contact import convolution, descent, pieces
 from reference.contact.convolution import Convolution
+from reference.contact.press import press
 from reference.errors import ConvergenceError
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
-from reference.halfspace.solution import Press
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 
@@ -104,9 +104,9 @@ def problem(operator_class):
 def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
     """The plain method, the last resort, needs no preconditioner and no single precision."""
     operator, gap = problem(operator_class)
-    usual = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
+    usual = press(operator, gap, Load("force", 20.0), tolerance=1e-11)
     monkeypatch.setattr(descent, "_STAGES", (stage,))
-    alone = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
+    alone = press(operator, gap, Load("force", 20.0), tolerance=1e-11)
     np.testing.assert_array_equal(alone.mask, usual.mask)
     np.testing.assert_allclose(alone.pressure, usual.pressure, atol=1e-8 * usual.pressure.max())
 
@@ -115,7 +115,7 @@ def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monke
 def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch):
     """With |q| replaced by its sixth power both preconditioned stages stall; the plain one ends."""
     operator, gap = problem(operator_class)
-    usual = fft.solve(Press(operator, gap), Load("force", 20.0))
+    usual = press(operator, gap, Load("force", 20.0))
     sound = descent._preconditioner
 
     def misleading(operator, dtype):
@@ -128,7 +128,7 @@ def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch)
         return np.fft.fftfreq(padded[0])[:, None], np.fft.rfftfreq(padded[1])[None, :]
 
     monkeypatch.setattr(descent, "_preconditioner", misleading)
-    contact = fft.solve(Press(operator, gap), Load("force", 20.0))
+    contact = press(operator, gap, Load("force", 20.0))
     assert contact.violation <= 1e-8
     assert contact.iterations > 2 * usual.iterations
     assert contact.penetration == pytest.approx(usual.penetration, rel=1e-7)
@@ -138,7 +138,7 @@ def test_a_field_out_of_the_range_of_numbers_is_an_error():
     """A gap near the largest double overflows: the solver says so and returns no NaN."""
     gap = np.array([[0.0, 1.0], [1.0, 1e300]]) * 1e8
     with pytest.raises(ConvergenceError, match="range of numbers"):
-        fft.solve(Press(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap), Load("force", 1e308))
+        press(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap, Load("force", 1e308))
 
 
 @pytest.mark.parametrize(("padding", "dtype"), [(0, np.float32), (0, np.float64), (26, np.float64)])
@@ -200,9 +200,9 @@ def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):
     monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
     monkeypatch.setattr(pieces, "SIZE", 200)
     operator, gap = problem(PeriodicOperator)
-    alone = fft.solve(Press(operator, gap), Load("force", 20.0))
+    alone = press(operator, gap, Load("force", 20.0))
     with pieces.threads(2):
-        shared = fft.solve(Press(operator, gap), Load("force", 20.0))
+        shared = press(operator, gap, Load("force", 20.0))
     np.testing.assert_array_equal(shared.pressure, alone.pressure)
     assert shared.history == alone.history
 
@@ -210,7 +210,7 @@ def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):
 def peak_bytes(operator, gap):
     """Largest sum of arrays that a solve holds beside the gap, per cell."""
     tracemalloc.start()
-    fft.solve(Press(operator, gap), Load("force", 0.003))
+    press(operator, gap, Load("force", 0.003))
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return peak / gap.size + gap.itemsize

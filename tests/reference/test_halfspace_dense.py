@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.contact import bordered
-from reference.halfspace import FreeOperator, dense, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import press, sweep
+from reference.halfspace import FreeOperator
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 
@@ -46,7 +46,7 @@ def test_complementarity_holds_to_rounding_at_every_load(control):
     """Products p (u - d + g) vanish and both factors are positive, to 1e-12 of their scales."""
     operator, gap = rough(32)
     loads = np.geomspace(1e-4, 3e-2, 8) * (1.0 if control == "force" else gap.mean() / 3e-2)
-    for contact in dense.sweep(Press(operator, gap), Load(control, loads)):
+    for contact in sweep(operator, gap, Load(control, loads), by="pivot"):
         clearance = contact.gap / contact.penetration
         assert contact.pressure.min() >= 0
         assert clearance.min() > -1e-12
@@ -59,10 +59,10 @@ def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisa
     """Fewer than half of the rounds factorise, and the answers are those of single solves."""
     operator, gap = rough(48)
     loads = np.linspace(0.2, 0.6, 25) * (2e-2 if control == "force" else gap.mean())
-    swept = list(dense.sweep(Press(operator, gap), Load(control, loads)))
+    swept = list(sweep(operator, gap, Load(control, loads), by="pivot"))
     assert len(factorisations) < 0.5 * sum(contact.iterations for contact in swept)
     for load, contact in zip(loads[::6], swept[::6], strict=True):
-        single = dense.solve(Press(operator, gap), Load(control, load))
+        single = press(operator, gap, Load(control, load), by="pivot")
         np.testing.assert_array_equal(single.mask, contact.mask)
         scale = single.pressure.max()
         np.testing.assert_allclose(contact.pressure, single.pressure, atol=1e-11 * scale)
@@ -77,14 +77,11 @@ def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisa
 def test_any_contact_set_to_start_from_leads_to_the_same_contact(seed, share, control):
     """Random sets have cells in tension and overlaps all over."""
     operator, gap = rough(16)
-    pressed, load = (
-        Press(operator, gap),
-        Load(control, 0.5 * gap.mean() if control == "penetration" else 5e-3),
-    )
-    expected = dense.solve(pressed, load)
+    load = Load(control, 0.5 * gap.mean() if control == "penetration" else 5e-3)
+    expected = press(operator, gap, load, by="pivot")
     mask = np.random.default_rng(seed).random(gap.shape) < share
     start = replace(expected, pressure=mask.astype(float))
-    contact = dense.solve(pressed, load, start=start)
+    contact = press(operator, gap, load, start=start, by="pivot")
     np.testing.assert_array_equal(contact.mask, expected.mask)
     assert contact.force == pytest.approx(expected.force, rel=1e-11)
 
@@ -96,9 +93,9 @@ def test_the_dense_solver_carries_five_thousand_contact_cells():
     x = np.arange(112) - 55.7
     operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
     gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
-    exact = dense.solve(Press(operator, gap), Load("penetration", 1.0))
+    exact = press(operator, gap, Load("penetration", 1.0), by="pivot")
     assert 4700 < exact.mask.sum() <= bordered.CELL_LIMIT
     assert exact.violation < 1e-12
     assert exact.force == pytest.approx(4 / 3, rel=2e-4)
-    contact = fft.solve(Press(operator, gap), Load("penetration", 1.0), tolerance=1e-10)
+    contact = press(operator, gap, Load("penetration", 1.0), tolerance=1e-10)
     np.testing.assert_allclose(contact.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())

@@ -6,8 +6,8 @@ import pytest
 from reference import surfaces
 from reference.contact import start
 from reference.contact.extension import Extension
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import press
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 
 
@@ -42,8 +42,8 @@ def test_convolutions_do_not_grow_with_the_grid(operator_class):
         waves = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=16 / points)
         heights = surfaces.self_affine((points, points), (1.0, 1.0), waves, seed=1, realisation=0)
         operator = operator_class(heights.shape, (1 / points, 1 / points), 1.0)
-        press = Press(operator, heights.max() - heights)
-        contact = fft.solve(press, Load("force", 0.225 * 0.1 / 2), tolerance=1e-8)
+        load = Load("force", 0.225 * 0.1 / 2)
+        contact = press(operator, heights.max() - heights, load, tolerance=1e-8)
         assert contact.convolutions[1] <= 3
         single.append(contact.convolutions[0])
     assert max(single) <= 34
@@ -63,9 +63,10 @@ def test_long_periods_take_as_many_convolutions_as_short_ones(shape):
     waves = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=16 * step)
     lengths = (1.0, shape[1] * step)
     heights = surfaces.self_affine(shape, lengths, waves, seed=1, realisation=0)
-    press = Press(PeriodicOperator(shape, (step, step), 1.0), heights.max() - heights)
+    body = PeriodicOperator(shape, (step, step), 1.0)
     load = Load("force", 0.225 * 0.1 / 2 * lengths[1])
-    assert fft.solve(press, load, tolerance=1e-8).convolutions[0] <= 25
+    contact = press(body, heights.max() - heights, load, tolerance=1e-8)
+    assert contact.convolutions[0] <= 25
 
 
 def test_a_coarser_grid_that_misses_its_tolerance_is_still_a_start(monkeypatch):
@@ -73,11 +74,11 @@ def test_a_coarser_grid_that_misses_its_tolerance_is_still_a_start(monkeypatch):
     points = 256
     waves = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4 / points)
     heights = surfaces.self_affine((points, points), (1.0, 1.0), waves, seed=1, realisation=0)
-    press = Press(PeriodicOperator(heights.shape, (1 / points,) * 2, 1.0), heights.max() - heights)
-    force = 0.225 * 0.1 / 2
+    body = PeriodicOperator(heights.shape, (1 / points,) * 2, 1.0)
+    gap, load = heights.max() - heights, Load("force", 0.225 * 0.1 / 2)
 
     def violation() -> float:
-        return fft.solve(press, Load("force", force), tolerance=1e-8).history[0]
+        return press(body, gap, load, tolerance=1e-8).history[0]
 
     with monkeypatch.context() as patch:
         patch.setattr(start, "_SHORTEST_COARSENED", 2 * points)

@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
 from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
+from reference.contact.press import press
 from reference.errors import ConvergenceError
-from reference.halfspace import areas, fft
+from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance, cell_integrals
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, self_affine
@@ -146,7 +146,7 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     )
 
     def pressure(load: float) -> np.ndarray:
-        contact = fft.solve(Press(body.normal, gap), Load("force", load), tolerance=1e-10)
+        contact = press(body.normal, gap, Load("force", load), tolerance=1e-10)
         return contact.pressure
 
     whole = pressure(force)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference.halfspace import FreeOperator, areas, fft
+from reference.contact.press import press
+from reference.halfspace import FreeOperator, areas
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.patch_rim import on_whole_patch, reaches_rim
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 # k/(E* side) of a flat square face.
@@ -18,7 +18,7 @@ SQUARE = 1.15230
 def pressed(gap, spacing, control, value):
     """Return the contact on the grid, and on the whole patch."""
     operator = FreeOperator(gap.shape, spacing, 1.0)
-    contact = fft.solve(Press(operator, gap), Load(control, value))
+    contact = press(operator, gap, Load(control, value))
     response = areas.contact_response(operator, contact.mask, 1e-8)
     area = located_area(contact, patch=True)
     return contact, on_whole_patch(contact, response, control, area)

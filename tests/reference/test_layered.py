@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from reference.contact.press import press
 from reference.elasticity import Material
 from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.fem.grid_contact import sweep
-from reference.halfspace import FreeOperator, PeriodicOperator, fft, kernels
-from reference.halfspace.solution import Press
+from reference.halfspace import FreeOperator, PeriodicOperator, kernels
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
 from reference.layered.layered_grid import cell_coefficients, cell_modes
 from reference.layered.stack import plane_modulus
@@ -212,7 +212,7 @@ def pressed(body, cells, depth, side=2.4):
     x = (np.arange(cells) - (cells - 1) / 2) * (side / cells)
     gap = (x[:, None] ** 2 + x**2) / 2
     operator = LayeredFree((cells, cells), (side / cells,) * 2, body)
-    return fft.solve(Press(operator, gap), Load("penetration", depth))
+    return press(operator, gap, Load("penetration", depth))
 
 
 @pytest.mark.parametrize("name", BODIES)

@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from reference.closed_form.rolling_cylinders import RubberCylinder
+from reference.contact.press import press
 from reference.errors import ConvergenceError
-from reference.halfspace import fft
 from reference.halfspace import kernels as elastic
 from reference.halfspace.operators import FreeOperator
-from reference.halfspace.solution import Press
 from reference.loads import Load
 from reference.sliding import kernels
 from reference.sliding.contact import solve
@@ -124,9 +123,7 @@ def test_the_fft_solver_at_rest_is_the_limit_of_slow_sliding():
     x, gap = grid(32, 0.2)
     spacing = (x[1] - x[0],) * 2
     contact = solve(Travelling((32, 32), spacing, KELVIN, 1e-10), gap, Load("force", 1e-3))
-    still = fft.solve(
-        Press(FreeOperator((32, 32), spacing, 1.0), gap), Load("force", 1e-3), tolerance=1e-11
-    )
+    still = press(FreeOperator((32, 32), spacing, 1.0), gap, Load("force", 1e-3), tolerance=1e-11)
     assert_allclose(contact.penetration, still.penetration, rtol=1e-6)
     assert_allclose(contact.pressure, still.pressure, atol=1e-6 * still.pressure.max())
 
@@ -150,9 +147,7 @@ def marched(material, speed, cells, half_width, force):
         shifted = keep * np.concatenate([memory[1:], memory[-1:]])
         raised = gap + shifted
         elastic_gap = raised - raised.min()
-        contact = fft.solve(
-            Press(operator, elastic_gap / own), Load("force", force), tolerance=1e-6
-        )
+        contact = press(operator, elastic_gap / own, Load("force", force), tolerance=1e-6)
         memory = shifted + new / 4 * contact.displacement
     pressure = contact.pressure
     depth = own * contact.penetration + raised.min()

@@ -20,7 +20,6 @@ from reduced.memory.viscoelastic_impact import impact as impact_on_springs
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
-from reference.halfspace.solution import Press
 from reference.loads import History
 from reference.viscoelastic import creep, impact, indentation, press_in_time
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -139,10 +138,10 @@ def test_punch_creeps_as_its_material_does():
     gap = np.where(square <= 0.1**2, 0.0, np.inf)
     t = np.array([0.0, 0.7, 2.0, 9.0])
     force = np.array([1.0, 1.0, 2.5, 0.4])
-    steps = list(press_in_time(Press(operator, gap), ZENER, History("force", t, force)))
+    steps = list(press_in_time(operator, gap, ZENER, History("force", t, force)))
     depths = np.array([step.penetration for step in steps])
     elastic = list(
-        press_in_time(Press(operator, gap), GeneralisedMaxwell(1.0), History("force", t[:1], [1.0]))
+        press_in_time(operator, gap, GeneralisedMaxwell(1.0), History("force", t[:1], [1.0]))
     )
     slopes = np.diff(force) / np.diff(t)
     for depth, end in zip(depths, t, strict=True):
@@ -163,7 +162,8 @@ def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
         [[0.0]] + [np.linspace(*ends, steps + 1)[1:] for ends in itertools.pairwise(history)]
     )
     contact = press_in_time(
-        Press(operator, square / 2),
+        operator,
+        square / 2,
         material,
         History("penetration", t, np.interp(t, history, depth)),
     )
@@ -206,9 +206,7 @@ def test_half_space_against_a_dashpot():
     damped = GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)
     operator, square = cells(48, 0.115)
     t = np.linspace(0, 1, 41)
-    entries = list(
-        press_in_time(Press(operator, square / 2), damped, History("penetration", t, 0.01 * t))
-    )
+    entries = list(press_in_time(operator, square / 2, damped, History("penetration", t, 0.01 * t)))
     at = np.array([step.time for step in entries[18:]])
     exact = indentation(BALL, 1.0, damped, History("penetration", [0, 1], [0, 0.01]), at)
     np.testing.assert_allclose([step.force for step in entries[18:]], exact.force, rtol=2.5e-3)
@@ -220,7 +218,7 @@ def test_a_force_may_rise_from_nothing(material):
     operator, square = cells(32, 0.115)
     t = np.linspace(0, 1, 17)
     force = 0.01 * t
-    entries = list(press_in_time(Press(operator, square / 2), material, History("force", t, force)))
+    entries = list(press_in_time(operator, square / 2, material, History("force", t, force)))
     if not material.viscosity:
         assert (entries[0].penetration, entries[0].force, entries[0].violation) == (0.0, 0.0, 0.0)
         assert not entries[0].pressure.any()
@@ -235,9 +233,7 @@ def test_a_force_ends_nowhere_but_at_its_start():
     operator, square = cells(8, 0.115)
     with pytest.raises(ValueError, match="the first may be 0"):
         list(
-            press_in_time(
-                Press(operator, square / 2), SOLID, History("force", [0, 1, 2], [0.0, 1.0, 0.0])
-            )
+            press_in_time(operator, square / 2, SOLID, History("force", [0, 1, 2], [0.0, 1.0, 0.0]))
         )
 
 
@@ -247,12 +243,12 @@ def test_unit_of_length_costs_no_digit():
     t, depth = np.linspace(0, 1, 5), np.array([0.0, 0.5, 1.0, 0.8, 0.5]) * 0.01
     here = [
         s.force
-        for s in press_in_time(Press(operator, square / 2), ZENER, History("penetration", t, depth))
+        for s in press_in_time(operator, square / 2, ZENER, History("penetration", t, depth))
     ]
     metre = 2.0**-30
     small = FreeOperator((16, 16), tuple(metre * s for s in operator.spacing), 3.0)
     there = press_in_time(
-        Press(small, square / 2 * metre), ZENER, History("penetration", t, depth * metre)
+        small, square / 2 * metre, ZENER, History("penetration", t, depth * metre)
     )
     assert [s.force for s in there] == [force * metre**2 for force in here]
 
@@ -285,10 +281,11 @@ def test_bad_histories_are_refused():
         creep(BALL, 1.0, SOLID, History("force", [0, 1], [1.0, 0.5]), [1.0])
     operator, square = cells(4, 1.0)
     with pytest.raises(ValueError, match="control must be one of penetration, force"):
-        press_in_time(Press(operator, square), SOLID, History("mean_gap", [0.0], [1.0]))
+        press_in_time(operator, square, SOLID, History("mean_gap", [0.0], [1.0]))
     with pytest.raises(ValueError, match="start at 0"):
         press_in_time(
-            Press(operator, square),
+            operator,
+            square,
             GeneralisedMaxwell.kelvin_voigt(1, 1),
             History("penetration", [0.0], [1.0]),
         )

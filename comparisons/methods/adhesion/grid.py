@@ -17,7 +17,6 @@ from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem
 from reference.halfspace.cohesive_laws import dugdale
 from reference.halfspace.cohesive_path import CohesivePath, trace
 from reference.halfspace.detachment import Peeling, peel
-from reference.halfspace.solution import Press
 
 # The first set of cells is wider than the largest contact by this share.
 _MARGIN = 1.1
@@ -63,7 +62,7 @@ def peeled_walk(body: AdhesiveContact, loads: AbsoluteLoads, resolution: int) ->
     touching = np.isfinite(gap) & (gap <= widest)
     # Share of the cells that need not be peeled off any more: far inside every fold.
     until = 0.3 if body.indenter.flat else 0.02
-    way = peel(Press(operator, gap), touching, work, tolerance=_TOLERANCE, until=until)
+    way = peel(operator, gap, touching, work, tolerance=_TOLERANCE, until=until)
     states, pull, attached = [], 0.0, False
     for load in loads.values:
         attached = attached or load >= 0

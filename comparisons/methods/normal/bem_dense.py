@@ -20,10 +20,9 @@ from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.contact.bordered import CELL_LIMIT
-from reference.contact.press import started_from
-from reference.halfspace import Contact, FreeOperator, dense
+from reference.contact.press import Contact, started_from, sweep
+from reference.halfspace import FreeOperator
 from reference.halfspace.edge_cells import respond_dense
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 # Later loads start from the contact of the last one: of the cells that overlap beside the contact,
@@ -108,7 +107,7 @@ class BemDense(GridSolver[FreeOperator]):
         """Return the active-set sweep."""
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
-            return dense.sweep(Press(operator, gap), Load(task.loads.control, loads))
+            return sweep(operator, gap, Load(task.loads.control, loads), by="pivot")
 
         return run
 

@@ -20,9 +20,9 @@ from comparisons.methods.normal.grid_punches import Respond
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
+from reference.contact.press import Contact, sweep
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.edge_cells import respond
-from reference.halfspace.solution import Press
 from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 
@@ -135,7 +135,7 @@ class BemFft(GridSolver[ElasticBody]):
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
             load = Load(task.loads.control, loads)
-            yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
+            yield from sweep(operator, gap, load, tolerance=self.options.tolerance)
 
         return as_far_as_possible(task, operator, gap, run)
 

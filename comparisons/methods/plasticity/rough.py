@@ -25,7 +25,6 @@ from reduced.plasticity.yielding_lines import Yielding, walk
 from reference import loads as reference_loads
 from reference.contact.body import ElasticBody
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.plastic import capped
 
 
@@ -56,9 +55,9 @@ class GridPlasticity(BemFft):
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
-        press = Press(operator, grid.gap, self.plasticity.hardness)
+        hardness, tolerance = self.plasticity.hardness, self.options.tolerance
         path = reference_loads.LoadPath(task.loads.control, loads)
-        for dent in capped.along(press, path, tolerance=self.options.tolerance):
+        for dent in capped.along(operator, grid.gap, hardness, path, tolerance=tolerance):
             yield self._dented(task, operator, dent, grid)
 
     def _dented(self, task: Task, operator: ElasticBody, dent: capped.Dent, grid: Grid) -> Step:

@@ -34,7 +34,6 @@ from reference import loads as reference_loads
 from reference import viscoelastic as reference
 from reference.contact.body import ElasticBody
 from reference.halfspace import areas
-from reference.halfspace.solution import Press
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 PHYSICS = frozenset({"viscoelastic"})
@@ -254,7 +253,8 @@ class GridMemory(BemFft):
         cells = task.resolution if isinstance(task.geometry, IndenterGeometry) else STEPS_OF_SURFACE
         times, parts = _divided(task.loads, STEPS_OF_CELLS * cells)
         instants = reference.press_in_time(
-            Press(operator, grid.gap),
+            operator,
+            grid.gap,
             self.material,
             reference_loads.History(task.loads.control, times, _values(task.loads, times)),
             poisson_ratio=self.scene.poisson_ratio,

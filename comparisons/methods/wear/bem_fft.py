@@ -17,7 +17,6 @@ from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
 from reference.halfspace import areas
-from reference.halfspace.solution import Press
 from reference.halfspace.wear import Oscillation, WornContact, wear
 from reference.loads import Load
 
@@ -54,7 +53,7 @@ class GridWear(BemFft):
         gap = (x[:, None] ** 2 + x**2) / 16
         operator = self.operator(task, gap.shape, (1.0, 1.0))
         force = Load("force", 0.1 * operator.effective_modulus)
-        for _ in wear(Press(operator, gap), force, 0.1 / operator.effective_modulus, np.ones(1)):
+        for _ in wear(operator, gap, force, 0.1 / operator.effective_modulus, np.ones(1)):
             pass
 
     def _steps(
@@ -65,7 +64,8 @@ class GridWear(BemFft):
         oscillation = None if swing is None else Oscillation(*swing)
         depths: list[np.ndarray] = []
         states = wear(
-            Press(operator, grid.gap),
+            operator,
+            grid.gap,
             Load(control, load),
             self.motion.coefficient,
             distances,

@@ -8,9 +8,9 @@ import numpy as np
 
 from comparisons.peers.press import Problem
 from reference import surfaces
+from reference.contact import press as unilateral
 from reference.contact.body import ElasticBody
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
-from reference.halfspace.solution import Press
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 
 HURST, SLOPE = 0.8, 0.1
@@ -48,8 +48,8 @@ class Case:
         operator = self.operator()
         violations = []
         for gap in self.gaps:
-            steps = fft.sweep(
-                Press(operator, gap), Load(self.control, self.loads), tolerance=tolerance
+            steps = unilateral.sweep(
+                operator, gap, Load(self.control, self.loads), tolerance=tolerance
             )
             violations.append([contact.violation for contact in steps])
         return np.array(violations)
@@ -117,7 +117,7 @@ def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
     operator = PeriodicOperator(gap.shape, _spacing(len(gap)), 1.0)
     force = fraction * SLOPE / 2  # A/A0 = 2 F/(E* A0 h')
     while True:
-        contact = fft.solve(Press(operator, gap), Load("force", force), tolerance=1e-3)
+        contact = unilateral.press(operator, gap, Load("force", force), tolerance=1e-3)
         reached = float(np.mean(contact.pressure > 0))
         if abs(reached / fraction - 1) < _BESIDE:
             return force, reached

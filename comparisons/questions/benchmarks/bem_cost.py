@@ -17,8 +17,9 @@ from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRA
 from comparisons.questions.benchmarks import bem_cases
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from reference.contact import pieces
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
-from reference.halfspace.solution import Press
+from reference.contact.body import ElasticBody
+from reference.contact.press import Contact, press, sweep
+from reference.halfspace import FreeOperator, PeriodicOperator, areas
 from reference.loads import Load
 
 SIZES = tuple(2**k for k in range(6, 12))
@@ -80,7 +81,7 @@ def fft_share(case: bem_cases.Case) -> float:
     coarser grids of the start are not counted.
     """
     operator, load = case.operator(), Load(case.control, float(case.loads[-1]))
-    solve = partial(fft.solve, Press(operator, case.gaps[0]), load, tolerance=TOLERANCE)
+    solve = partial(press, operator, case.gaps[0], load, tolerance=TOLERANCE)
     single, double = solve().convolutions
     tasks: dict[str, Callable[[], object]] = {"solve": solve}
     for name in ("float32", "float64"):
@@ -153,21 +154,22 @@ def largest(points: int, kind: Kind = "periodic", beside: Beside = "nothing") ->
 
 def _solved(points: int, kind: Kind, beside: Beside = "nothing") -> Contact:
     """Return the contact of a surface of 16 cells to the shortest wave, 22 to 24 % of it."""
-    press, force = _pressed(bem_cases.surface(points, CUTOFF), kind)
+    gap = bem_cases.surface(points, CUTOFF)
+    body, force = _half_space(points, kind)
     if beside == "a load before":
-        *_, contact = fft.sweep(press, Load("force", [force / 2, force]), tolerance=TOLERANCE)
+        *_, contact = sweep(body, gap, Load("force", [force / 2, force]), tolerance=TOLERANCE)
         return contact
-    contact = fft.solve(press, Load("force", force), tolerance=TOLERANCE)
+    contact = press(body, gap, Load("force", force), tolerance=TOLERANCE)
     if beside == "a stiffness":
         contact.forget_displacement()
-        areas.contact_stiffness(press.operator, contact.mask)
+        areas.contact_stiffness(body, contact.mask)
     return contact
 
 
-def _pressed(gap: np.ndarray, kind: Kind) -> tuple[Press, float]:
+def _half_space(points: int, kind: Kind) -> tuple[ElasticBody, float]:
     operator_class = PeriodicOperator if kind == "periodic" else FreeOperator
-    operator = operator_class(gap.shape, (1 / gap.shape[0], 1 / gap.shape[1]), 1.0)
-    return Press(operator, gap), bem_cases.MEDIUM * bem_cases.SLOPE / 2
+    operator = operator_class((points, points), (1 / points, 1 / points), 1.0)
+    return operator, bem_cases.MEDIUM * bem_cases.SLOPE / 2
 
 
 def _shared(points: int) -> Measurement:
@@ -178,9 +180,9 @@ def _shared(points: int) -> Measurement:
     gap = bem_cases.surface(points, CUTOFF)
 
     def solve(threads: int) -> object:
-        press, force = _pressed(gap, "periodic")
+        body, force = _half_space(points, "periodic")
         with pieces.threads(threads):
-            return fft.solve(press, Load("force", force), tolerance=TOLERANCE)
+            return press(body, gap, Load("force", force), tolerance=TOLERANCE)
 
     tasks: dict[str, Callable[[], object]] = {"one": partial(solve, 1), "two": partial(solve, 2)}
     with ThreadPoolExecutor(2) as pool:

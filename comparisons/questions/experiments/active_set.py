@@ -8,10 +8,9 @@ import numpy as np
 
 from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment, share_of
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
-from reference.contact.press import assemble
+from reference.contact.press import assemble, press
 from reference.errors import ConvergenceError
-from reference.halfspace import Contact, FreeOperator, dense
-from reference.halfspace.solution import Press
+from reference.halfspace import Contact, FreeOperator
 from reference.loads import Load
 
 _MOST_CELLS = 10_000
@@ -44,7 +43,7 @@ def _rounds(
         depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
         begin = _start(start, operator, gap, depth, rng)
         try:
-            contact = dense.solve(Press(operator, gap), Load("penetration", depth), start=begin)
+            contact = press(operator, gap, Load("penetration", depth), start=begin, by="pivot")
         except ConvergenceError as fault:
             lengths.append(len(fault.history))
             violations.append(np.inf)

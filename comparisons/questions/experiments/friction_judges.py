@@ -21,11 +21,10 @@ from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
+from reference.contact.press import press
 from reference.contact.slide import slide
-from reference.halfspace import fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
 
@@ -47,7 +46,7 @@ def _grid(cells: int, shear: float, poisson: float) -> tuple[NormalAndTangential
 def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
     """Return the torque of cells that stick and slip at an angle of twist."""
     body, x, gap = _grid(cells, shear, poisson)
-    pressure = fft.solve(Press(body.normal, gap), Load("penetration", 1.0)).pressure
+    pressure = press(body.normal, gap, Load("penetration", 1.0)).pressure
     along, across = np.meshgrid(x, x, indexing="ij")
     turned = angle * np.array([-across, along])
     q = slide(FrictionalGrid(body), _FRICTION * pressure, turned, tolerance=1e-7).traction

@@ -10,7 +10,6 @@ from comparisons.questions.experiments.experiment import Above, Share, experimen
 from reduced.memory.indent_in_time import harmonic_stiffness
 from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
-from reference.halfspace.solution import Press
 from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, press_in_time
 
@@ -65,7 +64,8 @@ def _stiffness(
     later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
     depth = np.append(np.ones(hold.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
     instants = press_in_time(
-        Press(operator, (x[:, None] ** 2 + x**2) / 2),
+        operator,
+        (x[:, None] ** 2 + x**2) / 2,
         GeneralisedMaxwell.standard(1.0, stiffening, 1.0),
         History("penetration", np.append(hold, _TO_REST + later), depth),
     )

@@ -28,9 +28,9 @@ from comparisons.scene.polygons import signed_area
 from reference.bounds.flat_faces import equal_area_stiffness
 from reference.bounds.homogeneous import Pyramid
 from reference.closed_form import ellipsoid
-from reference.halfspace import FreeOperator, fft
+from reference.contact.press import press
+from reference.halfspace import FreeOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 # S = 2 beta E* (A/pi)^(1/2): King (Int. J. Solids Struct. 23 (1987) 1657), Hendrix (J. Appl. Phys.
@@ -157,7 +157,7 @@ def _pressed(faces: int, points: int) -> tuple[float, float]:
     x = np.arange(1 - points, points, 2, dtype=np.float64) * (spacing / 2)
     gap = Pyramid(faces, 1.0).gap_anywhere(x[:, None], x[None, :])
     operator = FreeOperator((points, points), (spacing, spacing), 1.0)
-    contact = fft.solve(Press(operator, gap), Load("penetration", np.array([1.0])))
+    contact = press(operator, gap, Load("penetration", np.array([1.0])))
     return contact.force, located_area(contact)
 
 

@@ -16,9 +16,9 @@ from comparisons.questions.experiments.experiment import Above, Finding, OneOf, 
 from comparisons.questions.experiments.rough_ensemble import SEED, compare
 from comparisons.solving.shared import shared
 from reference import surfaces
-from reference.halfspace import PeriodicOperator, fft
+from reference.contact.press import sweep
+from reference.halfspace import PeriodicOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 Array = np.ndarray
@@ -63,7 +63,7 @@ def _pressed(surface: np.ndarray, side: float) -> np.ndarray:
     spacing = (side / len(surface),) * 2
     operator = PeriodicOperator(surface.shape, spacing, 1.0)
     load = Load("force", np.array(PRESSURES) * side**2)
-    contacts = fft.sweep(Press(operator, surface.max() - surface), load)
+    contacts = sweep(operator, surface.max() - surface, load)
     rows = [(c.mean_gap / surface.std(), located_area(c) / side**2) for c in contacts]
     return np.array(rows).T
 

@@ -21,9 +21,10 @@ from reduced.rough import ensemble, line_spectrum
 from reduced.rough.surface_spectrum import SelfAffine
 from reference import loads as reference_loads
 from reference import surfaces
+from reference.contact import press as unilateral
 from reference.contact.body import ElasticBody
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
-from reference.halfspace.solution import Press
+from reference.contact.press import Contact
+from reference.halfspace import FreeOperator, PeriodicOperator, areas
 
 # Overlap relative to the penetration: far below the scatter of the ensembles.
 _TOLERANCE = 1e-4
@@ -101,8 +102,9 @@ def press(
     operator: ElasticBody, heights: np.ndarray, load: float, stiffness: bool = False
 ) -> tuple[Contact, dict[str, float]]:
     """Return the contact of a map under the force `load` (E* = A0 = 1), and its quantities."""
-    contact = fft.solve(
-        Press(operator, heights.max() - heights),
+    contact = unilateral.press(
+        operator,
+        heights.max() - heights,
         reference_loads.Load("force", load),
         tolerance=_TOLERANCE,
     )

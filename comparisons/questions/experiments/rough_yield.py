@@ -16,7 +16,6 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.shared import shared
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import LoadPath
 from reference.plastic.capped import Dent, along
 
@@ -41,7 +40,7 @@ def _pressed(surface: int, points: int, index: float, load: float) -> tuple[Dent
     heights = rough.heights(surface, points)
     body = PeriodicOperator((points, points), rough.spacing(heights), 1.0)
     gap, force = rough.top(surface) - heights, LoadPath("force", load * hardness * rough.area)
-    (dent,), (elastic,) = (along(Press(body, gap, cap), force) for cap in (hardness, np.inf))
+    (dent,), (elastic,) = (along(body, gap, cap, force) for cap in (hardness, np.inf))
     return dent, elastic, hardness
 
 

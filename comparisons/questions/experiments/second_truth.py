@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment, share_of
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
+from reference.contact.press import press
 from reference.fem import Material
 from reference.fem.column_elements import Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, fft
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ def two_truths(
         bodies[0].convolution(np.float64)
         times.append(time.process_time())
         for contacts, body in zip(solved, bodies, strict=True):
-            contacts.append(fft.solve(Press(body, top - heights), Load("force", force)))
+            contacts.append(press(body, top - heights, Load("force", force)))
             times.append(time.process_time())
     elements, half_space = (_curves(contacts) for contacts in solved)
     pressures = [[contact.pressure for contact in contacts] for contacts in solved]

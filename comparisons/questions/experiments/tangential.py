@@ -19,10 +19,10 @@ from comparisons.questions.experiments.proved import equal_area
 from comparisons.solving.shared import shared
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
-from reference.halfspace import areas, fft
+from reference.contact.press import press
+from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import tangential_stiffness
-from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine, subdivide
@@ -120,7 +120,7 @@ def _rough_ratio(
     native = self_affine(_ROUGH_POINTS, 1.0, spectrum, seed=4, realisation=realisation)
     height = subdivide(native, factor)
     force = 0.05 * body.compliance.effective_modulus * 0.1
-    mask = fft.solve(Press(body.normal, height.max() - height), Load("force", force)).mask
+    mask = press(body.normal, height.max() - height, Load("force", force)).mask
     return tangential_stiffness(body, mask, along)[0] / areas.contact_stiffness(body.normal, mask)
 
 

@@ -14,7 +14,6 @@ from reference import closed_form
 from reference.closed_form.worn import FrettingLimit
 from reference.halfspace import FreeOperator
 from reference.halfspace import wear as half_space
-from reference.halfspace.solution import Press
 from reference.loads import Load as HalfSpaceLoad
 
 # k E* and d of all bodies, whose stick circle is that of d - lag.
@@ -68,8 +67,8 @@ def _cells(shape: str, limit: FrettingLimit, cycles: float, number: int) -> floa
     x = (np.arange(2 * half) - half + 0.5) * cell
     r = np.hypot(x[:, None], x)
     gap = r**2 / 2 if shape == "paraboloid" else r
-    press = Press(FreeOperator(gap.shape, (cell, cell), 1.0), gap)
+    body = FreeOperator(gap.shape, (cell, cell), 1.0)
     swing = half_space.Oscillation(1.0, limit.lag)
     load = HalfSpaceLoad("penetration", _DEPTH)
-    (state,) = half_space.wear(press, load, 1.0, np.array([cycles]), swing)
+    (state,) = half_space.wear(body, gap, load, 1.0, np.array([cycles]), swing)
     return state.contact.force

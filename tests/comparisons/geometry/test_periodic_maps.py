@@ -12,9 +12,9 @@ from comparisons.methods.registry import solver_for
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
-from reference.halfspace import PeriodicOperator, fft
+from reference.contact.press import press
+from reference.halfspace import PeriodicOperator
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
 from reference.loads import Load
 
 SIDE, MODULUS, FORCES = 640e-9, 100e9, (1e-6, 1e-5)
@@ -50,7 +50,7 @@ def sampled(points, force):
     """Return penetration and area from the function itself at this many points a side."""
     heights, spacing = waves(points), (SIDE / points, SIDE / points)
     operator = PeriodicOperator(heights.shape, spacing, MODULUS)
-    contact = fft.solve(Press(operator, heights.max() - heights), Load("force", force))
+    contact = press(operator, heights.max() - heights, Load("force", force))
     return {"penetration": contact.penetration, "contact_area": located_area(contact)}
 
 

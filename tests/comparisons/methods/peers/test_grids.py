@@ -23,8 +23,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import surfaces
-from reference.halfspace import FreeOperator, PeriodicOperator, fft
-from reference.halfspace.solution import Press
+from reference.contact import press as unilateral
+from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 
 PEERS = tuple(press.PACKAGES)
@@ -83,8 +83,8 @@ def test_pressures_of_two_codes_agree_to_their_violation(peer, periodic, control
     assert not result.reasons
     assert result.worst <= WANTED
     for (row, step), contact in result.contacts.items():
-        pressed = Press(problem.operator, problem.gaps[row])
-        ours = fft.solve(pressed, Load(control, problem.loads[step]), tolerance=WANTED)
+        gap, load = problem.gaps[row], Load(control, problem.loads[step])
+        ours = unilateral.press(problem.operator, gap, load, tolerance=WANTED)
         difference = np.linalg.norm(contact.pressure - ours.pressure)
         assert difference < 30 * WANTED * np.linalg.norm(ours.pressure)
         # The load that is prescribed, and the one that follows from it.
@@ -105,7 +105,7 @@ def test_a_peer_keeps_off_cells_without_material(peer):
     problem = Problem(operator, gap[None], "force", np.array([0.02, 0.1]))
     result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
-    ours = fft.solve(Press(operator, gap), Load("force", 0.1), tolerance=WANTED)
+    ours = unilateral.press(operator, gap, Load("force", 0.1), tolerance=WANTED)
     pressure = result.contacts[0, 1].pressure
     assert np.linalg.norm(pressure - ours.pressure) < 30 * WANTED * np.linalg.norm(ours.pressure)
 
@@ -178,7 +178,7 @@ def answering(monkeypatch, change):
         problem = rough_problem(True, "force")
         step = [
             [
-                fft.solve(Press(problem.operator, g), Load("force", f)).pressure
+                unilateral.press(problem.operator, g, Load("force", f)).pressure
                 for f in problem.loads
             ]
             for g in problem.gaps
