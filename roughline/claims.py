@@ -14,7 +14,7 @@ from comparisons.files import plain
 from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim
-from reports.plots.claim import evidence
+from reports.plots.claims import evidence
 from reports.tables.claims import measurements
 from roughline import notebook
 

@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from comparisons.errors import ResultsError
 from comparisons.files import write_text
-from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
+from comparisons.questions.claims.record import (
+    RECORD,
+    ClaimRecord,
+    ClaimsRecord,
+    load_claims_record,
+)
 from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render
-from reports.plots.claim import along, evidence, validity_map
+from reports.plots.claims import along, boundary_map, evidence
 from reports.plots.figure import Figure
 from reports.tables.claims import beyond, measurements
 from reports.tables.table import Table
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
 MOST_UNFOLDED = 12
+FOLDER = "claims"  # where `roughline claims` writes, beside the folders of studies
+
+
+@dataclass(frozen=True)
+class Deciding:
+    """The deciding number of a claim: the largest error, with its bar."""
+
+    text: str
+    error: float
+    uncertainty: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -33,29 +51,6 @@ class ClaimView:
     openness: Table | None
 
 
-@dataclass(frozen=True)
-class ClaimGroup:
-    """The claims of one voice, folded together on a page of many."""
-
-    title: str
-    views: list[ClaimView]
-
-    @property
-    def tally(self) -> list[tuple[str, int]]:
-        """How many claims have each verdict."""
-        return _tally(view.record for view in self.views)
-
-
-@dataclass(frozen=True)
-class Deciding:
-    """The deciding number of a claim: the largest error, with its bar."""
-
-    text: str
-    error: float
-    uncertainty: float
-    tolerance: float
-
-
 def write_claims_report(record: ClaimsRecord, path: Path) -> None:
     """Write the verdicts and their evidence as one HTML file, atomically."""
     write_text(path, claims_page(record))
@@ -64,6 +59,9 @@ def write_claims_report(record: ClaimsRecord, path: Path) -> None:
 def claims_page(record: ClaimsRecord) -> str:
     """Return the whole page as text."""
     views = [_view(claim) for claim in record.claims]
+    by_voice: dict[str, list[ClaimView]] = {}
+    for view in views:
+        by_voice.setdefault(view.record.voice, []).append(view)
     drawn = {f"{view.anchor}-{figure.key}": figure for view in views for figure in view.figures}
     return render(
         "claims.html.j2",
@@ -71,17 +69,11 @@ def claims_page(record: ClaimsRecord) -> str:
         record=record,
         limit_words=limit_words,
         views=views,
-        groups=_groups(views) if len(views) > MOST_UNFOLDED else [],
+        groups=[(v, own, _tally(view.record for view in own)) for v, own in by_voice.items()]
+        if len(views) > MOST_UNFOLDED
+        else [],
         tally=_tally(record.claims),
     )
-
-
-def _groups(views: list[ClaimView]) -> list[ClaimGroup]:
-    voices = dict.fromkeys(view.record.voice for view in views)
-    return [
-        ClaimGroup(voice, [view for view in views if view.record.voice == voice])
-        for voice in voices
-    ]
 
 
 def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
@@ -90,7 +82,7 @@ def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
 
 
 def _view(claim: ClaimRecord) -> ClaimView:
-    largest = max(claim.measured, key=_size)
+    largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
     nan = float("nan")
     deciding = Deciding(
         text=error_text(largest, claim.factor),
@@ -98,7 +90,7 @@ def _view(claim: ClaimRecord) -> ClaimView:
         uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
         tolerance=claim.tolerance,
     )
-    figures = [evidence(claim), validity_map(claim), *(along(claim, n) for n in claim.nuisances)]
+    figures = [evidence(claim), boundary_map(claim), *(along(claim, n) for n in claim.nuisances)]
     return ClaimView(
         claim,
         f"claim-{claim.id}",
@@ -109,5 +101,31 @@ def _view(claim: ClaimRecord) -> ClaimView:
     )
 
 
-def _size(point: PointRecord) -> float:
-    return -1.0 if point.error is None else abs(point.error)
+@dataclass(frozen=True)
+class ClaimsBeside:
+    """Claims tested next to a study, for its report.
+
+    `page` is the path of their own page relative to the report, "" if there is none; `figures`
+    holds the evidence for each claim, None where no parameter varies.
+    """
+
+    record: ClaimsRecord
+    page: str
+    figures: tuple[Figure | None, ...]
+
+
+def claims_beside(directory: Path) -> ClaimsBeside | None:
+    """Return the claims tested next to a study's folder, or None.
+
+    Damaged claims are also left out, so that they cannot prevent the report of the study.
+    """
+    folder = directory.resolve().parent / FOLDER
+    if folder == directory.resolve() or not (folder / RECORD).exists():
+        return None
+    try:
+        record = load_claims_record(folder)
+    except ResultsError:
+        return None
+    page = folder / "report.html"
+    link = Path(os.path.relpath(page, directory.resolve())).as_posix() if page.exists() else ""
+    return ClaimsBeside(record, link, tuple(map(evidence, record.claims)))

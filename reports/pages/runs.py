@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
+
+from comparisons import formatting as fmt
 from comparisons.files import write_text
 from comparisons.results.runs import (
     CHANGED,
@@ -15,13 +19,27 @@ from comparisons.results.runs import (
     SAME,
     SLOW,
     VERDICT,
+    Change,
     RunComparison,
 )
 from reports.pages.page import render
-from reports.plots.runs import comparison_figures
+from reports.plots.axes import log_axis
+from reports.plots.figure import Figure, Series
+from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
 from reports.tables.runs import changes
 
 KINDS = (LOST, CHANGED, VERDICT, SLOW, RECOVERED, FAST, ONE_SIDED, SAME)
+MARGIN = 1.6
+SMALLEST = 1e-12  # errors below are round-off, and a plot of their ratios would show noise
+DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)
+ERRORS = (
+    "One marker per solve: its largest error before and after, each relative to the reference of "
+    "its run. Above the line the error has grown. Hollow markers: highlighted in the table."
+)
+TIMES = (
+    "One marker per solve: its time before and after. Above the line it is slower; times scatter "
+    "by some 20 %. Hollow markers: highlighted in the table."
+)
 
 
 def write_comparison_page(record: RunComparison, command: str, path: Path) -> None:
@@ -32,22 +50,81 @@ def write_comparison_page(record: RunComparison, command: str, path: Path) -> No
 def comparison_page(record: RunComparison, command: str) -> str:
     """Return the whole page as text."""
     counts = Counter(kind for change in record.changes for kind in change.kinds)
-    figures = comparison_figures(record)
+    solves = list(record.changes)
+    errors = np.maximum([change.errors for change in solves], SMALLEST)
+    times = np.array([change.seconds for change in solves], dtype=float)
+    drawn = (
+        _before_and_after("error", ERRORS, solves, errors, lambda value: fmt.relative(value, 1)),
+        _before_and_after("time", TIMES, solves, times, fmt.duration),
+    )
+    figures = [figure for figure in drawn if figure is not None]
+    timed = [change for change in solves if change.only_timed]
+    one_sided, same = ([c for c in solves if c.kinds == (kind,)] for kind in (ONE_SIDED, SAME))
+    unlike = [c for c in solves if c.kinds not in ((SAME,), (ONE_SIDED,)) and not c.only_timed]
     return render(
         "comparison.html.j2",
         {figure.key: figure for figure in figures},
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],
-        notable=changes(
-            [
-                change
-                for change in record.changes
-                if change.kinds not in ((SAME,), (ONE_SIDED,)) and not change.only_timed
-            ]
-        ),
-        timed=changes([change for change in record.changes if change.only_timed]),
-        one_sided=changes([change for change in record.changes if change.kinds == (ONE_SIDED,)]),
-        unchanged=changes([change for change in record.changes if change.kinds == (SAME,)]),
+        notable=changes(unlike),
+        timed=changes(timed),
+        one_sided=changes(one_sided),
+        unchanged=changes(same),
         figures=figures,
+    )
+
+
+def _before_and_after(
+    word: str,
+    caption: str,
+    solves: Sequence[Change],
+    pairs: np.ndarray,
+    label: Callable[[object], str],
+) -> Figure | None:
+    """Return what solves had before (first of `pairs`) and after, or None if none had both."""
+    known = [
+        (change, pair)
+        for change, pair in zip(solves, pairs, strict=True)
+        if np.isfinite(pair).all() and (pair > 0).all()
+    ]
+    if not known:
+        return None
+    values = np.array([pair for _, pair in known])
+    span = float(values.min()) / MARGIN, float(values.max()) * MARGIN
+    ends = np.array(span)
+    series = [Series(DIAGONAL, ends, ends, marks=False, legend=False, width=1)]
+    for method in drawing_order({change.method for change, _ in known}):
+        for worse in (False, True):  # each has its legend
+            own = [
+                (change, pair)
+                for change, pair in known
+                if change.method == method and change.bad == worse
+            ]
+            if not own:
+                continue
+            drawn, (x, y) = look(method), np.array([pair for _, pair in own]).T
+            texts = (
+                f"{drawn.label}, {c.scene}, N = {c.resolution}: {label(before)} before, "
+                f"{label(after)} after; {c.text}"
+                for c, (before, after) in own
+            )
+            series.append(
+                Series(
+                    drawn.labelled(f"{drawn.label}, worse") if worse else drawn,
+                    x,
+                    y,
+                    line=False,
+                    hollow=worse,
+                    hover=tuple(texts),
+                    faint=0.8,
+                )
+            )
+    return Figure(
+        f"{word}s",
+        f"{word.capitalize()} before and after",
+        caption,
+        log_axis(f"{word} before", span, label),
+        log_axis(f"{word} after", span, label),
+        tuple(series),
     )

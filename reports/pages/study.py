@@ -24,16 +24,16 @@ from comparisons.results.families import family
 from comparisons.results.finding import methods_of
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
-from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
+from reports.pages.claims import FOLDER, ClaimsBeside, claims_beside
 from reports.pages.judging import judging
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
+from reports.plots.claims import validity_map
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
-from reports.plots.validity import validity_map
 from reports.tables import scene as tables
 from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
@@ -178,9 +178,9 @@ def _drawn(
     for view in views:
         if view.picture.view:
             drawn[f"{view.anchor}-{TURNING}"] = view.picture.view
-    for item in claims.views if claims else ():
-        if item.figure:
-            drawn[item.key] = item.figure
+    for number, figure in enumerate(claims.figures if claims else (), start=1):
+        if figure:
+            drawn[f"claim-{number}-evidence"] = figure
     return drawn
 
 

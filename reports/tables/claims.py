@@ -9,7 +9,7 @@ from comparisons.questions.claims.record import (
     NuisanceRecord,
     PointRecord,
 )
-from reports.plots.claim import detail
+from reports.plots.claims import detail
 from reports.tables import cells
 from reports.tables.table import Cell, Head, Table, table
 

@@ -22,7 +22,7 @@ from comparisons.questions.claims.verdicts import (
 )
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.questions.experiments.experiment import Share
-from reports.plots.claim import along, validity_map
+from reports.plots.claims import along, boundary_map
 
 ROOT = Path(__file__).parents[3]
 EDGE = 3.7
@@ -134,7 +134,7 @@ def test_a_map_has_a_boundary_in_every_row(monkeypatch):
     for row in record.map.rows:
         (stretch,) = row.ranges
         assert stretch.high <= 4 / row.number <= stretch.above
-    figure = validity_map(record)
+    figure = boundary_map(record)
     assert [series.look.label for series in figure.series] == ["within", "outside", "boundary"]
     assert np.isfinite(figure.series[-1].x).sum() == 6
     assert along(record, record.nuisances[0]) is not None
@@ -167,7 +167,7 @@ def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
         "map": {"up": "y", "rows": 2},
     }
     record = judge_claim(make_claim(data | {"vary": varied}, "a.toml", Path()), "full")
-    boundary = validity_map(record).series[-1]
+    boundary = boundary_map(record).series[-1]
     # at y = 0.01 all from 3 on is open; at 8 the last point is outside
     np.testing.assert_array_equal(boundary.x, [1, 10, np.nan])
     np.testing.assert_array_equal(boundary.y, [8, 8, 8])

@@ -14,7 +14,7 @@ from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.verdicts import IN_A_RANGE
 from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
-from reports.plots.claim import evidence
+from reports.plots.claims import evidence
 from reports.plots.interactive import spec
 
 CLAIM = """

@@ -15,8 +15,7 @@ from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeReco
 from comparisons.results.folder import PAGE
 from comparisons.solving.executors import SerialExecutor
 from reports.cli.cli import run_command
-from reports.pages.hard_cases import hard_cases_page
-from reports.plots.hard_cases import stability
+from reports.pages.hard_cases import hard_cases_page, stability
 from reports.plots.interactive import spec
 
 

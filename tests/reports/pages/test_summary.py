@@ -14,7 +14,7 @@ from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, Point
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from reports.pages import study as html
-from reports.pages.claims_beside import claims_beside
+from reports.pages.claims import claims_beside
 from reports.pages.summary import compared_methods, summary, times_to_errors
 from reports.tables import scene as tables
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from comparisons.scene.scene import load_scene
-from reports.plots.validity import validity_map
+from reports.plots.claims import validity_map
 
 
 def test_the_map_has_a_row_for_each_claim_and_a_point_for_each_scene(study):

@@ -1,0 +1,231 @@
+"""The evidence for claims: error against a parameter, maps of two, and where scenes stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from comparisons.errors import InputError
+from comparisons.facts.quantities import quantity
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, judged
+from comparisons.questions.claims.nearest import Measured, Nearest, nearest
+from comparisons.questions.claims.record import (
+    ClaimRecord,
+    NuisanceRecord,
+    PointRecord,
+    RangeRecord,
+)
+from comparisons.questions.claims.wording import error_text, value
+from comparisons.results.store import SceneRecord
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.scene import Scene, load_scene
+from reports.plots.axes import error_axis, error_range, tolerance_line
+from reports.plots.figure import Axis, Figure, Series, Stretch
+from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker
+
+LOOKS = {
+    WITHIN: Look("within", GREEN, CIRCLE, size=9),
+    OUTSIDE: Look("outside", VERMILION, Marker("x", "X"), size=9),
+    NOT_RESOLVED: Look("not resolved", BLUE, CIRCLE, size=9),
+}
+BOUNDARY = Look("boundary", INK, CIRCLE, size=4)
+SCENE = Look("scene of this study", INK, Marker("diamond-tall", "d"), size=13)
+FEWEST = 4  # points that carry a shaded interval
+VALIDITY = (
+    "Each row is a claim on the reduced model along its own parameter, from the least value that "
+    "was measured, left, to the largest, judged at the tolerance of the claim. Diamonds: where the "
+    "scenes of this study stand, at their largest error where loads spread; at an edge: beyond it."
+)
+
+
+def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
+    """Return the error against the varied parameter, or None if no parameter varies."""
+    axis = Axis(fmt.greek(claim.parameter), log=claim.spacing == "log")
+    return _errors("evidence", axis, claim.points, claim.ranges, claim.tolerance, fewest)
+
+
+def along(claim: ClaimRecord, nuisance: NuisanceRecord) -> Figure | None:
+    """Return the error against a parameter that the statement leaves open, None for choices."""
+    if nuisance.choices:
+        return None
+    axis = Axis(fmt.greek(nuisance.name), log=nuisance.spacing == "log")
+    key = f"along-{claim.nuisances.index(nuisance)}"
+    return _errors(key, axis, nuisance.points, nuisance.ranges, claim.tolerance)
+
+
+def _errors(
+    key: str,
+    axis: Axis,
+    measured: Sequence[PointRecord],
+    ranges: Sequence[RangeRecord],
+    tolerance: float,
+    fewest: int = 2,
+) -> Figure | None:
+    points = [p for p in measured if p.parameter is not None and p.error is not None]
+    if len(points) < fewest:
+        return None
+    low, high = error_range(np.array([abs(p.error or 0.0) for p in points]), tolerance)
+    groups = {word: [p for p in points if p.word == word] for word in LOOKS}
+    return Figure(
+        key,
+        f"Error against {axis.title}",
+        "Error magnitude with its bar at every measured value. The claim holds in the shaded "
+        "interval, whose ends are known to the spacing of the neighbouring markers.",
+        axis,
+        error_axis(low, high, "magnitude of relative error"),
+        tuple(
+            Series(
+                LOOKS[word],
+                np.array([p.parameter for p in own], dtype=float),
+                # errors below the axis are placed at its edge
+                np.array([max(abs(p.error or 0.0), low) for p in own]),
+                line=False,
+                hollow=word == NOT_RESOLVED,
+                bars=np.array([p.uncertainty or 0.0 for p in own]),
+                hover=tuple(map(_hover, own)),
+            )
+            for word, own in groups.items()
+            if own
+        ),
+        levels=(tolerance_line(tolerance),),
+        stretches=tuple(
+            Stretch(interval.low, interval.high, GREEN, "holds")
+            for interval in ranges
+            if sum(interval.low <= (p.parameter or 0.0) <= interval.high for p in points) >= FEWEST
+        ),
+    )
+
+
+def boundary_map(claim: ClaimRecord) -> Figure | None:
+    """Return where a claim holds in two parameters, or None if that was not measured.
+
+    A boundary is between a point within and the next one outside; points that are not resolved are
+    on neither side, and beside them alone no boundary is certain.
+    """
+    drawn = claim.map
+    if drawn is None:
+        return None
+    series = []
+    for word, style in LOOKS.items():
+        points = [(p, row.number) for row in drawn.rows for p in row.points if p.word == word]
+        if points:
+            x = np.array([p.parameter for p, _ in points], dtype=float)
+            y = np.array([number for _, number in points], dtype=float)
+            hover, hollow = tuple(_hover(p) for p, _ in points), word == NOT_RESOLVED
+            series.append(Series(style, x, y, line=False, hollow=hollow, hover=hover))
+    ends = [
+        (row.number, low.parameter, high.parameter)
+        for row in drawn.rows
+        for low, high in pairwise(p for p in row.points if p.word in (WITHIN, OUTSIDE))
+        if low.word != high.word
+    ]
+    x = np.array([float(end) for _, low, high in ends for end in (low or 0.0, high or 0.0, np.nan)])
+    y = np.repeat([number for number, *_ in ends], 3)
+    series.append(Series(BOUNDARY, x, y, marks=False, width=5.0))
+    ticks = tuple((float(place), fmt.greek(name)) for place, name in enumerate(drawn.choices))
+    return Figure(
+        "map",
+        f"Where it holds: {fmt.greek(claim.parameter)} and {fmt.greek(drawn.up)}",
+        "Each row is a search along the parameter across. The bars are the boundaries: each lies "
+        "somewhere on its bar.",
+        Axis(fmt.greek(claim.parameter), log=claim.spacing == "log"),
+        Axis(fmt.greek(drawn.up), log=drawn.spacing == "log", ticks=ticks),
+        tuple(series),
+    )
+
+
+def _hover(point: PointRecord) -> str:
+    lines = [f"{value(point.parameter or 0.0)}: {error_text(point)}"]
+    lines += [f"{key}: {detail(number)}" for key, number in point.details.items()]
+    return "\n".join(lines)
+
+
+def detail(number: float | str | None) -> str:
+    """Return a detail of a measurement as text."""
+    return number if isinstance(number, str) else fmt.number(number)
+
+
+def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
+    """Return the rows of all claims that a scene of the study lies on, or None without any."""
+    rows: dict[str, list[tuple[str, Nearest]]] = {}
+    for record in scenes:
+        for answer in _known(record):
+            key = f"{quantity(answer.quantity).label} ({answer.measured.claim})"
+            rows.setdefault(key, []).append((record.name, answer))
+    if not rows:
+        return None
+    series = _stretches([items[0][1].measured for items in rows.values()])
+    marks = []
+    for row, items in enumerate(rows.values()):
+        for name, answer in items:
+            # The scene's own value, or the measured one that decides where its loads spread.
+            low, high = answer.here
+            place = low if low == high else min(max(answer.there, low), high)
+            marks.append((_place(answer.measured, place), float(row), f"{name}\n{answer.place}"))
+    x, y, hover = zip(*marks, strict=True)
+    series.append(
+        Series(SCENE, np.array(x), np.array(y), line=False, hollow=True, hover=tuple(hover))
+    )
+    ticks = tuple((float(row), key) for row, key in enumerate(rows))
+    ends = ((0.0, "least measured"), (1.0, "largest"))
+    return Figure(
+        "validity",
+        "Validity map: where these scenes stand",
+        VALIDITY,
+        Axis("parameter of the claim", limits=(-0.05, 1.05), ticks=ends),
+        Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
+        tuple(series),
+    )
+
+
+def _known(record: SceneRecord) -> list[Nearest]:
+    """Return what is known of a scene; nothing of one whose files would have to be read."""
+    named = any("file" in record.tables.get(name, {}) for name in ("surface", "surface2", "body"))
+    if named or not record.quantities:
+        return []
+    try:
+        scene: Scene = load_scene({"name": record.name, **record.tables})
+        # A0 and h' of a synthetic surface, as it was made; NaN where they are not known.
+        area = slope = math.nan
+        size = None if scene.surface is None else scene.surface.size
+        if size is not None and "roughness" in record.plan:
+            area = math.prod(size)
+            slope = float(record.plan["roughness"]["statistics"]["rms_slope"])
+        modulus_slope = scene.effective_modulus * slope
+        unit = scene.loading.unit(area, modulus_slope) if math.isfinite(area) else None
+        return nearest(scene, loads_of(scene, unit), area * modulus_slope)
+    except (InputError, KeyError, TypeError, ValueError):
+        return []  # damaged results, or of another version
+
+
+def _place(measured: Measured, value: float) -> float:
+    low, high = (measured.along(end) for end in measured.ends)
+    return float(np.clip((measured.along(value) - low) / (high - low), -0.02, 1.02))
+
+
+def _stretches(rows: list[Measured]) -> list[Series]:
+    """Return the measured points of each claim by their word, those that hold joined to a bar."""
+    series = []
+    for word, style in LOOKS.items():
+        x: list[float] = []
+        y: list[float] = []
+        hover: list[str] = []
+        for row, measured in enumerate(rows):
+            judgements = [judged(e, u, measured.tolerance).word for _, e, u in measured.points]
+            for (place, error, bar), own in zip(measured.points, judgements, strict=True):
+                x.append(_place(measured, place) if own == word else np.nan)
+                y.append(float(row))
+                hover.append(f"{measured.parameter} = {place:.3g}\n{fmt.plus_minus(error, bar)}")
+            x.append(np.nan)
+            y.append(float(row))
+            hover.append("")
+        if np.isfinite(x).any():
+            line = word == WITHIN
+            series.append(
+                Series(style, np.array(x), np.array(y), line, hover=tuple(hover), width=6.0)
+            )
+    return series
