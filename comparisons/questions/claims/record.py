@@ -34,7 +34,12 @@ class PointRecord(Form):
 
 
 class RangeRecord(Form):
-    """An interval in which the claim holds, see `comparisons.questions.claims.boundaries.Range`."""
+    """An interval of the parameter with all measured points within the tolerance.
+
+    low, high: the outermost points within. below, above: the next measured points, which are not
+    within (None at the end of the tested range). The boundary lies between them, and their distance
+    is its resolution.
+    """
 
     low: float
     high: float

@@ -6,7 +6,7 @@ import hashlib
 import json
 import shlex
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Unpack
@@ -18,26 +18,32 @@ from comparisons.files import plain, write_text
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
-from comparisons.questions.claims.boundaries import Measure, Point, ranges_of, search
 from comparisons.questions.claims.claim import Claim
-from comparisons.questions.claims.conditions import conditions, in_words
-from comparisons.questions.claims.nuisances import SEED, Along, Openness, Setting, over_all
 from comparisons.questions.claims.record import (
     RECORD,
     ClaimRecord,
     ClaimsRecord,
-    MapRecord,
     NuisanceRecord,
     PointRecord,
-    RangeRecord,
-    RowRecord,
     load_claims_record,
     save_claims,
 )
 from comparisons.questions.claims.scenes import measure_scene
+from comparisons.questions.claims.search import (
+    SEED,
+    Measure,
+    Setting,
+    along,
+    along_nuisance,
+    drawn,
+    mapped,
+    ranges_of,
+    representative,
+    shares,
+)
 from comparisons.questions.claims.stale import digest_of
 from comparisons.questions.claims.verdicts import verdict_of, verdict_over_all
-from comparisons.questions.claims.wording import WRONG_SIGN, sentence, value
+from comparisons.questions.claims.wording import WRONG_SIGN, conditions, sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
@@ -45,20 +51,13 @@ from comparisons.results.folder import Layout
 from comparisons.results.header import Header
 from comparisons.solving.answers import value_of
 from comparisons.solving.forecast import Kind
-from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.inquiries import Inquiry, answer_of, together
 from comparisons.solving.jobs import Archive, Job
 
 MEASUREMENTS = "measurements"
-COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
-COPIED |= {
-    "author",
-    "confirmed_by",
-    "factor",
-    "tolerance",
-    "tolerance_from",
-    "refuted_by",
-    "theorem",
-    "expected",
+COPIED = {
+    *("id", "text", "equation", "reading", "corrects", "author", "confirmed_by", "method"),
+    *("measure", "factor", "tolerance", "tolerance_from", "refuted_by", "theorem", "expected"),
 }
 # Assumed memory of an experiment in bytes: grids of 1024 x 1024 and meshes of 1e5 unknowns.
 MEMORY = 1e9
@@ -120,19 +119,36 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
 
     def under(setting: Setting) -> Measure:
         there = claim.under(setting)
-        return lambda value: _judgeable(there, value, effort)
 
-    halvings = 0 if claim.vary is None else claim.vary.halvings(effort)
-    points = yield from search(claim.vary, claim.tolerance, under(claim.as_stated), halvings)
-    openness = yield from over_all(claim, points, under, effort, seed)
-    return _record(claim, effort, points, openness)
+        def measure(value: float | None) -> Inquiry[Measurement]:
+            measured = yield from _measured(there, value, effort)
+            return measured if claim.factor is None else as_factor(measured)
 
+        return measure
 
-def _record(claim: Claim, effort: Effort, points: list[Point], openness: Openness) -> ClaimRecord:
-    """Return the verdict on all points, in words, with the points."""
-    as_stated = verdict_of([point.word for point in points], effort)
-    finding = sentence(claim, as_stated, points, ranges_of(points))
-    measured = [*points, *openness.points]
+    points = yield from along(claim, under(claim.as_stated), effort)
+    nuisances: Sequence[NuisanceRecord] = ()
+    draws: Sequence[PointRecord] = ()
+    if claim.nuisance:
+        at = representative(points).parameter
+        nuisances = yield from together(
+            along_nuisance(claim, nuisance, at, under, effort) for nuisance in claim.nuisance
+        )
+        draws = yield from together(
+            drawn(claim, share, under) for share in shares(claim, effort, seed)
+        )
+    validity = yield from mapped(claim, under, effort)
+    rows = [] if validity is None else validity.rows
+    stated = {nuisance.name: nuisance.stated_number for nuisance in claim.nuisance}
+    unstated = [p for line in nuisances for p in line.points if p.parameter != line.stated]
+    unstated += [
+        p for row in rows if validity and row.number != stated[validity.up] for p in row.points
+    ]
+    beside = [*(line.points for line in nuisances), *(row.points for row in rows)]
+    measured = [*points, *(point for line in beside for point in line), *draws]
+    finding = sentence(
+        claim, verdict_of([point.word for point in points], effort), points, ranges_of(points)
+    )
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
         author=claim.author,
@@ -142,63 +158,26 @@ def _record(claim: Claim, effort: Effort, points: list[Point], openness: Opennes
         spacing="linear" if claim.vary is None else claim.vary.spacing,
         verdict=verdict_over_all(
             [point.word for point in points],
-            [point.word for point in openness.unstated],
-            [draw.point.word for draw in openness.draws],
+            [point.word for point in unstated],
+            [point.word for point in draws],
             effort,
         ),
-        sentence=f"{finding} {conditions(claim, openness)}".rstrip(),
-        points=[_point(point) for point in points],
-        ranges=_ranges(points),
-        nuisances=[_nuisance(line) for line in openness.along],
-        draws=[_point(d.point, in_words(claim, d.setting)) for d in openness.draws],
-        map=_map(claim, openness),
-        disagreements=_disagreements(claim, measured),
+        sentence=f"{finding} {conditions(claim, list(nuisances), list(draws), validity)}".rstrip(),
+        points=points,
+        ranges=ranges_of(points),
+        nuisances=list(nuisances),
+        draws=list(draws),
+        map=validity,
+        disagreements=[
+            (claim.parameter and f"at {claim.parameter} {value(point.parameter)}: ") + str(text)
+            for point in measured
+            if (text := point.details.get("references disagree"))
+        ],
         command=_repeats(claim, effort),
-        seconds=sum(point.measurement.seconds for point in measured),
+        seconds=sum(point.seconds for point in measured),
         effort=effort,
         digest=digest_of(claim) if effort == "full" else "",
     )
-
-
-def _ranges(points: list[Point]) -> list[RangeRecord]:
-    return [RangeRecord(**asdict(stretch)) for stretch in ranges_of(points)]
-
-
-def _nuisance(line: Along) -> NuisanceRecord:
-    nuisance = line.nuisance
-    return NuisanceRecord(
-        name=nuisance.name,
-        reason=nuisance.reason,
-        stated=nuisance.stated_number,
-        spacing=nuisance.spacing,
-        choices=nuisance.choices,
-        at=line.at,
-        points=[_point(point) for point in line.points],
-        ranges=[] if nuisance.values else _ranges(line.points),
-    )
-
-
-def _map(claim: Claim, openness: Openness) -> MapRecord | None:
-    if claim.map is None or not openness.rows:
-        return None
-    nuisance = next(n for n in claim.nuisance if n.key == claim.map.up)
-    rows = [
-        RowRecord(
-            number=row.number,
-            points=[_point(point) for point in row.points],
-            ranges=_ranges(row.points),
-        )
-        for row in openness.rows
-    ]
-    return MapRecord(
-        up=nuisance.name, spacing=nuisance.spacing, choices=nuisance.choices, rows=rows
-    )
-
-
-def _judgeable(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Measurement]:
-    """Measure a point; where the claim allows a factor, the error is that of the factor."""
-    measured = yield from _measured(claim, value, effort)
-    return measured if claim.factor is None else as_factor(measured)
 
 
 def as_factor(measured: Measurement) -> Measurement:
@@ -321,18 +300,3 @@ def _subject(claim: Claim) -> str:
     at = f" at equal {claim.at}" if claim.at else ""
     options = [f"{key} = {value}" for key, value in claim.changes.items()]
     return f"{names}{at} on the scene {claim.scene}" + "".join(f", {option}" for option in options)
-
-
-def _point(point: Point, setting: dict[str, str] | None = None) -> PointRecord:
-    measured = point.measurement
-    return PointRecord(word=point.word, setting=setting or {}, **plain(asdict(measured)))
-
-
-def _disagreements(claim: Claim, points: list[Point]) -> list[str]:
-    sentences = []
-    for point in points:
-        text = point.measurement.details.get("references disagree")
-        if text:
-            at = claim.parameter and f"at {claim.parameter} {value(point.parameter)}: "
-            sentences.append(f"{at}{text}")
-    return sentences

@@ -1,8 +1,9 @@
-"""Verdicts in words, derived from the measurements only."""
+"""Verdicts in words, derived from the measurements only: the sentence, and what it depends on."""
 
 from __future__ import annotations
 
-from itertools import pairwise
+from collections import Counter
+from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,66 +14,136 @@ from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
 
 if TYPE_CHECKING:
-    from comparisons.questions.claims.boundaries import Point, Range
     from comparisons.questions.claims.claim import Claim
-    from comparisons.questions.claims.record import PointRecord
+    from comparisons.questions.claims.record import (
+        MapRecord,
+        NuisanceRecord,
+        PointRecord,
+        RangeRecord,
+    )
     from comparisons.questions.experiments.experiment import Measurement
 
 
-def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
+def sentence(
+    claim: Claim, verdict: str, points: list[PointRecord], ranges: list[RangeRecord]
+) -> str:
     """Return a sentence on the verdict with the decisive numbers.
 
     For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
-    and -16 % at 20."
+    and -16 % at 20." Where the claim has a premise the errors at all values follow.
     """
-    finding = _finding(claim, verdict, points, ranges)
-    return finding if claim.premise is None else f"{finding} {_by_premise(claim, points)}"
+    limit, factor = limit_words(claim.tolerance, claim.factor), claim.factor
 
+    def at(point: PointRecord) -> str:
+        return f"{error_text(point, factor)} at {value(point.parameter)}"
 
-def _by_premise(claim: Claim, points: list[Point]) -> str:
-    """Return the error at every value, first where the statement's premise holds."""
-    assert claim.premise is not None
-    end = claim.premise.to
-    within = ", ".join(_at(p, claim.factor) for p in points if p.parameter <= end)
-    beyond = ", ".join(_at(p, claim.factor) for p in points if p.parameter > end)
-    return f"While {claim.premise.condition}: {within}; beyond: {beyond}."
-
-
-def _finding(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
-    limit = limit_words(claim.tolerance, claim.factor)
+    first = points[0]
     if claim.vary is None:
-        return _single(points[0], limit, claim.factor)
+        if first.word == NO_RESULT:
+            return f"No result: {_reason(first)}."
+        phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
+        phrase = phrases.get(first.word, f"the bar is wider than {limit} can bear")
+        return f"{first.noun.capitalize()} {error_text(first, factor)}: {phrase}."
     judged = [point for point in points if point.word != NO_RESULT]
+    failing = [point for point in judged if point.word == OUTSIDE]
+    noun = judged[0].noun if judged else ""
+    span = f"{claim.parameter} from {value(first.parameter)} to {value(points[-1].parameter)}"
+    left = f"{_open(points)}{_sign_changes(points)}"
     if not judged:
-        return f"No result: {_reason(points[0])}."
-    largest = _at(max(judged, key=_size), claim.factor)
-    noun = judged[0].measurement.noun
-    stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
-    stretch += value(points[-1].parameter)
-    if verdict == HOLDS:
-        return f"Within {limit} for {stretch}; the largest {noun} is {largest}."
-    if verdict == FAILS:
-        failing = [point for point in judged if point.word == OUTSIDE]
+        finding = f"No result: {_reason(first)}."
+    elif verdict == HOLDS:
+        largest = at(max(judged, key=_size))
+        finding = f"Within {limit} for {span}; the largest {noun} is {largest}."
+    elif verdict == FAILS:
         resolved = "" if len(failing) == len(points) else " wherever it is resolved,"
-        smallest = _at(min(failing, key=_size), claim.factor)
-        return (
-            f"Outside {limit}{resolved} for {stretch}; the smallest {noun} is {smallest}"
-            f"{_open(points)}{_sign_changes(points)}."
-        )
-    if verdict == IN_A_RANGE:
-        stretches = "; ".join(stretch_words(stretch) for stretch in ranges)
-        return (
-            f"Within {limit} for {claim.parameter} {stretches}. "
-            f"The largest {noun} is {largest}{_open(points)}{_sign_changes(points)}."
-        )
-    failing = [point for point in points if point.word == OUTSIDE]
-    if failing:
+        smallest = at(min(failing, key=_size))
+        finding = f"Outside {limit}{resolved} for {span}; the smallest {noun} is {smallest}{left}."
+    elif verdict == IN_A_RANGE:
+        stretches = "; ".join(_stretch(stretch) for stretch in ranges)
+        largest = at(max(judged, key=_size))
+        finding = f"Within {limit} for {claim.parameter} {stretches}. "
+        finding += f"The largest {noun} is {largest}{left}."
+    elif failing:
         where = ", ".join(value(point.parameter) for point in failing)
-        return (
-            f"Outside {limit} at {where}; whether it holds anywhere for {stretch} is not resolved"
-            f"{_open(points)}{_sign_changes(points)}."
-        )
-    return f"For {stretch} no {noun} beyond {limit} is certain{_open(points)}."
+        finding = f"Outside {limit} at {where}; whether it holds anywhere for {span} "
+        finding += f"is not resolved{left}."
+    else:
+        finding = f"For {span} no {noun} beyond {limit} is certain{_open(points)}."
+    if claim.premise is None:
+        return finding
+    end = claim.premise.to
+    within = ", ".join(at(p) for p in points if p.parameter is not None and p.parameter <= end)
+    beyond = ", ".join(at(p) for p in points if p.parameter is not None and p.parameter > end)
+    return f"{finding} While {claim.premise.condition}: {within}; beyond: {beyond}."
+
+
+def conditions(
+    claim: Claim,
+    nuisances: list[NuisanceRecord],
+    draws: list[PointRecord],
+    validity: MapRecord | None,
+) -> str:
+    """Return for what the claim holds beyond the setting at which it is stated, "" if for all.
+
+    For example: "The statement leaves open (at load 0.01): roll-off: within from 1 to 1.5 (not at
+    1.8); half-space: free 2 % (within), periodic -40 % (outside). Of 8 draws over all of it: 3
+    within, 5 outside; the largest error is -87 % (load 0.05, roll-off 3.2, half-space periodic)."
+    """
+    if not nuisances:
+        return ""
+    lines = []
+    for nuisance in nuisances:
+        points, words = nuisance.points, {point.word for point in nuisance.points}
+        first, last = value(points[0].parameter), value(points[-1].parameter)
+        stretches = "; ".join(_stretch(stretch) for stretch in nuisance.ranges)
+        if nuisance.choices:
+            outcomes = []
+            for point in points:
+                error = error_text(point, claim.factor)
+                outcome = point.word if point.word == NO_RESULT else f"{error} ({point.word})"
+                outcomes.append(f"{nuisance.choices[int(point.parameter or 0)]} {outcome}")
+            lines.append(f"{nuisance.name}: {', '.join(outcomes)}")
+        elif len(words) == 1:
+            lines.append(f"{nuisance.name}: {words.pop()} from {first} to {last}")
+        elif stretches:
+            lines.append(f"{nuisance.name}: within {stretches}")
+        else:
+            lines.append(f"{nuisance.name}: nowhere within from {first} to {last}")
+    at = nuisances[0].at
+    where = "" if at is None else f" (at {claim.parameter} {value(at)})"
+    text = f"The statement leaves open{where}: {'; '.join(lines)}."
+    if draws:
+        text += f" {_drawn(claim, draws)}"
+    if validity is not None:
+        places = []
+        for stretches, rows in groupby(
+            validity.rows, key=lambda row: "; ".join(_stretch(stretch) for stretch in row.ranges)
+        ):
+            numbers = [
+                validity.choices[int(row.number)] if validity.choices else value(row.number)
+                for row in rows
+            ]
+            places.append(f"{', '.join(numbers)}: {stretches or 'nowhere'}")
+        text += f" Within, for {claim.parameter}, by {validity.up}: {'. '.join(places)}."
+    return text
+
+
+def _drawn(claim: Claim, draws: list[PointRecord]) -> str:
+    """Return how many draws got which word, and the largest error with its place."""
+    counts = Counter(draw.word for draw in draws)
+    order = (WITHIN, OUTSIDE, *sorted(set(counts) - {WITHIN, OUTSIDE}))
+    counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
+    worst = max(draws, key=lambda draw: -1.0 if draw.word == NO_RESULT else _size(draw))
+    place = [f"{name} {text}" for name, text in worst.setting.items()]
+    if claim.parameter:
+        place.insert(0, f"{claim.parameter} {value(worst.parameter)}")
+    if claim.premise is not None and (worst.parameter or 0.0) > claim.premise.to:
+        place.append("beyond the premise")
+    error = error_text(worst, claim.factor)
+    return (
+        f"Of {len(draws)} draws over all of it: {counted}; the largest {worst.noun} is {error} "
+        f"({', '.join(place)})."
+    )
 
 
 def limit_words(limit: float, factor: float | None) -> str:
@@ -104,7 +175,7 @@ def error_text(measured: Measurement | PointRecord, factor: float | None = None)
     return f"a factor of {value(1 + error if error >= 0 else 1 / (1 - error))}"
 
 
-def value(parameter: float) -> str:
+def value(parameter: float | None) -> str:
     """Return a value of a parameter as text: four digits, without padding zeros.
 
     >>> value(20.0), value(1.9641), value(1e-9)
@@ -113,24 +184,12 @@ def value(parameter: float) -> str:
     return without_padding(number(parameter, 4))
 
 
-def _single(point: Point, limit: str, factor: float | None) -> str:
-    if point.word == NO_RESULT:
-        return f"No result: {_reason(point)}."
-    error = error_text(point.measurement, factor)
-    phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
-    phrase = phrases.get(point.word, f"the bar is wider than {limit} can bear")
-    return f"{point.measurement.noun.capitalize()} {error}: {phrase}."
+def _size(point: PointRecord) -> float:
+    """Return the size of an error; of one that is not bounded infinity."""
+    return np.inf if point.error is None else abs(point.error)
 
 
-def _at(point: Point, factor: float | None) -> str:
-    return f"{error_text(point.measurement, factor)} at {value(point.parameter)}"
-
-
-def _size(point: Point) -> float:
-    return abs(point.measurement.error)
-
-
-def stretch_words(stretch: Range) -> str:
+def _stretch(stretch: RangeRecord) -> str:
     """Return an interval in words, with the next points beyond its ends."""
     low, high = value(stretch.low), value(stretch.high)
     text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
@@ -138,23 +197,21 @@ def stretch_words(stretch: Range) -> str:
     return f"{text} (not at {' nor at '.join(beyond)})" if beyond else text
 
 
-def _sign_changes(points: list[Point]) -> str:
+def _sign_changes(points: list[PointRecord]) -> str:
     """Return the points outside between which the error changes sign, in words; "" if none.
 
     There the claim holds because two errors cancel. Only signs that are certain within the bars
     count, and only between points that are not within.
     """
     sure = [
-        p
-        for p in points
-        if p.word not in (WITHIN, NO_RESULT)
-        and abs(p.measurement.error) > p.measurement.uncertainty
+        (value(point.parameter), point.error)
+        for point in points
+        if point.word not in (WITHIN, NO_RESULT)
+        and point.error is not None
+        and point.uncertainty is not None
+        and abs(point.error) > point.uncertainty
     ]
-    crossings = [
-        f"{value(low.parameter)} and {value(high.parameter)}"
-        for low, high in pairwise(sure)
-        if low.measurement.error * high.measurement.error < 0
-    ]
+    crossings = [f"{low} and {high}" for (low, e), (high, f) in pairwise(sure) if e * f < 0]
     if len(crossings) > 3:
         return f"; the error changes sign {len(crossings)} times"
     return (
@@ -162,19 +219,23 @@ def _sign_changes(points: list[Point]) -> str:
     )
 
 
-def _open(points: list[Point]) -> str:
+def _open(points: list[PointRecord]) -> str:
     """Return the unresolved points in words, "" if there are none."""
     left = [p for p in points if p.word not in (WITHIN, OUTSIDE)]
     if not left:
         return ""
-    widest = max(left, key=lambda p: np.nan_to_num(p.measurement.uncertainty, nan=np.inf))
+    unmeasured = [point for point in left if point.word == NO_RESULT]
+    widest = (unmeasured or [max(left, key=_width)])[0]
     if widest.word == NO_RESULT:
         detail = f"no result at {value(widest.parameter)}: {_reason(widest)}"
     else:
-        detail = f"at {value(widest.parameter)} the {widest.measurement.noun} is "
-        detail += error_text(widest.measurement)
+        detail = f"at {value(widest.parameter)} the {widest.noun} is {error_text(widest)}"
     return f"; {len(left)} of {len(points)} points are not resolved ({detail})"
 
 
-def _reason(point: Point) -> str:
-    return str(point.measurement.details.get("no result", "the measurement gave no number"))
+def _width(point: PointRecord) -> float:
+    return np.inf if point.uncertainty is None else point.uncertainty
+
+
+def _reason(point: PointRecord) -> str:
+    return str(point.details.get("no result", "the measurement gave no number"))

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from comparisons.errors import ResultsError
 from comparisons.judging.verdicts import NOT_RESOLVED
-from comparisons.questions.claims.boundaries import grid, ranges_of, search
 from comparisons.questions.claims.claim import Vary, load_claims, make_claim
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
+from comparisons.questions.claims.search import grid, ranges_of, walk
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.questions.experiments.experiment import Finding, Share
@@ -38,7 +38,8 @@ def found(law, bar=0.0, bisections=12, **more):
         yield []
         return Measurement(value, law(value), bar(value) if callable(bar) else bar)
 
-    return answer_of(search(vary(**more), TOLERANCE, measure, bisections))
+    span = vary(**more)
+    return answer_of(walk(span, grid(span), TOLERANCE, measure, bisections))
 
 
 def experiment_claim(monkeypatch, measure, **more):

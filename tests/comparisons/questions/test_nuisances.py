@@ -10,9 +10,9 @@ import pytest
 
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
-from comparisons.questions.claims.nuisances import shares
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.runner import judge_claim
+from comparisons.questions.claims.search import shares
 from comparisons.questions.claims.verdicts import (
     FAILS,
     HOLDS,
