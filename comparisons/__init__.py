@@ -3,4 +3,3 @@
 from comparisons import code_cache
 
 code_cache.choose_folder()
-code_cache.remove_outdated()

@@ -29,9 +29,8 @@ from comparisons.results.header import Header
 from comparisons.solving.answers import Answers
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Executor, executor_for
-from comparisons.solving.forecast import Remaining
 from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.jobs import Done
+from comparisons.solving.jobs import Done, Remaining
 from comparisons.solving.plan import Effort
 
 A = TypeVar("A")

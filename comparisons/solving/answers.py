@@ -10,8 +10,7 @@ from typing import Any
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods.registry import solver_of
 from comparisons.solving.execution import execute
-from comparisons.solving.forecast import Kind
-from comparisons.solving.jobs import Archive, Done, Job
+from comparisons.solving.jobs import Archive, Done, Job, Kind
 from comparisons.tasks.archive import load_solution, save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task

@@ -8,8 +8,7 @@ from dataclasses import replace
 from comparisons.methods.registry import solver_of
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute, this_machine, warm_up
-from comparisons.solving.forecast import Kind
-from comparisons.solving.jobs import Archive, Job
+from comparisons.solving.jobs import Archive, Job, Kind
 from comparisons.tasks.bundles import SUFFIX, Bundle, read_bundle, without_curves, write_bundle
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task

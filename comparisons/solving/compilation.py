@@ -1,14 +1,17 @@
-"""Compilation in a separate process, so that the first run has the same digits as later ones.
+"""Compilation: apart, so that the first run has the same digits as later ones, and in turn.
 
 Numba's functions may reorder sums, and a helper that was compiled on its own is not, digit for
 digit, the copy of it inside a function that calls it. A process that has just compiled uses the
 first, one that reads the compiled code from the cache the second: they differ in the last digits.
-So whatever is not in the cache yet is compiled by another process, and then read by this one.
+So whatever is not in the cache yet is compiled by another process, and then read by this one. Numba
+keeps compiled code in files, but knows no locks: of several processes that need a function one
+compiles it, the others wait and read it.
 """
 
 from __future__ import annotations
 
 import hashlib
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +24,9 @@ from comparisons.tasks.task import Task
 
 _WORK = "comparisons.solving.compilation:compile_for"
 _SECONDS = 900.0
+# Seconds to wait for a process that compiles: the longest functions take a few. One that is stopped
+# holds others up so long, for one function, and they compile it themselves.
+_PATIENCE = 60.0
 
 
 def compile_apart(task: Task) -> float:
@@ -34,13 +40,25 @@ def compile_apart(task: Task) -> float:
     float
         Seconds that it took; 0 where nothing was to be done.
     """
+    from numba.core.registry import cpu_target
+
     from comparisons.solving.execution import is_compiled, kind_of
+    from reference.contact import descent
 
     if METHODS[task.method].isolated or is_compiled(task):
         return 0.0
     try:
-        folder = _cache_folder()
-        mark = folder / f"roughline-{_digest(kind_of(task))}.compiled"
+        # Where Numba keeps the code of the half-space: marks go when the cache goes.
+        cache = descent._advance.stats.cache_path
+        if cache is None:
+            return 0.0
+        folder = Path(cache)
+        folder.mkdir(parents=True, exist_ok=True)
+        # Of this very source, with these packages, on such a processor as Numba's cache names it.
+        processor = cpu_target.target_context.codegen().magic_tuple()
+        identity = (repr(kind_of(task)), source_digest(), repr(sorted(versions().items())))
+        digest = hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
+        mark = folder / f"roughline-{digest}.compiled"
         if mark.exists():
             return 0.0
         with alone(folder / "roughline.lock"):
@@ -65,22 +83,33 @@ def compile_for(task: Task) -> dict[str, bool]:
     return {"solved": bool(execute(alone, repeats=1).converged.any())}
 
 
-def _cache_folder() -> Path:
-    """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
-    from reference.contact import descent
+def compile_in_turn(folder: Path) -> None:
+    """Let this process compile a function only while no other one does.
 
-    cache = descent._advance.stats.cache_path
-    if cache is None:
-        raise OSError("the code of the half-space is not kept")
-    folder = Path(cache)
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    Waiting is safe: a function is waited for by those that call it, never the other way round, and
+    what calls itself is compiled within its own turn.
 
+    Parameters
+    ----------
+    folder : Path
+        What the processes have in common, for locks; they go with it.
+    """
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
 
-def _digest(kind: tuple[Any, ...]) -> str:
-    """Name a kind of task of this very source, with these packages, on such a processor."""
-    from numba.core.registry import cpu_target
+    compile_now = Dispatcher.compile
+    begun: set[Path] = set()
 
-    identity = (repr(kind), source_digest(), repr(sorted(versions().items())))
-    processor = cpu_target.target_context.codegen().magic_tuple()  # as Numba's cache names it
-    return hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
+    def compile_alone(self: Any, sig: Any) -> Any:
+        with global_compiler_lock, ExitStack() as turn:  # first the lock among our own threads
+            code = self.py_func.__code__
+            name = f"{self.py_func.__module__}.{self.py_func.__qualname__} {code.co_firstlineno}"
+            lock = folder / f"{hashlib.sha256(name.encode()).hexdigest()[:32]}.lock"
+            if self.stats.cache_path is not None and lock not in begun:
+                with suppress(OSError):  # a full disk has no room for locks
+                    turn.enter_context(alone(lock, _PATIENCE))
+                begun.add(lock)
+                turn.callback(begun.discard, lock)
+            return compile_now(self, sig)
+
+    Dispatcher.compile = compile_alone  # type: ignore[method-assign]

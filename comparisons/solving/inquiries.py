@@ -13,9 +13,8 @@ from typing import Generic, TypeVar
 
 from comparisons.errors import LostWorkError
 from comparisons.solving.answers import Answers, curve_job, value_of
-from comparisons.solving.executors.base import Executor, SerialExecutor
-from comparisons.solving.forecast import Forecast, Remaining
-from comparisons.solving.jobs import Done, Job
+from comparisons.solving.executors import Executor, SerialExecutor
+from comparisons.solving.jobs import Done, Forecast, Job, Remaining
 from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 

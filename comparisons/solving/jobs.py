@@ -1,13 +1,40 @@
-"""A piece of work, how a folder keeps its answer, and its outcome."""
+"""A piece of work, how a folder keeps its answer, its outcome, and forecasts of its time."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from comparisons.solving.forecast import Kind
+from comparisons.facts.methods import growth
+
+if TYPE_CHECKING:
+    # Processes that only carry out jobs start in a third of the time without the scenes.
+    from comparisons.tasks.task import Task
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The properties on which the time of a job depends.
+
+    Attributes
+    ----------
+    scene, method : str
+        What is solved and how; of a measurement that is no scene, the claim and the experiment.
+    resolution, realisations : int
+    """
+
+    scene: str = ""
+    method: str = ""
+    resolution: int = 1
+    realisations: int = 1
+
+    @classmethod
+    def of(cls, task: Task) -> Kind:
+        """Return the kind of a solve."""
+        return cls(task.scene.name, task.method, task.resolution, len(task.realisations))
 
 
 @dataclass(frozen=True)
@@ -82,3 +109,61 @@ class Done:
     value: Any = None
     seconds: float = float("nan")
     lost: str = ""
+
+
+@dataclass(frozen=True)
+class Remaining:
+    """Remaining seconds, and whether they are complete: False if no similar job was done yet."""
+
+    seconds: float
+    complete: bool
+
+
+@dataclass
+class Forecast:
+    """Measured costs of jobs: seconds per realisation, by scene, method and resolution.
+
+    The cost of a job is estimated from jobs with the same scene, method and resolution; else from
+    those at the nearest resolution, scaled by the growth of the method's work; else from the mean
+    job of the method. For a new method it is unknown.
+    """
+
+    _costs: dict[tuple[str, str], dict[int, tuple[float, int]]] = field(default_factory=dict)
+
+    def learn(self, kind: Kind, seconds: float) -> None:
+        """Record the cost of a job, excluding compilation."""
+        if not math.isfinite(seconds):
+            return
+        costs = self._costs.setdefault((kind.scene, kind.method), {})
+        spent, count = costs.get(kind.resolution, (0.0, 0))
+        costs[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
+
+    def cost(self, kind: Kind) -> float | None:
+        """Return the estimated seconds of a job, or None if unknown."""
+        costs = self._costs.get((kind.scene, kind.method))
+        if costs is None:
+            return self._of_method(kind)
+        nearest = min(costs, key=lambda n: abs(math.log(n / kind.resolution)))
+        spent, count = costs[nearest]
+        doublings = math.log2(kind.resolution / nearest)
+        return spent / count * kind.realisations * growth(kind.method) ** doublings
+
+    def _of_method(self, kind: Kind) -> float | None:
+        costs = [
+            cost
+            for (_, method), costs in self._costs.items()
+            if method == kind.method
+            for cost in costs.values()
+        ]
+        if not costs:
+            return None
+        spent, count = (sum(column) for column in zip(*costs, strict=True))
+        return spent / count * kind.realisations
+
+    def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
+        """Return the remaining time of jobs, divided among the workers."""
+        costs = [self.cost(kind) for kind in kinds]
+        estimates = [cost for cost in costs if cost is not None]
+        # One worker has the longest job, however many workers there are.
+        seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
+        return Remaining(seconds, len(estimates) == len(costs))

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import json
 import os
+import pickle
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import lru_cache, update_wrapper
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
@@ -25,7 +25,6 @@ from comparisons.solving.locks import alone, busy
 P = ParamSpec("P")
 R = TypeVar("R")
 VARIABLE = "ROUGHLINE_SHARED"  # environment: the folder
-_MISSING = object()
 
 
 @lru_cache(maxsize=1)
@@ -42,8 +41,8 @@ class Shared(Generic[P, R]):
     """A function whose results the processes of a run share.
 
     Its arguments must be hashable, and their ``repr`` must tell them apart: numbers, texts, frozen
-    dataclasses of these. Its results are plain: numbers, texts, arrays, and tuples, lists and
-    mappings of these. They are kept without pickles (docs/safety.md). No caller may change them.
+    dataclasses of these. Its results are picklable; no caller may change them. They travel as all
+    else does among our own processes, through a folder that only this user can open.
 
     Parameters
     ----------
@@ -89,11 +88,18 @@ class Shared(Generic[P, R]):
         with contextlib.ExitStack() as held:
             with contextlib.suppress(OSError):  # a full disk may have no room for a lock either
                 held.enter_context(alone(_lock(path)))
-            result = _read(path)
-            if result is _MISSING:
-                result = self._function(*args, **kwargs)
-                _write(path, result)
-        return cast("R", result)
+            if path.exists():
+                return cast("R", pickle.loads(path.read_bytes()))  # noqa: S301 (our own process's)
+            result = self._function(*args, **kwargs)
+            # Whole or not at all: a process may be ended at any time, a disk be full.
+            part = path.with_suffix(f".{os.getpid()}")
+            try:
+                part.write_bytes(pickle.dumps(result))
+                part.replace(path)
+            except OSError:  # the others compute their own
+                with contextlib.suppress(OSError):
+                    part.unlink()
+        return result
 
     def _path(self, args: tuple[Any, ...], kwargs: dict[str, Any]) -> Path | None:
         """Return the file of a result, None where there is no common folder."""
@@ -121,52 +127,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(_plain(part) for part in value)
     return value.item() if isinstance(value, np.generic) else value
-
-
-def _read(path: Path) -> Any:
-    if not path.exists():
-        return _MISSING
-    with np.load(path, allow_pickle=False) as arrays:
-        return _decoded(json.loads(str(arrays["tree"])), arrays)
-
-
-def _write(path: Path, result: Any) -> None:
-    """Write a result, whole or not at all: a process may be ended at any time, a disk be full."""
-    arrays: dict[str, np.ndarray] = {}
-    tree = json.dumps(_encoded(result, arrays))
-    part = path.with_suffix(f".{os.getpid()}")
-    try:
-        with part.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, tree=np.array(tree), **arrays)
-        part.replace(path)
-    except OSError:  # the others compute their own
-        with contextlib.suppress(OSError):
-            part.unlink()
-
-
-def _encoded(value: Any, arrays: dict[str, np.ndarray]) -> Any:
-    """Return a value as JSON: containers by their kind, arrays by their names."""
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
-    if isinstance(value, np.ndarray) and value.dtype != object:
-        name = f"array{len(arrays)}"
-        arrays[name] = value
-        return {"array": name}
-    if isinstance(value, dict):
-        return {"dict": [[_encoded(entry, arrays) for entry in pair] for pair in value.items()]}
-    for kind in (tuple, list):
-        if type(value) is kind:
-            return {kind.__name__: [_encoded(entry, arrays) for entry in value]}
-    raise TypeError(f"expected plain results to share, got a {type(value).__name__}")
-
-
-def _decoded(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    if not isinstance(tree, dict):
-        return tree
-    ((kind, content),) = tree.items()
-    if kind == "array":
-        return arrays[content]
-    if kind == "dict":
-        return {_decoded(key, arrays): _decoded(entry, arrays) for key, entry in content}
-    entries = [_decoded(entry, arrays) for entry in content]
-    return tuple(entries) if kind == "tuple" else entries

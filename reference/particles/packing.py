@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from reference.arguments import positive_faults, refuse
 
-# Volume of an automaton and area of the face between two, in units of r0.
+# Constants, which functions compiled by numba use, too. Volume of an automaton and area of the face
+# between two, in units of r0.
 VOLUME, FACE = 1 / np.sqrt(2), 1 / (2 * np.sqrt(2))
 LAYER = 1 / np.sqrt(2)
 # Steps to the twelve neighbours in half spacings along x and y, and in layers. Bond k and k ^ 1 are

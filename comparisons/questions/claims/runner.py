@@ -50,9 +50,8 @@ from comparisons.reasons import one_line
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
 from comparisons.solving.answers import value_of
-from comparisons.solving.forecast import Kind
 from comparisons.solving.inquiries import Inquiry, answer_of, together
-from comparisons.solving.jobs import Archive, Job
+from comparisons.solving.jobs import Archive, Job, Kind
 
 MEASUREMENTS = "measurements"
 COPIED = {

@@ -18,8 +18,7 @@ from comparisons.questions.regression.measure import Measurements
 from comparisons.questions.study import Study
 from comparisons.solving import answers
 from comparisons.solving.executors import SerialExecutor
-from comparisons.solving.forecast import Remaining
-from comparisons.solving.jobs import Done
+from comparisons.solving.jobs import Done, Remaining
 from comparisons.solving.planning import plan_scene
 
 

@@ -35,7 +35,7 @@ def results(directory):
 
 
 def test_without_dask_the_message_says_what_to_install(monkeypatch):
-    from comparisons.solving.executors import cluster
+    from comparisons.solving import cluster
 
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'roughline\[cluster\]'"):
@@ -74,7 +74,7 @@ def pids(address):
 
 
 def test_nobody_at_the_address_is_an_input_error(monkeypatch):
-    from comparisons.solving.executors import cluster
+    from comparisons.solving import cluster
 
     monkeypatch.setattr(cluster, "CONNECT", 0.5)
     with pytest.raises(InputError, match="no scheduler answers there"):
@@ -89,7 +89,7 @@ def test_what_is_no_address_makes_no_client(address, monkeypatch):
 
 
 def test_what_differs_is_listed():
-    from comparisons.solving.executors.cluster import differences
+    from comparisons.solving.cluster import differences
 
     here = {"numpy": "2.4", "scipy": "1.17", "method own": "abc"}
     there = {"numpy": "2.3", "scipy": "1.17", "tamaas": "2.9"}
@@ -103,7 +103,7 @@ def test_what_differs_is_listed():
 
 @pytest.mark.slow
 def test_other_versions_are_refused_before_anything_is_solved(address, monkeypatch):
-    from comparisons.solving.executors import cluster
+    from comparisons.solving import cluster
 
     monkeypatch.setattr(cluster, "source_digest", lambda: "edited here")
     cluster.identity.cache_clear()
@@ -114,7 +114,7 @@ def test_other_versions_are_refused_before_anything_is_solved(address, monkeypat
 
 @pytest.mark.slow
 def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, monkeypatch):
-    from comparisons.solving.executors import cluster
+    from comparisons.solving import cluster
 
     executor = executor_for(scheduler=address)
     monkeypatch.setattr(executor, "_expected", executor._expected | {"numpy": "99"})
@@ -176,7 +176,7 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
 def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
     """Planning or a refinement may take long: the client has given up by then, or not yet."""
-    from comparisons.solving.executors import cluster
+    from comparisons.solving import cluster
 
     monkeypatch.setattr(cluster, "CONNECT", 1.0)
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}

@@ -14,9 +14,10 @@ import psutil
 import pytest
 from joblib.externals.loky import process_executor
 
-from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for, local
-from comparisons.solving.forecast import Kind
-from comparisons.solving.jobs import Job
+from comparisons.solving import processes
+from comparisons.solving.executors import SerialExecutor, executor_for
+from comparisons.solving.jobs import Job, Kind
+from comparisons.solving.processes import ProcessExecutor
 
 GB = 1e9
 
@@ -200,7 +201,7 @@ def test_processes_clear_up_for_one_that_was_killed(tmp_path, monkeypatch):
     (common / "result").touch()
     ended = []
     monkeypatch.setattr(os, "_exit", ended.append)
-    local._follow(os.getppid() + 1, str(common))
+    processes._follow(os.getppid() + 1, str(common))
     assert ended == [1]
     assert list(tmp_path.iterdir()) == []
 
@@ -213,7 +214,7 @@ def test_an_interrupt_right_after_work_was_given_leaves_no_error_behind(monkeypa
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(local, "wait", interrupted)
+    monkeypatch.setattr(processes, "wait", interrupted)
     executor = ProcessExecutor(2)
     executor.add(Job(str(k), pow, (k, 2)) for k in range(2))
     with pytest.raises(KeyboardInterrupt):

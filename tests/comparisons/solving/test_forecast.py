@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.solving.forecast import Forecast, Kind
+from comparisons.solving.jobs import Forecast, Kind
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 

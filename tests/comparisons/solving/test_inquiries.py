@@ -7,9 +7,8 @@ import pytest
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.solving.answers import Answers
 from comparisons.solving.executors import SerialExecutor
-from comparisons.solving.forecast import Kind
 from comparisons.solving.inquiries import Inquiries, answer_of, curves, together
-from comparisons.solving.jobs import Archive, Done, Job
+from comparisons.solving.jobs import Archive, Done, Job, Kind
 from comparisons.solving.planning import plan_scene
 
 CALLS: list[int] = []

@@ -10,9 +10,9 @@ import pytest
 from numba import config
 from numba.core.dispatcher import Dispatcher
 
-from comparisons.solving import turns
+from comparisons.solving import compilation as turns
+from comparisons.solving.compilation import compile_in_turn
 from comparisons.solving.locks import alone
-from comparisons.solving.turns import compile_in_turn
 
 SOURCE = """
 from numba import njit

@@ -10,7 +10,7 @@ import pytest
 from comparisons.facts.methods import METHODS
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
-from comparisons.solving.forecast import Remaining
+from comparisons.solving.jobs import Remaining
 from comparisons.solving.planning import plan_scene
 from reports.cli import live
 from reports.cli.cli import run_command

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Any
 from comparisons.errors import InputError, LostWorkError
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import adopt, announced, digests
-from comparisons.solving.executors.base import Executor, timed
-from comparisons.solving.executors.local import PROCESS
+from comparisons.solving.executors import Executor, timed
 from comparisons.solving.jobs import Done, Job
+from comparisons.solving.processes import PROCESS
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -255,7 +255,7 @@ def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
     def open_and_do(sealed: bytes) -> Any:
         import pickle
 
-        from comparisons.solving.executors.cluster import on_worker
+        from comparisons.solving.cluster import on_worker
 
         return on_worker(*pickle.loads(sealed))  # noqa: S301 (sealed by our own client)
 

@@ -24,7 +24,7 @@ from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.solving.executors.base import Executor, timed
+from comparisons.solving.executors import Executor, timed
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.shared import VARIABLE as SHARED
 from comparisons.solving.shared import folder
@@ -192,7 +192,7 @@ def _lost(message: str) -> str:
 
 def _begin(parent: int, common: str) -> None:
     """Prepare a process; it ends, and clears up, when the one that hands out the work is killed."""
-    from comparisons.solving.turns import compile_in_turn  # loads Numba
+    from comparisons.solving.compilation import compile_in_turn  # loads Numba
 
     kept = min(_KEPT, free_memory() / (2 * (os.cpu_count() or 1)))
     process_executor._MAX_MEMORY_LEAK_SIZE = max(process_executor._MAX_MEMORY_LEAK_SIZE, int(kept))
