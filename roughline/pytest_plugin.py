@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from roughline.shadowed import SHADOWED, foreign_packages
+
 if TYPE_CHECKING:
     from comparisons.methods import Solver
 
@@ -46,9 +48,9 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
         scenes: Iterable[str] | None = None,
         tolerance: float | None = None,
     ) -> None:
-        shadows = _shadows()
+        shadows = foreign_packages()
         if shadows:
-            message = "\n".join(["roughline's packages are shadowed by others:", *shadows])
+            message = "\n".join([SHADOWED, *shadows])
             pytest.fail(message, pytrace=False)
         from comparisons.errors import InputError
         from comparisons.questions.regression import CHECK_SCENES
@@ -71,15 +73,6 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             pytest.fail(f"against {path}:\n{message}", pytrace=False)
 
     return check
-
-
-def _shadows() -> list[str]:
-    """Return a line for each of our packages that is shadowed in this test run."""
-    try:
-        from reports.cli.shadowed import foreign_packages
-    except ImportError as error:
-        return [f"reports: {error}"]
-    return foreign_packages()
 
 
 def _registered(method: str | type[Solver]) -> str:

@@ -20,10 +20,10 @@ from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
-from reports.cli.workers import Workers
 from reports.tables.judged import answers, finding_table
 from reports.tables.terminal import plain
 from roughline import notebook
+from roughline.commands.arguments import Workers
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
 

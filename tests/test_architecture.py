@@ -14,7 +14,7 @@ import pytest
 from comparisons.facts.methods import BUILT_IN
 from comparisons.methods.registry import SOLVERS
 from comparisons.scene.options import MethodOptions
-from reports.cli import shadowed
+from roughline import shadowed
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
@@ -124,7 +124,8 @@ HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy"
 )
 def test_nothing_heavy_is_imported_for_a_list(what):
     """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
-    code = f"import sys; from reports.cli.cli import run_command; run_command({what.split()!r})"
+    code = "import sys; from roughline.commands.app import run_command; "
+    code += f"run_command({what.split()!r})"
     done = subprocess.run(
         [sys.executable, "-c", f"{code}; print(*sys.modules, file=sys.stderr)"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -133,7 +134,7 @@ def test_nothing_heavy_is_imported_for_a_list(what):
         timeout=120,
     )
     assert done.returncode == 0
-    assert "reports.cli.cli" in done.stderr.split()
+    assert "roughline.commands.app" in done.stderr.split()
     assert not HEAVY & set(done.stderr.split())
 
 
@@ -149,20 +150,19 @@ def test_every_method_has_a_row_of_facts_solvers_and_options():
 
 def test_our_own_packages_are_no_foreigners():
     assert shadowed.foreign_packages() == []
-    # The command line does not import the Python interface: somebody's roughline.py does no harm.
     assert tuple(name for name in PACKAGES if name != "roughline") == shadowed.PACKAGES
 
 
 def test_the_check_itself_imports_nothing_heavy():
     """It must speak before an import of a foreign package fails with a riddle."""
-    names = {name for path, name in imported("reports") if path.name == "shadowed.py"}
+    names = {name for path, name in imported("roughline") if path.name == "shadowed.py"}
     assert names
     assert names <= set(sys.stdlib_module_names)
 
 
 def run_from(folder, *, path):
     return subprocess.run(
-        [sys.executable, "-m", "reports", "list", "methods"],
+        [sys.executable, "-m", "roughline", "list", "methods"],
         cwd=folder,
         env=os.environ | {"PYTHONPATH": path},
         capture_output=True,

@@ -118,7 +118,7 @@ def added(tree, path, text):
 def roughline(tree, *arguments):
     """Run the command of the tree; return its exit code and what it says."""
     done = subprocess.run(
-        [sys.executable, "-m", "reports", *arguments],
+        [sys.executable, "-m", "roughline", *arguments],
         cwd=tree,
         env=os.environ | {"PYTHONPATH": str(tree), "COLUMNS": "200"},
         capture_output=True,

@@ -14,7 +14,7 @@ from comparisons.questions.claims.families import builtin_claims
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
-from reports.cli.cli import app, run_command
+from roughline.commands.app import app, run_command
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"

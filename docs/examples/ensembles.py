@@ -52,7 +52,7 @@ def used(*arguments: str) -> Used:
     """Run a command of roughline to its end."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begun = time.perf_counter()
-    command = [sys.executable, "-m", "reports", *arguments]
+    command = [sys.executable, "-m", "roughline", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)  # noqa: S603
     _, status, own = os.wait4(process.pid, 0)
     if status:

@@ -68,7 +68,7 @@ class Killed:
 def command(scene: Path, out: Path, workers: int, *more: str) -> list[str]:
     """Return the command line of a run."""
     arguments = ["run", str(scene), "--full", "--no-pictures", "--out", str(out)]
-    return [sys.executable, "-m", "reports", *arguments, "--workers", str(workers), *more]
+    return [sys.executable, "-m", "roughline", *arguments, "--workers", str(workers), *more]
 
 
 def solved(out: Path) -> dict[str, int]:

@@ -51,7 +51,7 @@ def run(scene: Path, out: Path, *more: str) -> float:
     """Run the study and return its wall time."""
     arguments = ["run", str(scene), "--full", "--no-pictures", "--out", str(out), *more]
     start = time.perf_counter()
-    program = [sys.executable, "-m", "reports", *arguments]
+    program = [sys.executable, "-m", "roughline", *arguments]
     subprocess.run(program, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
     return time.perf_counter() - start
 

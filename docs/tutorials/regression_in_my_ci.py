@@ -55,7 +55,7 @@ baseline = folder / "roughline-baseline.json"
 
 def check(*arguments):
     """Run ``roughline check`` on one scene, as a CI job would, and return what it says."""
-    command = [sys.executable, "-m", "reports", "check", "paraboloid", *arguments]
+    command = [sys.executable, "-m", "roughline", "check", "paraboloid", *arguments]
     done = subprocess.run(
         [*command, "--baseline", str(baseline)], capture_output=True, text=True, check=False
     )

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from comparisons.files import write_atomically, write_named, write_named_text, write_text
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -32,7 +32,7 @@ from scipy.io import savemat
 
 from comparisons.questions.claims.families import HERE
 from comparisons.scene.scene import builtin_folder
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 try:  # of the extra topography; without it their suffixes hold text
     import h5py

@@ -23,7 +23,6 @@ from comparisons.facts.quantities import quantity
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import deciding
 from comparisons.results.store import load_study, save_study
-from reports.cli.cli import run_command
 from reports.paper.figures import overview, panels, single
 from reports.paper.files import write_paper
 from reports.plots.verdict_map import HIGH, LOW, verdict_map
@@ -31,6 +30,7 @@ from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.table import table
 from reports.tables.written import in_markdown
+from roughline.commands.app import run_command
 
 ROOT = Path(__file__).parents[2]
 MILLIMETRES_PER_POINT = 25.4 / 72
@@ -169,7 +169,7 @@ def small(study, tmp_path_factory):
 def folder(small, tmp_path_factory):
     """Return a folder that the command wrote, in another process than this one."""
     out = tmp_path_factory.mktemp("paper") / "figures"
-    command = [sys.executable, "-m", "reports", "paper", str(small.directory)]
+    command = [sys.executable, "-m", "roughline", "paper", str(small.directory)]
     subprocess.run(
         [*command, "--out", str(out), "--format", "pdf,svg", "--figures", ",".join(FIGURES)],
         check=True,
@@ -344,7 +344,7 @@ def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsy
 def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
-        "from reports.cli.cli import run_command\n"
+        "from roughline.commands.app import run_command\n"
         f"sys.exit(run_command(['paper', {str(study.directory)!r}, '--out', {str(tmp_path)!r}]))"
     )
     done = subprocess.run(

@@ -14,7 +14,7 @@ from setuptools import find_packages
 
 import roughline
 from comparisons.questions.single import solve_scene
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 ROOT = Path(__file__).parents[2]
 BALL = {

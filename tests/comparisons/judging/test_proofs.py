@@ -26,8 +26,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import closed_form
-from reports.cli.terminal import print_study
 from reports.plots.curves import PROVED, curve
+from roughline.commands.terminal import print_study
 
 BLOCK = Path(__file__).parents[3] / "docs" / "examples" / "block.toml"
 BALL = {

@@ -15,7 +15,7 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 # Coarse enough to be quick: these tests compare a method with itself.
 LEVELS = {"closed_form": 1, "reduced": 20, "bem_dense": 6, "bem_fft": 6, "fem": 2}

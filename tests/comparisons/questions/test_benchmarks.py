@@ -17,7 +17,7 @@ from comparisons.questions.benchmarks.yardstick import interleaved, measurement,
 from reduced.rough.press import press
 from reference.contact import press as unilateral
 from reference.loads import Load
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 KEYS = {"name", "seconds", "yardstick", "yardstick_seconds", "ratio", "target", "met"}
 

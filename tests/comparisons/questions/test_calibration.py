@@ -28,9 +28,9 @@ from comparisons.questions.calibration_cases import (
 from comparisons.questions.shares import SINGLE, fitted_rule
 from comparisons.results.header import Header
 from comparisons.solving.inquiries import answer_of
-from reports.cli.calibrate_command import COVERAGE, REFUTED, WIDTH
-from reports.cli.cli import run_command
 from reports.pages.calibration import calibration_page
+from roughline.commands.app import run_command
+from roughline.commands.validation import COVERAGE, REFUTED, WIDTH
 
 
 def case(order: float, constant: float, half: str = "reported", shape: str = "a") -> Case:

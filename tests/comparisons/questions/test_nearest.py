@@ -13,7 +13,7 @@ from comparisons.judging.verdicts import OUTSIDE, WITHIN
 from comparisons.questions.claims.nearest import PLACES, in_words, measured, nearest
 from comparisons.scene.scene import load_scene
 from reference.closed_form.adhesive import strength_of
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 
 def known(name, **changes):

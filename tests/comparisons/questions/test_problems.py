@@ -14,7 +14,7 @@ from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.problems import board as boards
 from comparisons.questions.problems.entry import LARGEST_FILE, Entry, read_entry
 from comparisons.questions.problems.sheet import Known, builtin_sheets, seal, sheet_of
-from reports.cli.problems_command import blank_entry
+from roughline.commands.shared import blank_entry
 
 SHEETS = builtin_sheets()
 HERTZ = SHEETS["RL-001"]

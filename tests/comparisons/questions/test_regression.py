@@ -28,7 +28,7 @@ from comparisons.questions.regression.measure import _identity
 from comparisons.questions.regression.snapshot import Speed
 from comparisons.scene.scene import Scene, load_scene
 from reference.halfspace import kernels
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 FAULT = 1.002
 

@@ -64,7 +64,7 @@ def slurm(tmp_path, monkeypatch):
     home.mkdir()
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
         (home / name).write_text(text.format(python=sys.executable, home=str(home)))
-    (home / "roughline").write_text(f'#!/bin/bash\nexec {sys.executable} -m reports "$@"\n')
+    (home / "roughline").write_text(f'#!/bin/bash\nexec {sys.executable} -m roughline "$@"\n')
     for name in ("sbatch", "scancel", "roughline"):
         (home / name).chmod(0o755)
     monkeypatch.setenv("PATH", f"{home}:{Path(sys.executable).parent}:{os.environ['PATH']}")

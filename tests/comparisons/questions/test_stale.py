@@ -8,7 +8,7 @@ from comparisons.questions.claims import stale as subject
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.stale import digest_of, imported, stale
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 IDS = ("kernel-printed", "punch-square")
 

@@ -21,7 +21,7 @@ from comparisons.results.finding import finding
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):

@@ -20,7 +20,7 @@ from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 # Surfaces or lines of an ensemble that are solved again: each is what it was, or none would be.
 AGAIN = 3

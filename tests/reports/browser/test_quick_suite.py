@@ -21,7 +21,7 @@ def report(tmp_path_factory) -> Path:
     if made:
         return (Path(made) / "report.html").resolve()
     folder = tmp_path_factory.mktemp("quick") / "quick"
-    command = [sys.executable, "-m", "reports", "run", "--out", str(folder)]
+    command = [sys.executable, "-m", "roughline", "run", "--out", str(folder)]
     subprocess.run(command, check=True, timeout=1800)
     return folder / "report.html"
 

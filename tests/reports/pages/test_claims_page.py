@@ -12,10 +12,10 @@ import pytest
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.verdicts import IN_A_RANGE
-from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
 from reports.plots.claims import evidence
 from reports.plots.interactive import spec
+from roughline.commands.app import run_command
 
 CLAIM = """
 [claims.narrow]

@@ -14,9 +14,9 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.folder import PAGE
 from comparisons.solving.executors import SerialExecutor
-from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page, stability
 from reports.plots.interactive import spec
+from roughline.commands.app import run_command
 
 
 def outcome(case="ball", method="reduced", kind="accurate", **more):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions.problems.sheet import builtin_sheets
-from reports.cli.cli import run_command
+from roughline.commands.app import run_command
 
 HERTZ = builtin_sheets()["RL-001"]
 

@@ -23,10 +23,10 @@ from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene
-from reports.cli import terminal
 from reports.pages import study as html
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
+from roughline.commands import terminal
 from roughline.comparing import Comparison
 
 FEW = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}

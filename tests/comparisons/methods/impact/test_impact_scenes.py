@@ -102,7 +102,7 @@ def test_the_command_line_solves_runs_and_reports_it(hit, tmp_path):
     """Every command of the contract on one scene with physics, as a user types them."""
 
     def roughline(*words):
-        command = [sys.executable, "-m", "reports", *words]
+        command = [sys.executable, "-m", "roughline", *words]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
     source, out = hit(), tmp_path / "out"

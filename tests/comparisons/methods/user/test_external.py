@@ -42,9 +42,9 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.archive import arrays_of
 from comparisons.tasks.solution import Solution
-from reports.cli.cli import run_command
-from reports.cli.terminal import print_study
 from reports.pages.study import page
+from roughline.commands.app import run_command
+from roughline.commands.terminal import print_study
 
 EXAMPLE = Path(__file__).resolve().parents[4] / "docs" / "examples" / "winkler.py"
 

@@ -1,4 +1,4 @@
-"""``python -m reports`` is ``roughline``: the way in, from the first import to the last flush."""
+"""``roughline`` or ``python -m roughline``: the way in, from the first import to the last flush."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import sys
 import time
 from types import FrameType
 
-INTERRUPTED = 3
+from roughline.shadowed import SHADOWED, foreign_packages
+
+WRONG_INPUT, INTERRUPTED = 2, 3
 # One press may come twice: `timeout` and some terminals tell the program and its whole group.
 SAME_PRESS = 0.5
 SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
@@ -70,9 +72,15 @@ def main() -> None:
     try:
         interrupts.listen()
         open_standard_streams()
-        from reports.cli.cli import run_command
+        shadows = foreign_packages()
+        if shadows:
+            # before the first import that would end in a riddle
+            print("\n  ".join([SHADOWED, *shadows]), file=sys.stderr)
+            code = WRONG_INPUT
+        else:
+            from roughline.commands.app import run_command
 
-        code = run_command(sys.argv[1:])
+            code = run_command(sys.argv[1:])
         interrupts.ignore()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -28,9 +28,9 @@ from comparisons.results.store import load_study
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
-from reports.__main__ import main
-from reports.cli import cli
-from reports.cli.cli import run_command
+from roughline.__main__ import main
+from roughline.commands import app as cli
+from roughline.commands.app import run_command
 
 ROOT = Path(__file__).parents[3]
 BALL = """
@@ -702,7 +702,7 @@ ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
 def program(*arguments, cwd):
-    command = [sys.executable, "-m", "reports", *arguments]
+    command = [sys.executable, "-m", "roughline", *arguments]
     return subprocess.run(
         command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=120
     )
@@ -710,7 +710,7 @@ def program(*arguments, cwd):
 
 def test_a_closed_output_is_no_traceback_and_gets_no_file(tmp_path):
     """``roughline solve ... >&-``: a file that is opened next would have the number of stdout."""
-    words = [sys.executable, "-m", "reports", "solve", "paraboloid", "--method", "closed_form"]
+    words = [sys.executable, "-m", "roughline", "solve", "paraboloid", "--method", "closed_form"]
     done = subprocess.run(
         ["sh", "-c", 'exec "$@" --vtu none.vtu >&-', "sh", *words],
         cwd=tmp_path,
@@ -756,7 +756,7 @@ def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypat
 def test_control_c_while_packages_are_imported_is_code_3(tmp_path, module):
     """Whichever import it meets; before our first line, Python itself answers."""
     with subprocess.Popen(
-        [sys.executable, "-X", "importtime", "-m", "reports", "run", "paraboloid", "--plan"],
+        [sys.executable, "-X", "importtime", "-m", "roughline", "run", "paraboloid", "--plan"],
         cwd=tmp_path,
         env=ENVIRONMENT,
         stdout=subprocess.DEVNULL,
@@ -793,7 +793,7 @@ def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch)
 @pytest.mark.parametrize("press", [signal.SIGINT, signal.SIGTERM])
 def test_control_c_and_term_are_code_3_and_what_is_done_can_be_gone_on_with(tmp_path, press):
     """A real signal, sent once the first solve of a long run is on disk."""
-    command = [sys.executable, "-m", "reports", "run", "single", "--out", "o", "--no-pictures"]
+    command = [sys.executable, "-m", "roughline", "run", "single", "--out", "o", "--no-pictures"]
     process = subprocess.Popen(
         command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
     )
@@ -810,8 +810,8 @@ def test_control_c_and_term_are_code_3_and_what_is_done_can_be_gone_on_with(tmp_
 
 INTERRUPTED_WHILE_SPEAKING = """
 import os, signal, sys
-from reports import __main__
-from reports.cli import cli
+from roughline import __main__
+from roughline.commands import app as cli
 
 class Interrupting:
     "Sends ctrl-C whenever something is said."
@@ -830,8 +830,8 @@ __main__.main()
 
 INTERRUPTED_AND_BUSY = """
 import os, signal, sys, time
-from reports import __main__
-from reports.cli import cli
+from roughline import __main__
+from roughline.commands import app as cli
 
 def busy(*arguments, **options):
     try:
@@ -889,7 +889,7 @@ def test_a_later_control_c_ends_a_program_that_is_long_in_ending(tmp_path):
 def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
     """As in roughline ... | head -1; tables of rich have a mind of their own about it."""
     with subprocess.Popen(
-        [sys.executable, "-m", "reports", *arguments],
+        [sys.executable, "-m", "roughline", *arguments],
         cwd=tmp_path,
         env=ENVIRONMENT,
         stdout=subprocess.PIPE,

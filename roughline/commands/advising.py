@@ -15,10 +15,10 @@ from comparisons.results.decisions import asked_in_vain
 from comparisons.results.record import record_scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
-from reports.cli import terminal
 from reports.printable import say
+from roughline.commands import terminal
+from roughline.commands.arguments import FINE
 
-FINE = 0
 NOTHING = "no claim has measured such a scene"
 
 

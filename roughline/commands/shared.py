@@ -1,18 +1,32 @@
-"""The commands ``roughline problems``, ``submit`` and ``leaderboard``."""
+"""Problems for all methods, with their leaderboard; very many surfaces, and merged folders."""
 
 from __future__ import annotations
 
 import json
+import shlex
+import sys
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from reports.printable import say
+from roughline.commands.arguments import (
+    ALONE,
+    DEFAULT_FOLDER,
+    FAILED,
+    FINE,
+    NO_METHOD_FILES,
+    Flag,
+    MaybeWhole,
+    MethodFiles,
+    Verbose,
+    Workers,
+    overrides_of,
+    part_of,
+)
 
 if TYPE_CHECKING:
     from comparisons.questions.problems.sheet import Sheet
-
-FINE, OUTSIDE = 0, 1
 
 
 def problems(problem: str | None = None, *, out: Path | None = None) -> int:
@@ -27,8 +41,8 @@ def problems(problem: str | None = None, *, out: Path | None = None) -> int:
     """
     from comparisons.errors import InputError
     from comparisons.questions.problems.sheet import builtin_sheets, sheet_of
-    from reports.cli.terminal import print_table
     from reports.tables.problems import problem_list, sheet_table, sheet_text
+    from roughline.commands.terminal import print_table
 
     if problem is None:
         if out is not None:
@@ -65,8 +79,8 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     from comparisons.questions.problems.entry import read_entry
     from comparisons.questions.problems.sheet import sheet_of
     from comparisons.results.folder import held
-    from reports.cli.terminal import print_table
     from reports.tables.problems import judged_table, judged_text
+    from roughline.commands.terminal import print_table
 
     entry = read_entry(file)
     sheet = sheet_of(entry.problem)
@@ -80,7 +94,7 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
             write_text(path, entry.text)
             say(path)
             _write_page(leaderboard)
-    return FINE if judged.verdicts[judged.worst].word == WITHIN else OUTSIDE
+    return FINE if judged.verdicts[judged.worst].word == WITHIN else FAILED
 
 
 def leaderboard(directory: Path) -> int:
@@ -96,7 +110,7 @@ def leaderboard(directory: Path) -> int:
     from comparisons.results.folder import held
 
     with held(directory) if directory.is_dir() else nullcontext():
-        return OUTSIDE if _write_page(directory) else FINE
+        return FAILED if _write_page(directory) else FINE
 
 
 def _write_page(directory: Path) -> list[str]:
@@ -149,3 +163,111 @@ def blank_entry(sheet: Sheet, steps: int) -> dict[str, Any]:
         "seconds": None,
         "values": {name: [None] * steps for name in sheet.quantities},
     }
+
+
+def ensemble(
+    scene: str,
+    *,
+    surfaces: MaybeWhole = None,
+    methods: str = "bem_fft",
+    option: tuple[str, ...] = (),
+    out: Path | None = None,
+    overwrite: Flag = False,
+    part: str | None = None,
+    resume: Flag = False,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Solve very many surfaces of a scene; write their curves as Parquet files, and statistics.
+
+    Parameters
+    ----------
+    scene
+        A scene file or built-in scene with a random surface.
+    surfaces
+        Number of surfaces; default: `realisations` of the scene.
+    methods
+        Comma-separated list of methods, at the resolutions of the scene's [compare], by default the
+        surface's own points.
+    option
+        METHOD.KEY=VALUE, an option of a method; may be repeated.
+    out
+        Folder for the results; default roughline-results/NAME-ensemble.
+    overwrite
+        Replace existing results.
+    part
+        K/N: solve only the Kth of N equal ranges of the surfaces, for `roughline merge`.
+    resume
+        Continue an interrupted run, or one with fewer surfaces.
+    """
+    from comparisons.questions.ensemble import WHOLE, Ensemble
+    from comparisons.scene.scene import load_scene
+    from roughline.commands import terminal
+    from roughline.commands.progress import watched
+
+    method_files.load()
+    overrides = overrides_of(methods, option)
+    if surfaces is not None:
+        overrides["surface.realisations"] = surfaces
+    loaded = load_scene(scene, overrides)
+    campaign = Ensemble(
+        loaded,
+        out or DEFAULT_FOLDER / f"{loaded.name}-ensemble",
+        part=WHOLE if part is None else part_of(part),
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort="full",
+        executor=workers.executor(),
+        resume=resume,
+        overwrite=overwrite,
+    )
+    result = watched(campaign, lambda: None)
+    terminal.print_ensemble(result, campaign.directory)
+    lost = sum(setting.lost for setting in result.record.settings)
+    return FAILED if lost or result.record.missing else FINE
+
+
+def merge(
+    *runs: Path,
+    out: Path,
+    files: Path = Path(),
+    pictures: bool = True,
+    verbose: Verbose = False,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Merge results folders: parts of one study or ensemble, or different methods and scenes.
+
+    The runs must come from this version of roughline and the package versions installed here.
+
+    Parameters
+    ----------
+    runs
+        Folders written by `roughline run` or `roughline ensemble`, with or without `--part K/N`.
+    out
+        A new folder for the merged results and their report.
+    files
+        Folder of the maps and meshes that the scenes refer to; default: the current folder.
+    pictures
+        Render 3-D pictures for the report.
+    verbose
+        Print the verdict on every quantity, and the advice for each scene.
+    """
+    from comparisons.questions.merging import merge as merged
+    from comparisons.questions.merging_ensembles import are_ensembles, merge_ensembles
+    from comparisons.results.folder import held
+    from comparisons.results.store import load_study
+    from reports.pages.study import write_report
+    from roughline.commands import terminal
+
+    method_files.load()
+    command = shlex.join(["roughline", *sys.argv[1:]])
+    if are_ensembles(runs):
+        ensemble = merge_ensembles(runs, out, command)
+        terminal.print_ensemble(ensemble, out)
+        return FAILED if ensemble.record.missing else FINE
+    with held(out):
+        study = merged(runs, out, command, files)
+        record = load_study(out)
+        write_report(record, out / "report.html", pictures=pictures)
+    lost = study.lost()
+    terminal.print_study(record, lost, verbose=verbose)
+    return FAILED if lost else FINE

@@ -5,6 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 from pathlib import Path
 
+SHADOWED = "roughline's packages are shadowed by others:"
 PACKAGES = ("reduced", "reference", "comparisons", "reports")
 
 
@@ -18,7 +19,7 @@ def foreign_packages() -> list[str]:
     >>> foreign_packages()
     []
     """
-    home = Path(__file__).resolve().parents[2]
+    home = Path(__file__).resolve().parents[1]
     lines = []
     for name in PACKAGES:
         spec = find_spec(name)

@@ -12,8 +12,8 @@ from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.jobs import Remaining
 from comparisons.solving.planning import plan_scene
-from reports.cli import live
-from reports.cli.cli import run_command
+from roughline.commands import progress as live
+from roughline.commands.app import run_command
 
 WINKLER = Path(__file__).parents[3] / "docs" / "examples" / "winkler.py"
 

@@ -14,7 +14,7 @@ from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
-from reports.cli import terminal
+from roughline.commands import terminal
 
 # Everything that a markup language of terminals might take for its own.
 HOSTILE = "[red]ball[/red] [/] [bold [link=x] :smile: \x1b[31m"

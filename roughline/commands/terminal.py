@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.text import Text
 
-from reports.cli.live import COMPILED, compiled
 from reports.printable import printable
 from reports.tables.terminal import drawn
+from roughline.commands.progress import COMPILED, compiled
 
 if TYPE_CHECKING:
     from pathlib import Path

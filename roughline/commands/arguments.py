@@ -1,0 +1,201 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter, Token
+
+from reports.printable import say
+
+if TYPE_CHECKING:
+    from comparisons.solving.executors import Executor
+
+
+def _count(_type: type, tokens: Sequence[Token]) -> int:
+    """Parse a whole number strictly; cyclopts would round 1.5."""
+    text = tokens[0].value
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"expected a whole number, got {text!r}") from None
+
+
+def share(text: str) -> float:
+    """Parse a relative tolerance: 5%, 5 % or 0.05.
+
+    Raises
+    ------
+    comparisons.errors.InputError
+    """
+    from comparisons.errors import InputError
+
+    bare = text.strip().removesuffix("%")
+    try:
+        return float(bare) / (100 if bare != text.strip() else 1)
+    except ValueError:
+        raise InputError(
+            f"--tolerance: expected a relative error such as 5% or 0.05, got {text!r}"
+        ) from None
+
+
+def part_of(text: str) -> tuple[int, int]:
+    """Parse the part of a study to solve: 2/5 is the second of five.
+
+    Raises
+    ------
+    comparisons.errors.InputError
+    """
+    from comparisons.errors import InputError
+
+    number, _, parts = text.partition("/")
+    try:
+        fraction = int(number), int(parts)
+    except ValueError:
+        fraction = 0, 0
+    if 1 <= fraction[0] <= fraction[1]:
+        return fraction
+    raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
+
+
+def overrides_of(
+    methods: str | None = None,
+    options: tuple[str, ...] = (),
+    tolerance: str | None = None,
+    quantities: str | None = None,
+) -> dict[str, Any]:
+    """Turn options of the command line into keys of the scene, to be validated with it."""
+    import tomllib
+
+    from comparisons.errors import InputError
+
+    overrides: dict[str, Any] = {}
+    for key, names in (("methods", methods), ("quantities", quantities)):
+        if names is not None:
+            overrides[f"compare.{key}"] = [name.strip() for name in names.split(",")]
+    if tolerance is not None:
+        overrides["compare.tolerance"] = share(tolerance)
+    for text in options:
+        key, equals, value = text.partition("=")
+        if not equals or key.count(".") != 1:
+            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
+        try:
+            parsed = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            parsed = value
+        overrides[f"methods.{key}"] = parsed
+    return overrides
+
+
+# Exit codes. FAILED: a solve is lost, a verdict or a result differs from what was expected.
+FINE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
+DEFAULT_FOLDER = Path("roughline-results")
+
+MaybeWhole = Annotated[int | None, Parameter(converter=_count)]
+Flag = Annotated[bool, Parameter(negative=())]
+Full = Annotated[bool, Parameter(name="--full", negative="--quick")]
+Verbose = Annotated[bool, Parameter(name=["--verbose", "-v"], negative=())]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class MethodFiles:
+    """User-supplied methods.
+
+    Parameters
+    ----------
+    method_file
+        A Python file with your own method (docs/adding-a-method.md), which then runs, also
+        where others are named; may be repeated.
+    method_seconds
+        Time limit for one solve of your method, including the start of its process; default: 120.
+    method_gigabytes
+        Memory limit for the process of your method; default: 2.
+    """
+
+    method_file: tuple[Path, ...] = ()
+    method_seconds: float = 120.0
+    method_gigabytes: float = 2.0
+
+    def load(self) -> list[str]:
+        """Register the methods of the files, and of installed packages; return the files' names.
+
+        Raises
+        ------
+        InputError
+            Listing every invalid file and limit.
+        """
+        from importlib import metadata
+
+        from comparisons.errors import InputError
+        from comparisons.facts.methods import GROUP
+
+        limits = {"seconds": self.method_seconds, "gigabytes": self.method_gigabytes}
+        wrong = [
+            f"--method-{name}: expected a positive number, got {value:g}"
+            for name, value in limits.items()
+            if not 0 < value < float("inf")
+        ]
+        if wrong:
+            raise InputError("\n".join(wrong))
+        if not (self.method_file or metadata.entry_points(group=GROUP)):
+            return []
+        from comparisons.isolation.parent import Limits
+        from comparisons.methods.user.external import add_methods, names_in
+
+        bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
+        for notice in add_methods(self.method_file, bounds):
+            say(f"left out: {notice}", sys.stderr)
+        return [name for file in self.method_file for name in names_in(file)]
+
+
+NO_METHOD_FILES = MethodFiles()
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Workers:
+    """Where the solves run.
+
+    Parameters
+    ----------
+    workers
+        Number of single-threaded processes; 1 gives the cleanest times. Default: 1 for scenes and
+        hard cases, the number of cores (at most 2) for claims and calibration.
+    scheduler
+        Address of a dask.distributed scheduler (tcp://HOST:PORT) whose workers solve
+        (docs/cluster.md).
+    """
+
+    workers: MaybeWhole = None
+    scheduler: str | None = None
+
+    def executor(self, default: int = 1) -> Executor:
+        """Return the executor.
+
+        Raises
+        ------
+        InputError
+            If the number of workers is invalid, or the cluster cannot be used, with the reason.
+        """
+        from comparisons.errors import InputError
+        from comparisons.solving.executors import executor_for
+
+        cores = os.cpu_count() or 1
+        chosen = min(default, cores) if self.workers is None else self.workers
+        most = max(2, cores)
+        if not 1 <= chosen <= most:
+            raise InputError(
+                f"--workers: expected 1 to {most} (the cores of this machine), got {chosen}"
+            )
+        if self.scheduler is not None and self.workers is not None:
+            raise InputError("--workers and --scheduler: expected at most one")
+        return executor_for(chosen, self.scheduler)
+
+
+ALONE = Workers()

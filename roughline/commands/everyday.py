@@ -1,0 +1,409 @@
+"""Commands of every day: a scene file, runs and their reports, tables and figures for a paper."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from reports.printable import say
+from roughline.commands.arguments import (
+    ALONE,
+    DEFAULT_FOLDER,
+    FAILED,
+    FINE,
+    NO_METHOD_FILES,
+    Flag,
+    Full,
+    MaybeWhole,
+    MethodFiles,
+    Verbose,
+    Workers,
+    overrides_of,
+    part_of,
+)
+
+if TYPE_CHECKING:
+    from comparisons.solving.plan import Effort, Plan
+
+
+def new(kind: Literal["ball", "map", "punch"], file: Path | None = None) -> int:
+    """Write a scene file with comments, to be changed into yours.
+
+    Parameters
+    ----------
+    kind
+        What touches: a ball, a measured map, or a flat punch.
+    file
+        The file to write; default: KIND.toml in this folder. An existing one stays.
+    """
+    from comparisons.errors import InputError
+    from comparisons.files import write_named_text
+    from comparisons.scene.scene import beginning
+
+    path = file or Path(f"{kind}.toml")
+    if path.exists():
+        raise InputError(f"{path}: exists; choose another name")
+    write_named_text(path, beginning(kind))
+    say(f"{path}: change it, then `roughline run {path}`")
+    return FINE
+
+
+def run(  # noqa: PLR0913 (the options on the command line)
+    *scenes: str,
+    methods: str | None = None,
+    tolerance: str | None = None,
+    quantities: str | None = None,
+    option: tuple[str, ...] = (),
+    full: Full = False,
+    plan: Flag = False,
+    out: Path | None = None,
+    overwrite: Flag = False,
+    part: str | None = None,
+    resume: Flag = False,
+    pictures: bool = True,
+    fields: Literal["shown", "all"] = "shown",
+    verbose: Verbose = False,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Solve scenes with all methods, compare them, and write a report.
+
+    Parameters
+    ----------
+    scenes
+        Scene files, names of built-in scenes, or suites (quick, single, rough, physics);
+        default: quick.
+    methods
+        Comma-separated list of methods to use; default: all.
+    tolerance
+        Acceptable relative error, such as 5% or 0.05; default: that of each scene.
+    quantities
+        Comma-separated quantities to compare; default: those of each scene.
+    option
+        METHOD.KEY=VALUE, an option of a method; may be repeated.
+    full
+        Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
+        --quick: no refinement, fewer surfaces.
+    plan
+        Print what would be modelled, what is left out and why, without solving.
+    out
+        Folder for the results; default roughline-results/NAME.
+    overwrite
+        Replace existing results.
+    part
+        K/N: solve only part K of N, for `roughline merge`.
+    resume
+        Continue an interrupted run.
+    pictures
+        Render 3-D pictures for the report.
+    fields
+        "all": those of every setting as VTU files, too, for ParaView; default: what pages show.
+    verbose
+        Print the verdict on every quantity, and the advice for each scene.
+    """
+    from comparisons.questions.study import WHOLE, Study
+    from comparisons.results.decisions import asked_in_vain
+    from comparisons.results.folder import held
+    from comparisons.solving.planning import plan_all
+    from roughline.commands import terminal
+    from roughline.commands.progress import watched
+
+    brought = method_files.load()
+    share_of_work = WHOLE if part is None else part_of(part)
+    effort: Effort = "full" if full else "quick"
+    overrides = overrides_of(methods, option, tolerance, quantities)
+    plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
+    if plan:
+        terminal.print_plans(plans)
+        return FINE
+    directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
+    study = Study(
+        plans,
+        directory,
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort=effort,
+        executor=workers.executor(),
+        part=share_of_work,
+        paraview=fields == "all",
+        resume=resume,
+        overwrite=overwrite,
+    )
+    with held(directory):
+        record = watched(study, lambda: _write_page(directory, pictures=False))
+        _write_page(directory, pictures)
+    lost = study.lost()
+    terminal.print_study(record, lost, verbose=verbose)
+    return FAILED if lost or asked_in_vain(record.scenes) else FINE
+
+
+def report(directory: Path, *, pictures: bool = True) -> int:
+    """Rewrite the report of a results folder.
+
+    Parameters
+    ----------
+    directory
+        A folder written by `roughline run`.
+    pictures
+        Render 3-D pictures.
+    """
+    from comparisons.results.folder import held
+
+    with held(directory) if directory.is_dir() else nullcontext():
+        say(_write_page(directory, pictures))
+    return FINE
+
+
+def _write_page(directory: Path, pictures: bool) -> Path:
+    from comparisons.questions.claims.record import RECORD, load_claims_record
+    from comparisons.questions.hard_cases import record as hard
+    from comparisons.results.store import STUDY, load_study
+    from reports.pages.claims import write_claims_report
+    from reports.pages.hard_cases import write_hard_cases_report
+    from reports.pages.study import write_report
+
+    path = directory / "report.html"
+    if not (directory / STUDY).exists() and (directory / RECORD).exists():
+        write_claims_report(load_claims_record(directory), path)
+        return path
+    if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
+        write_hard_cases_report(hard.load_record(directory), path)
+        return path
+    write_report(load_study(directory), path, pictures=pictures)
+    return path
+
+
+def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
+    from comparisons.scene.suites import SUITES
+
+    if not scenes:
+        return "quick"
+    if len(scenes) == 1:
+        name = scenes[0].lower()
+        return name if name in SUITES else plans[0].scene.name
+    return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]
+
+
+def solve(
+    scene: str,
+    *,
+    method: str,
+    resolution: MaybeWhole = None,
+    option: tuple[str, ...] = (),
+    json: Flag = False,
+    csv: Path | None = None,
+    vtu: Path | None = None,
+    threads: int = 1,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Solve one scene with one method.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    method
+        The method, one of those in `roughline list methods`.
+    resolution
+        Springs, cells or elements per contact radius; for rough surfaces, points per side.
+    option
+        KEY=VALUE, an option of the method; may be repeated.
+    json
+        Print one JSON object.
+    csv
+        Write the load steps to this CSV file.
+    vtu
+        Write the fields at the last load to this VTU file, for ParaView.
+    threads
+        Threads that share large grids of the half-space (from 512 x 512); digits do not change.
+    """
+    from comparisons.errors import InputError
+    from comparisons.questions.single import solve_scene
+    from roughline.commands import terminal
+
+    method_files.load()
+    if json and csv is not None:
+        raise InputError("--json and --csv: expected at most one")
+    if csv is not None and csv == vtu:
+        raise InputError(f"--csv and --vtu: expected two files, got {csv} twice")
+    for target in (csv, vtu):
+        if (
+            target is not None
+            and Path(scene).exists()
+            and target.exists()
+            and target.samefile(scene)
+        ):
+            raise InputError(f"{target}: expected a file other than the scene itself")
+    options = tuple(
+        setting if "." in setting.partition("=")[0] else f"{method}.{setting}" for setting in option
+    )
+    overrides = overrides_of(method, options)
+    result = solve_scene(
+        scene, method, resolution, overrides, with_fields=vtu is not None, threads=threads
+    )
+    if vtu is not None:
+        result.write_vtu(vtu)
+    if json:
+        print(result.to_json())
+    elif csv is not None:
+        result.write_csv(csv)
+    else:
+        terminal.print_solution(result)
+    for note in result.plan.doubts:
+        say(note, sys.stderr)
+    if not result.converged:
+        say("\n".join(result.reasons), sys.stderr)
+    return FINE if result.converged else FAILED
+
+
+def compare(
+    before: Path,
+    after: Path,
+    *,
+    tolerance: str = "1e-5",
+    slower: float = 1.5,
+    out: Path = Path("roughline-results/comparison"),
+) -> int:
+    """Compare two results folders: changes in value, error and time.
+
+    Parameters
+    ----------
+    before, after
+        Folders written by `roughline run`.
+    tolerance
+        Smallest relative change of a quantity that counts, e.g. 1e-5 or 1%.
+    slower
+        Smallest ratio of times that counts as slower; between different machines, times are
+        shown but not judged.
+    out
+        Folder for comparison.html.
+    """
+    from comparisons.errors import InputError
+    from comparisons.results.folder import held
+    from comparisons.results.runs import compare_runs
+    from comparisons.results.store import load_study
+    from reports.pages.runs import write_comparison_page
+    from roughline.commands import terminal
+    from roughline.commands.arguments import share
+
+    moved = share(tolerance)
+    problems = [
+        f"{name}: expected a number above {least}, got {number}"
+        for name, number, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
+        if not least < number < float("inf")
+    ]
+    if problems:
+        raise InputError("\n".join(problems))
+    record = compare_runs(load_study(before), load_study(after), moved, slower)
+    page = out / "comparison.html"
+    with held(out):
+        write_comparison_page(record, shlex.join(["roughline", *sys.argv[1:]]), page)
+    terminal.print_run_comparison(record, page)
+    return FAILED if record.failed else FINE
+
+
+def paper(
+    run: Path,
+    *,
+    out: Path,
+    format: str = "pdf",  # noqa: A002
+    figures: str = "verdicts,*-overview",
+) -> int:
+    """Write figures and tables of a run for a paper: matplotlib, LaTeX, Markdown, and an index.
+
+    Parameters
+    ----------
+    run
+        A folder written by `roughline run`.
+    out
+        Folder for the files, created if missing; files of the same names are replaced.
+    format
+        Comma-separated formats of the figures: pdf, svg, png.
+    figures
+        Comma-separated names of figures, or patterns: "ball-*", "*-error-force", "*" for all.
+        Default: the figure of all verdicts, and one of each scene. The index lists the others.
+    """
+    from comparisons.results.folder import held
+    from comparisons.results.store import load_study
+    from roughline.commands.progress import counting
+
+    study = load_study(run)
+    from reports.paper.files import write_paper
+
+    chosen = [name.strip() for name in figures.split(",")]
+    with held(out), counting("drawn") as advance:
+        written = write_paper(study, out, format.split(","), figures=chosen, advance=advance)
+    say(f"{len(written)} files; {out / 'index.md'}")
+    return FINE
+
+
+def advise(
+    scene: str,
+    *,
+    tolerance: str | None = None,
+    quantities: str | None = None,
+    known: Flag = False,
+    full: Full = False,
+    json: Flag = False,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Find the cheapest method and resolution that meet a tolerance, error bar included.
+
+    First it says what claims have measured nearest to the scene; then it solves the scene.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    tolerance
+        Acceptable relative error, such as 5% or 0.05; default: the scene's tolerance.
+    quantities
+        Comma-separated quantities that must meet it; default: those that the scene compares.
+    known
+        Only say what was measured nearest to the scene; solve nothing.
+    full
+        Solve as many surfaces and grids as `run --full`; --quick: as many as `run`.
+    json
+        Print one JSON object.
+    """
+    from comparisons.solving.planning import plan_all
+    from roughline.commands import advising
+
+    brought = method_files.load()
+    overrides = overrides_of(tolerance=tolerance, quantities=quantities)
+    effort: Effort = "full" if full else "quick"
+    plans = plan_all([scene], overrides, effort, "--tolerance, --quantities", brought)
+    if not known:
+        return advising.advise_all(plans, effort, json)
+    again = shlex.join(["roughline", *(word for word in sys.argv[1:] if word != "--known")])
+    return advising.print_known(plans, json, again)
+
+
+def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD_FILES) -> int:
+    """List the built-in scenes, methods, claims or hard cases.
+
+    Parameters
+    ----------
+    catalogue
+        "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
+    """
+    from comparisons.errors import InputError
+    from roughline.commands import terminal
+
+    lists = {
+        "scenes": terminal.print_scenes,
+        "methods": terminal.print_methods,
+        "claims": terminal.print_claim_list,
+        "hard-cases": terminal.print_hard_case_list,
+    }
+    if catalogue is None:
+        method_files.load()
+        terminal.print_lists()
+        return FINE
+    if catalogue not in lists:
+        raise InputError(f"list: expected one of {', '.join(lists)}, got {catalogue!r}")
+    method_files.load()
+    lists[catalogue]()
+    return FINE

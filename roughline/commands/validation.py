@@ -1,0 +1,309 @@
+"""Commands for validation: claims, calibration of the bars, hard cases."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from reports.printable import say
+from roughline.commands.arguments import (
+    ALONE,
+    DEFAULT_FOLDER,
+    FAILED,
+    FINE,
+    NO_METHOD_FILES,
+    Flag,
+    Full,
+    MethodFiles,
+    Workers,
+)
+
+if TYPE_CHECKING:
+    from comparisons.questions.calibration import CalibrationRecord
+
+
+def claims(
+    *ids: str,
+    full: Full = False,
+    out: Path | None = None,
+    json: Path | None = None,
+    overwrite: Flag = False,
+    resume: Flag = False,
+    stale: Flag = False,
+    method: str | None = None,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Test claims about the reduced model: hold, fail, or what they hang on.
+
+    Parameters
+    ----------
+    ids
+        Ids of built-in claims, or claim files; default: all built-in claims.
+    full
+        Refine the reference until its bar is a fifth of the tolerance, and narrow each range
+        further; --quick: wider bars, so that more claims may stay unresolved.
+    out
+        Folder for claims.json, the measurements and report.html; default roughline-results/claims,
+        for named claims claims-NAME. There, what this version has measured before is used again.
+    json
+        Also write the record of the run to this file.
+    overwrite
+        Replace existing results.
+    resume
+        Continue an interrupted run.
+    stale
+        Run nothing: print the ids of those claims whose verdict on the pages is older than the code
+        that it came from; exit code 1 if there are any.
+    method
+        Test this method instead of the reduced model, on the claims that are based on a scene.
+    """
+    from comparisons.files import write_named_text
+    from comparisons.questions.claims.claim import about_method, load_claims
+    from comparisons.questions.claims.record import load_claims_record
+    from comparisons.questions.claims.runner import ClaimRun
+    from comparisons.questions.claims.stale import stale as stale_claims
+    from comparisons.results.folder import held
+    from reports.pages.claims import write_claims_report
+    from roughline.commands import terminal
+    from roughline.commands.progress import watched
+
+    method_files.load()
+    chosen_claims = load_claims(ids)
+    if method is not None:
+        chosen_claims = about_method(chosen_claims, method)
+    if stale:
+        old = stale_claims(chosen_claims)
+        say("\n".join(old) or "No stored verdict is older than its code.")
+        return FAILED if old else FINE
+    directory = out or DEFAULT_FOLDER / _folder_name([claim.id for claim in chosen_claims], ids)
+    run = ClaimRun(
+        chosen_claims,
+        directory,
+        effort="full" if full else "quick",
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        executor=workers.executor(default=2),
+        # Answers are kept under hashes of all that they hang on: none can be taken for another.
+        resume=resume or (out is None and not overwrite),
+        overwrite=overwrite,
+    )
+    page = directory / "report.html"
+    with held(directory):
+        record = watched(run, lambda: write_claims_report(load_claims_record(directory), page))
+        write_claims_report(record, page)
+    if json is not None:
+        write_named_text(json, record.model_dump_json(indent=1) + "\n")
+    terminal.print_claims(record, page)
+    return FAILED if any(claim.differs for claim in record.claims) else FINE
+
+
+def _folder_name(claims: list[str], named: tuple[str, ...]) -> str:
+    """Return the folder of all claims, which pages of studies look into, or of a few."""
+    return f"claims-{'+'.join(claims)}"[:100] if named else "claims"
+
+
+# What the bars must reach on shapes that had no part in fixing them.
+COVERAGE, WIDTH = 0.95, 3.0
+# Share of all bars, each of one load step, that may miss a proved interval.
+REFUTED = 0.005
+
+
+def calibrate(
+    *, out: Path = Path("roughline-results/calibration"), workers: Workers = ALONE
+) -> int:
+    """Compare the references' error bars with true errors: closed forms, rough surfaces.
+
+    Exits with code 1 if the bars of single contacts or of rough surfaces cover less than 95 % of
+    the cases that had no part in fixing them, if their median width exceeds three times the true
+    error, or if more than one in two hundred does not reach what is proved.
+
+    Parameters
+    ----------
+    out
+        Folder for calibration.csv and report.html; existing ones are replaced.
+    """
+    from comparisons.questions.calibration import Calibration
+    from comparisons.questions.calibration_cases import summary
+    from comparisons.questions.shares import fitted_rule
+    from comparisons.results.folder import PAGE, held
+    from reports.pages.calibration import write_calibration_report
+    from reports.tables.calibration import by_quantity, kinds, other_widths, rule
+    from roughline.commands.progress import watching
+    from roughline.commands.terminal import print_line, print_table
+
+    command = shlex.join(["roughline", *sys.argv[1:]])
+    with held(out):
+        with watching() as watch:
+            executor = workers.executor(default=2)
+            record = Calibration(out, command=command, executor=executor, watch=watch).run()
+        cases = record.cases
+        write_calibration_report(cases, command, out / PAGE)
+    reported = [case for case in cases if case.half == "reported"]
+    print_line(
+        "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
+        "in the rms over the loads of a case, and of the bars at every load by themselves."
+    )
+    for made in (*by_quantity(reported), rule(fitted_rule(cases)), *other_widths(cases)):
+        print_line("")
+        print_table(made)
+        if made.note:
+            print_line(made.note)
+    _print_missed(record)
+    fine = all(
+        (got := summary(part)).coverage >= COVERAGE and got.width <= WIDTH
+        for part in kinds(reported).values()
+    )
+    # no bar may be refuted by a theorem over its loads; of bars at 95 %, few at single ones
+    fine &= record.held.missed <= REFUTED * record.held.bars
+    fine &= not any(case.refuted for case in cases)
+    say(out / PAGE)
+    return FINE if fine else FAILED
+
+
+def _print_missed(record: CalibrationRecord) -> None:
+    """Print how many bars miss what is proved, and which."""
+    from roughline.commands.terminal import print_line
+
+    print_line(f"\n{record.held}.")
+    for case in record.cases:
+        if case.missed:
+            kind = "defect: " if case.refuted else ""
+            print_line(
+                f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
+                f"at worst by {case.excess:.0%} of the bar"
+            )
+
+
+def hard_cases(
+    *methods: str,
+    full: Full = False,
+    out: Path = Path("roughline-results/hard-cases"),
+    json: Path | None = None,
+    case: tuple[str, ...] = (),
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Run the hard cases and compare the outcomes with the expected ones.
+
+    Parameters
+    ----------
+    methods
+        The methods; default: all, the peers (tamaas, ...) in full runs only.
+    full
+        Run every method on every case; --quick: leave out the slow combinations.
+    out
+        Folder for hard-cases.json, hard-cases.csv and report.html.
+    json
+        Also write the record of the run to this file.
+    case
+        Run only this case, or the cases of this file; may be repeated.
+    """
+    from comparisons.errors import InputError
+    from comparisons.facts.methods import METHODS, method_named
+    from comparisons.files import write_named_text
+    from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
+    from comparisons.questions.hard_cases.record import load_record
+    from comparisons.questions.hard_cases.run import HardCases
+    from comparisons.results.folder import PAGE, held
+    from reports.pages.hard_cases import write_hard_cases_report
+    from roughline.commands import terminal
+    from roughline.commands.progress import watched
+
+    method_files.load()
+    chosen: list[str] = []
+    problems: list[str] = []
+    for name in methods:
+        try:
+            chosen.append(method_named(name, "methods: "))
+        except InputError as error:
+            problems.append(str(error))
+    try:
+        cases = load_cases(case) if case else list(catalogue().values())
+    except HardCaseError as error:
+        problems += error.problems
+    if problems:
+        raise InputError("\n".join(problems))
+    # Each solve of a peer starts a process: quick runs have them only if they are named.
+    judged = tuple(name for name, method in METHODS.items() if full or not method.peer)
+    run = HardCases(
+        cases,
+        chosen or judged,
+        out,
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort="full" if full else "quick",
+        executor=workers.executor(),
+    )
+    page = out / PAGE
+    with held(out):
+        record = watched(run, lambda: write_hard_cases_report(load_record(out), page))
+        write_hard_cases_report(record, page)
+    if json is not None:
+        write_named_text(json, record.model_dump_json(indent=1) + "\n")
+    terminal.print_hard_cases(record, page)
+    return FAILED if record.deviations or record.lost else FINE
+
+
+def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
+    """Measure the speed of the solvers against yardsticks timed in the same run.
+
+    Parameters
+    ----------
+    benchmark
+        "reduced", "bem" or "fem"; default: all.
+    json
+        Write the rows to this file, as a list of {name, seconds, yardstick, yardstick_seconds,
+        ratio, target, met}.
+    """
+    import json as json_format
+
+    from comparisons.errors import InputError
+    from comparisons.files import write_named_text
+    from comparisons.questions.benchmarks import BENCHMARKS
+    from roughline.commands import terminal
+
+    if benchmark is not None and benchmark not in BENCHMARKS:
+        raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {benchmark!r}")
+    names = list(BENCHMARKS) if benchmark is None else [benchmark]
+    timings = {name: BENCHMARKS[name]() for name in names}
+    terminal.print_benchmarks(timings)
+    if json is not None:
+        rows = [measurement.row() for rows in timings.values() for measurement in rows]
+        write_named_text(json, json_format.dumps(rows, indent=1) + "\n")
+    return FINE
+
+
+def check(
+    *scenes: str,
+    method: str = "reduced",
+    baseline: Path | None = None,
+    update: Flag = False,
+    method_files: MethodFiles = NO_METHOD_FILES,
+) -> int:
+    """Check for drift against a baseline, and attribute it to the model, reference or machine.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or built-in scenes; default: all single contacts and a rough surface.
+    method
+        The method to check.
+    baseline
+        The stored curves; default: roughline-baseline.json in this folder, else the packaged one.
+    update
+        Show the drift, then store the new curves, by default in roughline-baseline.json.
+    """
+    from comparisons.questions.regression import CHECK_SCENES, PACKAGED
+    from comparisons.questions.regression.check import check_against, update_baseline
+    from roughline.commands import terminal
+    from roughline.commands.progress import watching
+
+    method_files.load()
+    stored_baseline = Path("roughline-baseline.json")
+    stored = baseline or (stored_baseline if stored_baseline.exists() or update else PACKAGED)
+    with watching() as watch:
+        act = update_baseline if update else check_against
+        findings = act(stored, method, scenes or CHECK_SCENES, watch=watch)
+    terminal.print_findings(findings, stored)
+    return FAILED if any(finding.drifted for finding in findings) and not update else FINE
