@@ -233,10 +233,11 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
 
 def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
     """Return the claim of a table; errors list all problems at once."""
-    problems = _problems(data)
+    problems = _key_problems(data)
     try:
         claim = Claim.model_validate({**data, "directory": str(directory)})
-        problems += _scene_problems(claim)
+        if claim.scene is not None:
+            problems += _scene_problems(claim)
     except ValidationError as error:
         problems = in_file(error, Claim) + problems
     if problems:
@@ -244,7 +245,7 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
     return claim
 
 
-def _problems(data: dict[str, Any]) -> list[str]:
+def _key_problems(data: dict[str, Any]) -> list[str]:
     """Return problems between keys, even if single keys are invalid."""
     problems = ["directory: unknown key"] if "directory" in data else []
     kinds = [key for key in ("scene", "experiment") if key in data]
@@ -259,38 +260,39 @@ def _problems(data: dict[str, Any]) -> list[str]:
                 f"experiment: expected one of {experiments}, got {data['experiment']!r}"
             )
         return problems + [f"{key}: only with a scene" for key in ("changes", "at") if key in data]
-    vary = data.get("vary")
+    vary, nuisances, changes = (data.get(key) for key in ("vary", "nuisance", "changes"))
     if isinstance(vary, dict) and not vary.get("path"):
         problems.append("vary.path: expected, but missing: which key of the scene varies")
     if "quantity" not in data:
         problems.append("quantity: expected, but missing")
+    open_keys = [vary, *(nuisances if isinstance(nuisances, list) else ())]
+    paths = [table.get("path") for table in open_keys if isinstance(table, dict)]
+    keys = {str(k) for path in paths for k in (path if isinstance(path, list) else [path])}
+    keys |= set(changes) if isinstance(changes, dict) else set()
     problems += [
         f"{key}: expected no value, because the claim's own key `{_SET_BY[key]}` sets it"
         for key in _SET_BY
-        if key in _scene_keys(data)
+        if key in keys
     ]
     return problems + [f"{key}: only with an experiment" for key in ("parameters",) if key in data]
 
 
-def _scene_keys(data: dict[str, Any]) -> set[str]:
-    """Return the keys of the scene that a claim changes, varies or leaves open."""
-    nuisances, changes = data.get("nuisance"), data.get("changes")
-    tables = [data.get("vary"), *(nuisances if isinstance(nuisances, list) else ())]
-    paths = [table.get("path") for table in tables if isinstance(table, dict)]
-    keys = [key for path in paths for key in (path if isinstance(path, list) else [path])]
-    return {str(key) for key in (*keys, *(changes if isinstance(changes, dict) else ()))}
-
-
 def _scene_problems(claim: Claim) -> list[str]:
     """Return the problems of the scene as modified by the claim, at the ends of its ranges."""
-    if claim.scene is None:
-        return []
-    ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
     problems: list[str] = []
-    scenes = [_checked(claim.under(claim.as_stated), end, problems) for end in ends]
+
+    def scene_of(setting: Mapping[str, float], number: float | None) -> Scene | None:
+        try:
+            return load_scene(claim.source, overrides(claim.under(setting), number))
+        except InputError as error:
+            problems.append(f"scene: {error}")
+            return None
+
+    ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
+    scenes = [scene_of(claim.as_stated, end) for end in ends]
     for nuisance in claim.nuisance:
         others = [
-            _checked(claim.under({**claim.as_stated, nuisance.key: number}), ends[0], problems)
+            scene_of({**claim.as_stated, nuisance.key: number}, ends[0])
             for number in nuisance.numbers()
             if number != nuisance.stated_number
         ]
@@ -302,15 +304,6 @@ def _scene_problems(claim: Claim) -> list[str]:
     if same and claim.vary is not None and claim.vary.path != (RESOLUTION,):
         problems.append(f"vary.path: {', '.join(claim.vary.path)} changes nothing in the scene")
     return problems
-
-
-def _checked(claim: Claim, end: float | None, problems: list[str]) -> Scene | None:
-    """Return the claim's scene at a value of its parameter; add what is wrong to the problems."""
-    try:
-        return load_scene(claim.source, overrides(claim, end))
-    except InputError as error:
-        problems.append(f"scene: {error}")
-        return None
 
 
 def overrides(claim: Claim, number: float | None) -> dict[str, Any]:

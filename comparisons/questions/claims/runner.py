@@ -188,17 +188,16 @@ def as_factor(measured: Measurement) -> Measurement:
     >>> as_factor(Measurement(None, -0.9, 0.0)).error, as_factor(Measurement(None, 9.0, 0.0)).error
     (-9.0, 9.0)
     """
-    low, middle, high = (
-        _signed_factor(1 + measured.error + side * measured.uncertainty) for side in (-1, 0, 1)
-    )
+    ratio = 1 + measured.error
+    factors = []
+    for part in (ratio - measured.uncertainty, ratio, ratio + measured.uncertainty):
+        if part <= 0:
+            factors.append(WRONG_SIGN)  # no factor, but finite as every result of an experiment
+        else:
+            factors.append(round(part - 1 if part >= 1 else 1 - 1 / part, 12))
+    low, middle, high = factors
     bar = max(abs(high - middle), abs(middle - low))
     return replace(measured, error=middle, uncertainty=bar)
-
-
-def _signed_factor(ratio: float) -> float:
-    if ratio <= 0:
-        return WRONG_SIGN  # no factor, but finite as every result of an experiment
-    return round(ratio - 1 if ratio >= 1 else 1 - 1 / ratio, 12)
 
 
 def _repeats(claim: Claim, effort: Effort) -> str:
@@ -215,7 +214,24 @@ def _repeats(claim: Claim, effort: Effort) -> str:
 def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Measurement]:
     """Measure a point; an exception affects this point only."""
     if claim.experiment is not None:
-        job = _experiment_job(claim, value, effort)
+        arguments = EXPERIMENTS[claim.experiment].arguments(value, claim.parameters)
+        # Neither the claim nor its tolerance is in it: claims that ask for the same share a job.
+        identity = {
+            "experiment": claim.experiment,
+            "arguments": {k: a.hex() if isinstance(a, float) else a for k, a in arguments.items()},
+            "effort": effort,
+            "versions": versions(),
+            "source": source_digest(),
+        }
+        digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+        job = Job(
+            f"{claim.experiment}-{digest}",
+            measure_experiment,
+            (claim.experiment, value, effort, claim.parameters),
+            MEMORY,
+            Kind(claim.id, claim.experiment),
+            MEASUREMENT,
+        )
         done = yield [job]
         measurement: Measurement = value_of(done[job.key])
         # another claim may have asked for it, along another of its parameters
@@ -235,31 +251,6 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
 def _no_result(value: float | None, error: Exception) -> Measurement:
     reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     return Measurement(value, float("nan"), float("nan"), {"no result": one_line(reason)})
-
-
-def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
-    """Return an experiment as a job with a key of everything that determines its result.
-
-    Neither the claim nor its tolerance does: claims that ask for the same measurement share it.
-    """
-    assert claim.experiment is not None
-    arguments = EXPERIMENTS[claim.experiment].arguments(value, claim.parameters)
-    identity = {
-        "experiment": claim.experiment,
-        "arguments": {k: a.hex() if isinstance(a, float) else a for k, a in arguments.items()},
-        "effort": effort,
-        "versions": versions(),
-        "source": source_digest(),
-    }
-    digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
-    return Job(
-        f"{claim.experiment}-{digest}",
-        measure_experiment,
-        (claim.experiment, value, effort, claim.parameters),
-        MEMORY,
-        Kind(claim.id, claim.experiment),
-        MEASUREMENT,
-    )
 
 
 def measure_experiment(
