@@ -16,7 +16,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
+from comparisons.questions.experiments.finite_elements import LEAST_MEMORY, measure_series
 from comparisons.questions.experiments.reading_scan import CHOICES
 from reference.closed_form.asperities import line_peaks, surface_peaks
 from reference.dynamics.wave_impact import rayleigh_share, wave_impact

@@ -1,4 +1,4 @@
-"""Oil films between rigid bodies (19.8): what cells and formulas say of them."""
+"""Oil films between rigid bodies and along rough planes (19.8), by cells, formulas and the line."""
 
 from __future__ import annotations
 
@@ -7,18 +7,33 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
+from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Effort,
+    Finding,
+    experiment,
+    number_of,
+)
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.solving.shared import shared
+from reduced.loads import Load
+from reduced.rough import ensemble
+from reduced.rough.press import press as press_line
 from reference.lubrication.formulas import (
     CYLINDER,
     RUPTURE,
     SoftFit,
+    effective_medium_factor,
+    patir_cheng_factor,
+    second_order_factors,
     soft_limit,
     sphere_film,
     wave_amplitude,
 )
 from reference.lubrication.point import Ball, entrain, waviness
 from reference.lubrication.reynolds import rigid_cylinder
+from reference.lubrication.rough_planes import plane_flow
 
 _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
@@ -114,3 +129,160 @@ def film_wave(effort: Effort, *, wavelength: Annotated[float, Above(0)] = 0.5) -
         linear = wave_amplitude(2 * np.pi / length, 1e6, 1.0, 1e-2, film).real
     coarse, fine = changes
     return Finding(linear, fine, abs(fine - coarse) / abs(fine), {})
+
+
+# Surfaces, and lines for each: in groups, whose gaps are pooled.
+_QUICK, _GROUP, _GROUPS = 12, 30, 12
+# Points of a line for one of its surface.
+_FINER = 4
+Samples = dict[str, np.ndarray]
+
+
+@experiment(
+    "film-plane-open",
+    "Flow of oil along rough planes that hardly touch: formulas against the flow on cells",
+    "roughness",
+    "rms height over mean gap",
+)
+def film_plane_open(
+    effort: Effort,
+    *,
+    roughness: Annotated[float, Above(0)] = 0.2,
+    statement: Literal["second_order", "patir_cheng"] = "second_order",
+    quantity: Literal["pressure", "shear"] = "pressure",
+    points: float = 64,
+    hurst: float = 0.8,
+    roll_off: float = 2.0,
+    shortest: float = 8.0,
+    realisations: Annotated[float, Above(2)] = 48,
+) -> Finding:
+    """Compare what a formula says of the flow between bodies that hardly touch, rigid ones.
+
+    `roughness` is rms height over mean gap; of a second order what roughness changes is judged, of
+    a fit the factor itself. Where heights exceed the gap, it is closed, as Patir & Cheng have it.
+    """
+    if statement == "patir_cheng" and quantity == "shear":
+        raise ValueError("the fit is of pressure, not of shear")
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
+    count = number_of(realisations, effort, _QUICK)
+    change = statement == "second_order"
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        values = _rigid(surface, float(roughness), factor, number)[quantity]
+        return 1 - values if change else values
+
+    if change:
+        stated = 1 - second_order_factors(roughness)[("pressure", "shear").index(quantity)]
+    else:
+        stated = patir_cheng_factor(roughness)
+    true, bar = truth(sample, "refined", count, effort)
+    return compare([stated], true, bar, {"bar of the grid": bar})
+
+
+@shared(maxsize=64)
+def _rigid(surface: Surface, roughness: float, factor: int, count: int) -> Samples:
+    """Return the flow factors of surfaces, each the mean of the surface's and its negative's.
+
+    What is of odd order in the heights cancels.
+    """
+    rows = []
+    for number in range(count):
+        heights = surface.heights(number, factor)
+        heights = heights * (roughness / heights.std())
+        sides = [plane_flow(np.maximum(1 + sign * heights, 0.0)) for sign in (1, -1)]
+        rows.append(
+            (
+                np.mean([side.pressure_factor for side in sides]),
+                np.mean([side.shear_factor for side in sides]),
+            )
+        )
+    pressure, shear = np.array(rows).T
+    return {"pressure": pressure, "shear": shear}
+
+
+@experiment(
+    "film-plane-pressed",
+    "Flow of oil around the spots of contact of rough planes: theories, and the line",
+    "load",
+    "load F/(E* A0 h')",
+)
+def film_plane_pressed(
+    effort: Effort,
+    *,
+    load: Annotated[float, Above(0)] = 0.02,
+    statement: Literal["effective_medium", "patir_cheng", "line"] = "effective_medium",
+    quantity: Literal["factor", "flow"] = "factor",
+    points: float = 128,
+    hurst: float = 0.8,
+    roll_off: float = 4.0,
+    shortest: float = 8.0,
+    realisations: Annotated[float, Above(2)] = 48,
+) -> Finding:
+    """Compare what is said of the oil that flows around spots of contact with the flow on cells.
+
+    The gap is that of the periodic half-space; `quantity` is the pressure factor, or the "flow"
+    itself, the factor times the cube of the mean gap over the rms height.
+    """
+    if statement != "line" and quantity == "flow":
+        raise ValueError(f"{statement} speaks of the factor, not of the flow")
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
+    count = number_of(realisations, effort, _QUICK)
+
+    def sample(factor: int, number: int) -> Samples:
+        return _flows(surface, float(load), factor, number)
+
+    true, bar = truth(lambda f, n: sample(f, n)[quantity], "refined", count, effort)
+    native = sample(1, count)
+    details: dict[str, float | str] = {
+        "contact area": float(native["area"].mean()),
+        "mean gap/h_rms": float(native["gap"].mean()),
+        "closed": float((native["factor"] == 0).mean()),
+        "bar of the grid": bar,
+    }
+    if statement == "line":
+        return compare(_lines(surface, float(load))[quantity], true, bar, details)
+    stated, grid = truth(lambda f, n: sample(f, n)[statement], "refined", count, effort)
+    # of the same surfaces, whose flows differ more than these ratios
+    ratio, scatter = ratio_of_means(stated[:, None], true[:, None], paired=True)
+    uncertainty = float(ratio[0] * combined(scatter[0], bar, grid))
+    return Finding(float(stated.mean()), float(true.mean()), uncertainty, details)
+
+
+@shared(maxsize=64)
+def _flows(surface: Surface, load: float, factor: int, count: int) -> Samples:
+    """Return what flows through the gaps of pressed surfaces, and what theories say of them."""
+    operator = surface.operator(factor)
+    rows: list[dict[str, float]] = []
+    for number in range(count):
+        heights = surface.heights(number, factor)
+        contact, quantities = press(operator, heights, load)
+        gap = np.where(contact.mask, 0.0, np.maximum(contact.gap, 0.0)) / heights.std()
+        through = plane_flow(gap)
+        rows.append(
+            {
+                "factor": through.pressure_factor,
+                "flow": through.pressure_factor * float(gap.mean()) ** 3,
+                "gap": float(gap.mean()),
+                "area": quantities["contact_area"],
+                "effective_medium": effective_medium_factor(gap),
+                "patir_cheng": patir_cheng_factor(1 / float(gap.mean())),
+            }
+        )
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _lines(surface: Surface, load: float) -> Samples:
+    """Return the flow through the gaps of pressed lines, beside each other at random.
+
+    One after the other they let nothing through from the first touch on.
+    """
+    count = _GROUP * _GROUPS
+    lines = ensemble.RandomLines(surface.line("rings"), _FINER * surface.points, count, seed=SEED)
+    drawn = lines.draw()
+    contact = press_line(drawn, 1.0, Load("force", [load]))
+    heights = drawn.heights
+    gaps = heights.max(axis=1, keepdims=True) - heights - contact.penetration
+    rms = surface.heights(0).std()
+    pooled = np.maximum(gaps, 0.0).reshape(_GROUPS, -1) / rms
+    factors = np.array([effective_medium_factor(group) for group in pooled])
+    return {"factor": factors, "flow": factors * pooled.mean(axis=1) ** 3}

@@ -158,9 +158,9 @@ def best_reading(
 def best(
     effort: Effort,
     *,
-    load: float = 0.01,
+    load: Annotated[float, Above(0)] = 0.01,
     points: Annotated[float, Above(3)] = 64,
-    realisations: float = 450,
+    realisations: Annotated[float, Above(2)] = 450,
     by: Literal["largest", "median"] = "largest",
     steepest: float = np.inf,
 ) -> Finding:

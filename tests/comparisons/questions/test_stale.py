@@ -35,7 +35,7 @@ def test_a_verdict_is_old_when_its_keys_or_its_code_have_changed(stored, monkeyp
     monkeypatch.setattr(
         subject, "_code", lambda module: ("new", ()) if module == changed else code(module)
     )
-    assert changed in imported(["comparisons.questions.experiments.kernel"])
+    assert changed in imported(["comparisons.questions.experiments.boundary_elements"])
     assert stale(stored) == ["kernel-printed", "punch-square"]
 
 

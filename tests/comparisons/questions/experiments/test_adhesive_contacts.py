@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparisons.methods.adhesion.grid import edge_doubt
-from comparisons.questions.experiments import EXPERIMENTS, adhesive_face
+from comparisons.questions.experiments import EXPERIMENTS, adhesion
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -50,7 +50,7 @@ def peeled(indenter, cells):
 @pytest.mark.slow
 def test_the_limit_for_a_disc_is_kendalls_punch(monkeypatch):
     """No edge is calibrated, and yet it tends to sqrt(8 pi E* w a^3): 1.9 % from two wide zones."""
-    monkeypatch.setitem(adhesive_face._GRIDS, "quick", (8, 16))
+    monkeypatch.setitem(adhesion._GRIDS, "quick", (8, 16))
     measured = EXPERIMENTS["adhesive-face"].measure(None, "quick")
     assert abs(measured.error) < 0.02
     assert abs(measured.error) <= measured.uncertainty

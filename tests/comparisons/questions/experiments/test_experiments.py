@@ -16,7 +16,7 @@ from comparisons.errors import InputError
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import ClaimRun
-from comparisons.questions.experiments import EXPERIMENTS, cost, films, reading_scan
+from comparisons.questions.experiments import EXPERIMENTS, films, finite_elements, reading_scan
 from comparisons.questions.experiments.experiment import Experiment, Finding
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
@@ -319,11 +319,13 @@ def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
     """
     n = np.array([8.0, 16.0, 32.0])
     planted = {
-        "fem": cost.Series(n, 1e-3 * n**3, 1e6 * n**3, 2 / n**2),
-        "bem_fft": cost.Series(n, 1e-6 * n**2, 1e6 * n**2, 1 / n),
-        "reduced": cost.Series(n, 1e-9 * n, 1e6 * n, 1 / n),
+        "fem": finite_elements.Series(n, 1e-3 * n**3, 1e6 * n**3, 2 / n**2),
+        "bem_fft": finite_elements.Series(n, 1e-6 * n**2, 1e6 * n**2, 1 / n),
+        "reduced": finite_elements.Series(n, 1e-9 * n, 1e6 * n, 1 / n),
     }
-    monkeypatch.setattr(cost, "measure_series", lambda method, effort, mesh: planted[method])
+    monkeypatch.setattr(
+        finite_elements, "measure_series", lambda method, effort, mesh: planted[method]
+    )
     equal = measure("finite-element-cost", 0.02)
     assert equal.error == pytest.approx(2.5e-3, rel=1e-9)
     assert equal.details["exponent of time, finite elements"] == pytest.approx(3, rel=1e-12)
@@ -335,9 +337,9 @@ def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
 
 def test_a_method_is_measured_on_ever_finer_grids(monkeypatch):
     """Every grid is solved anew: lines of the model stay far from the surface's own truth."""
-    monkeypatch.setitem(cost._GRIDS["quick"], "reduced", (8, 16))
-    monkeypatch.setattr(cost, "_TRUTH", 32)
-    series = cost.measure_series.__wrapped__("reduced", "quick", "block")
+    monkeypatch.setitem(finite_elements._GRIDS["quick"], "reduced", (8, 16))
+    monkeypatch.setattr(finite_elements, "_TRUTH", 32)
+    series = finite_elements.measure_series.__wrapped__("reduced", "quick", "block")
     assert series.points.tolist() == [8, 16]
     assert (series.seconds > 0).all()
     assert (series.errors > 0.1).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.questions.experiments import EXPERIMENTS, film_plane
+from comparisons.questions.experiments import EXPERIMENTS, films
 from comparisons.questions.experiments.rough_ensemble import Surface
 
 COARSE = {"points": 32, "roll_off": 1.0, "realisations": 6}
@@ -25,7 +25,7 @@ def test_an_effective_medium_lets_more_through_than_spots_of_contact_do():
 
 
 def test_lines_all_in_contact_let_nothing_through():
-    lines = film_plane._lines(Surface.of(32, 0.8, 1.0, 8.0, periodic=True), 1.0)
+    lines = films._lines(Surface.of(32, 0.8, 1.0, 8.0, periodic=True), 1.0)
     assert not np.any(lines["flow"])
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.rough_ensemble import Surface
+from comparisons.questions.experiments.rough_yield import _largest
 from comparisons.questions.experiments.second_truth import QUANTITIES, two_truths
-from comparisons.questions.experiments.stress_below import _largest
 from reference.fem import Material
 
 

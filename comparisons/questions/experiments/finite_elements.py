@@ -1,4 +1,4 @@
-"""Section 19.1.2: time and memory of finite elements for rough surfaces.
+"""Section 19.1.2: time and memory of finite elements for rough surfaces, and the waves they know.
 
 All solvers are timed as in a study (`comparisons.solving.execution`), on one thread, with the same
 surfaces and loads, on grids of N x N points with decreasing spacing.
@@ -13,11 +13,21 @@ from typing import Annotated, Literal
 import numpy as np
 
 from comparisons.facts.methods import GRID, MODEL
-from comparisons.questions.experiments.experiment import Above, OneOf, Share, experiment
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+    worst,
+)
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
+from reference.fem import Material
+from reference.fem.column_elements import Element
+from reference.fem.columns import Layers, of_smooth_pressure
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {
@@ -165,3 +175,38 @@ def finite_element_cost(
     for name, law in cost.items():
         details[f"{unit} of 64 x 64, {name}"] = law.at(64) / scale
     return Share(share, share * (spread - 1), details)
+
+
+# Growth of the elements with depth, whose floor is 1e-7, and depth of the body in waves.
+GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
+
+
+@experiment(
+    "element-waves",
+    "Work of a wave of pressure on a half-space of finite elements, against the exact one",
+    "wavelength",
+    "wavelength in elements",
+)
+def element_waves(
+    effort: str,
+    *,
+    wavelength: Annotated[float, Above(1.999)] = 8.0,
+    element: Element = "quadratic",
+    poisson_ratio: float = 0.3,
+) -> Finding:
+    """Compare the work of a wave of pressure, `wavelength` in elements, with the half-space's.
+
+    Along the elements and across their diagonal; the larger error counts. The bar is the floor
+    below all waves, from elements that grow with depth.
+    """
+    angles = np.array([0.0, np.pi / 4])
+    q = 2 * np.pi / wavelength
+    body = Layers([DEPTH * wavelength], [Material(1.0, poisson_ratio)])
+    phases = q * np.cos(angles), q * np.sin(angles)
+    work = of_smooth_pressure(phases, (1.0, 1.0), body, element=element, growth=GROWTH)
+    stated = work * q / (2 * (1 - poisson_ratio**2))
+    details: dict[str, float | str] = {
+        "along": float(stated[0]) - 1,
+        "diagonal": float(stated[1]) - 1,
+    }
+    return Finding(*worst(stated, np.ones(2)), FLOOR, details)
