@@ -8,12 +8,16 @@ rendered.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +26,16 @@ from scipy.spatial import cKDTree
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS, references
+from comparisons.files import write_atomically
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.pictures import kept, turning
-from reports.plots.style import look
+from reports.pictures import turning
+from reports.plots.stored import stored_fields
 
+FOLDER = "pictures"  # in the results folder
+MOST_BYTES = 4_000_000  # of a stored picture
+DIGITS = 32  # of a digest
+DRAWING = ("rendering.py", "shapes.py")  # what a picture depends on besides its data
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
 NOTHING = "No picture: no method stored a surface or a body for this scene."
 RENDERER_MISSING = "No picture: this machine has no working renderer."
@@ -70,25 +79,49 @@ def draw(scenes: Sequence[SceneRecord], directory: Path) -> list[Picture]:
 
     What was drawn stays in the results folder `directory`, for the next report.
     """
-    jobs = [_job(scene) for scene in scenes]
-    drawable = [job.arrays for job in jobs if isinstance(job, Job)]
-    images = iter(kept.rendered(drawable, directory / kept.FOLDER, render))
+    jobs = [picture_job(scene) for scene in scenes]
+    images = iter(stored_or_rendered([job.arrays for job in jobs if job], directory / FOLDER))
     drawn = []
     for job in jobs:
-        if isinstance(job, str):
-            drawn.append(Picture(note=job))
+        if job is None:
+            drawn.append(Picture(note=NOTHING))
             continue
-        png = next(images)
+        png, view = next(images), None
+        # External arrays may not allow an interactive view.
+        with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
+            view = turning.view(job.arrays)
         note = "" if png else RENDERER_MISSING
-        drawn.append(Picture(png, job.caption, job.bar, note, _view(job.arrays)))
+        drawn.append(Picture(png, job.caption, job.bar, note, view))
     return drawn
 
 
-def _view(arrays: dict[str, np.ndarray]) -> dict[str, Any] | None:
-    """Return the interactive view, or None if external arrays do not allow one."""
-    with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
-        return turning.view(arrays)
-    return None
+def stored_or_rendered(jobs: Sequence[dict[str, np.ndarray]], folder: Path) -> list[bytes]:
+    """Return the PNG of every job, from `folder` where it is there; empty where rendering failed.
+
+    A picture is named by the digest of its data and of the program that draws it; those of no job
+    are removed.
+    """
+    code = b"".join(Path(__file__).with_name(name).read_bytes() for name in DRAWING)
+    paths, images = [], []
+    for job in jobs:
+        digest = hashlib.sha256(code)
+        for name, array in sorted(job.items()):
+            digest.update(f"{name} {array.dtype} {array.shape} ".encode())
+            digest.update(np.ascontiguousarray(array).tobytes())
+        path = folder / f"{digest.hexdigest()[:DIGITS]}.png"
+        # A link, or a file of another kind, is no picture.
+        known = path.is_file() and not path.is_symlink() and path.stat().st_size <= MOST_BYTES
+        png = path.read_bytes() if known else b""
+        paths.append(path)
+        images.append(png if png.startswith(b"\x89PNG") else b"")
+    missing = [index for index, png in enumerate(images) if not png]
+    for index, png in zip(missing, render([jobs[index] for index in missing]), strict=True):
+        images[index] = png
+        if png:
+            write_atomically(paths[index], partial(shutil.copyfileobj, BytesIO(png)))
+    for path in {*folder.glob("[0-9a-f]" * DIGITS + ".png")}.difference(paths):
+        path.unlink()
+    return images
 
 
 def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -> list[bytes]:
@@ -97,83 +130,67 @@ def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -
     After a crash the current job is dropped and the rest is retried; two crashes without a single
     picture mean that no renderer is available.
     """
-    images = [b""] * len(jobs)
-    todo = list(range(len(jobs)))
-    barren = 0
-    with tempfile.TemporaryDirectory(prefix="roughline-pictures-") as folder:
-        for index, job in enumerate(jobs):
-            np.savez(Path(folder) / f"{index}.npz", allow_pickle=False, **job)
-        while todo and barren < 2:
-            _run([Path(folder) / f"{index}.npz" for index in todo], command)
-            done = [index for index in todo if (Path(folder) / f"{index}.png").exists()]
-            for index in done:
-                images[index] = (Path(folder) / f"{index}.png").read_bytes()
-            barren = 0 if done else barren + 1
-            # The first job without a picture is the one that was at work.
-            todo = [index for index in todo if index not in done][1:]
-    return images
-
-
-def _run(inputs: list[Path], command: Sequence[str]) -> None:
     start = list(command) or [sys.executable, "-m", "reports.pictures.rendering"]
-    pairs = [
-        str(path) for input_path in inputs for path in (input_path, input_path.with_suffix(".png"))
-    ]
     root = str(Path(__file__).resolve().parents[2])
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
     environment["PYTHONPATH"] = os.pathsep.join(
         filter(None, [root, environment.get("PYTHONPATH", "")])
     )
     environment["PYVISTA_OFF_SCREEN"] = "true"
-    limit = STARTUP_SECONDS + PICTURE_SECONDS * len(inputs)
-    # A crash or a missing interpreter leaves no files, which is all the caller looks at; the
-    # drivers' own warnings would only alarm the reader of a terminal.
-    try:
-        subprocess.run(  # noqa: S603
-            start + pairs,
-            env=environment,
-            cwd=inputs[0].parent,
-            timeout=limit,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            check=False,
-        )
-    except (subprocess.TimeoutExpired, OSError):
-        return
+    images = [b""] * len(jobs)
+    todo = list(range(len(jobs)))
+    barren = 0
+    with tempfile.TemporaryDirectory(prefix="roughline-pictures-") as folder:
+        sources = [Path(folder) / f"{index}.npz" for index in todo]
+        targets = [source.with_suffix(".png") for source in sources]
+        for source, job in zip(sources, jobs, strict=True):
+            np.savez(source, allow_pickle=False, **job)
+        while todo and barren < 2:
+            pairs = [str(path) for index in todo for path in (sources[index], targets[index])]
+            # A crash or a missing interpreter leaves no files, which is all that counts here; the
+            # drivers' own warnings would only alarm the reader of a terminal.
+            with contextlib.suppress(subprocess.TimeoutExpired, OSError):
+                subprocess.run(  # noqa: S603
+                    start + pairs,
+                    env=environment,
+                    cwd=folder,
+                    timeout=STARTUP_SECONDS + PICTURE_SECONDS * len(todo),
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    check=False,
+                )
+            done = [index for index in todo if targets[index].exists()]
+            for index in done:
+                images[index] = targets[index].read_bytes()
+            barren = 0 if done else barren + 1
+            # The first job without a picture is the one that was at work.
+            todo = [index for index in todo if index not in done][1:]
+    return images
 
 
-def _job(scene: SceneRecord) -> Job | str:
+def picture_job(scene: SceneRecord) -> Job | None:
     """Choose the picture: rough surface, body cut open, particles, or pressure surface."""
-    finest: dict[str, int] = {}
-    for method, level in scene.fields:
-        finest[method] = max(level, finest.get(method, level))
     order = sorted(references(), key=lambda name: not METHODS[name].grid)
     order += [name for name in selection.methods(scene) if name not in order]
-    stored = {m: scene.load_fields(m, finest[m]) for m in order if m in finest}
-    for build in (_rough_job, _body_job, _particle_job, _hill_job):
-        for method, fields in stored.items():
-            job = build(method, finest[method], fields)
+    stored = list(stored_fields(scene, order))
+    for build in (_rough_job, _body_job, particle_job, _hill_job):
+        for item in stored:
+            job = build(item.source, item.fields)
             if job is not None:
                 return job
-    return NOTHING
+    return None
 
 
-def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:
-    """Return the contact cells: as stored, or where the stored pressure is positive."""
-    contact = fields.get("contact", fields.get("pressure"))
-    if contact is None or np.size(contact) != np.prod(shape):
-        return None
-    return np.reshape(contact, shape) > 0
-
-
-def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+def _rough_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     if not {"heights", "size"} <= fields.keys():
         return None
     heights = np.asarray(fields["heights"], dtype=float)
-    touching = _touching(fields, heights.shape)
-    if touching is None or np.ptp(heights) == 0:
+    # The contact cells: as stored, or where the stored pressure is positive.
+    contact = fields.get("contact", fields.get("pressure"))
+    if contact is None or np.size(contact) != heights.size or np.ptp(heights) == 0:
         return None
+    touching = np.reshape(contact, heights.shape) > 0
     size = np.ravel(fields["size"]) * np.ones(2)
     exaggeration = _rounded(0.12 * size.max() / np.ptp(heights))
     scale = fmt.prefix_for(heights, "m")
@@ -187,7 +204,7 @@ def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | 
     caption = (
         f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
         f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange "
-        f"({fmt.relative(touching.mean())} of the cells, {look(method).label}, N = {level}). "
+        f"({fmt.relative(touching.mean())} of the cells, {source}). "
         f"{_exaggerated('Heights', exaggeration)}"
     )
     bar = ColourBar(
@@ -199,7 +216,7 @@ def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | 
     return Job(arrays, caption, bar)
 
 
-def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     needed = {"mesh_points", "mesh_cells", "mesh_displacement", "mesh_von_mises", "pressure"}
     if not needed <= fields.keys():
         return None
@@ -230,7 +247,7 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "exaggeration": np.array(exaggeration),
     }
     caption = (
-        f"The body cut open ({look(method).label}, N = {level}) at the last load; the line is the "
+        f"The body cut open ({source}) at the last load; the line is the "
         f"contact boundary. {_exaggerated('Displacements', exaggeration)} The part shown is "
         f"{fmt.with_unit(2 * reach, 'm')} wide."
     )
@@ -239,7 +256,8 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
     return Job(arrays, caption, bar)
 
 
-def _particle_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
+    """Return the particles around the contact, with a quarter of them taken away."""
     needed = {"particle_places", "particle_displacement", "particle_von_mises", "particle_spacing"}
     if not {*needed, "pressure"} <= fields.keys():
         return None
@@ -253,7 +271,9 @@ def _particle_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job
     near &= (places[:, 0] <= spacing / 4) | (places[:, 1] >= -spacing / 4)
     if not near.any():
         return None
-    near[near] = _exposed(places[near], spacing)
+    # Those with all of their twelve neighbours cannot be seen.
+    tree = cKDTree(places[near])
+    near[near] = tree.query_ball_point(places[near], 1.1 * spacing, return_length=True) < 13
     shift = np.asarray(fields["particle_displacement"], dtype=float)[near]
     deepest = np.abs(shift).max()
     exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
@@ -268,7 +288,7 @@ def _particle_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job
         "highest": np.array(highest),
     }
     caption = (
-        f"The particles around the contact ({look(method).label}, N = {level}) at the last load, a "
+        f"The particles around the contact ({source}) at the last load, a "
         f"quarter of them taken away. {_exaggerated('Displacements', exaggeration)} The part shown "
         f"is {fmt.with_unit(2 * reach, 'm')} wide."
     )
@@ -276,13 +296,7 @@ def _particle_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job
     return Job(arrays, caption, ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis"))
 
 
-def _exposed(places: np.ndarray, spacing: float) -> np.ndarray:
-    """Return which particles can be seen: those without all of their twelve neighbours."""
-    tree = cKDTree(places)
-    return tree.query_ball_point(places, 1.1 * spacing, return_length=True) < 13
-
-
-def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     sides = [int(side) for side in np.ravel(fields.get("pressure_shape", []))]
     pressure = np.ravel(fields.get("pressure", []))
     if len(sides) != 2 or len(pressure) != sides[0] * sides[1] or not (pressure > 0).any():
@@ -297,9 +311,7 @@ def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "pressure": np.minimum(p, highest),
         "highest": np.array(highest),
     }
-    caption = (
-        f"The contact pressure at the last load as a surface ({look(method).label}, N = {level})."
-    )
+    caption = f"The contact pressure at the last load as a surface ({source})."
     top = fmt.number(highest * scale.factor)
     return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))
 

@@ -13,94 +13,67 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.pictures.body_piece import deformed_piece
+from reports.pictures.shapes import deformed_piece, pressure_hill, rough_surface
 from reports.plots.style import CONTACT
 
 if TYPE_CHECKING:
-    from pyvista import Plotter, PolyData, UnstructuredGrid
+    from pyvista import Plotter
 
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
+VIEW = np.array([1.0, -1.25, 0.95])  # the common camera: front right, from above
+Job = dict[str, np.ndarray]
+Frame = tuple[tuple[float, float, float], float]  # the centre of a picture, and half its height
 
 
-def _plotter() -> Plotter:
-    import pyvista
+def _rough(plotter: Plotter, job: Job) -> Frame:
+    from pyvista import StructuredGrid
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.camera.enable_parallel_projection()
-    return plotter
-
-
-def _look(plotter: Plotter, centre: tuple[float, float, float], extent: float) -> None:
-    """Set the common camera position: front right, from above."""
-    direction = np.array([1.0, -1.25, 0.95])
-    plotter.camera.focal_point = centre
-    plotter.camera.position = tuple(np.array(centre) + 5 * extent * direction)
-    plotter.camera.up = (0.0, 0.0, 1.0)
-    plotter.camera.parallel_scale = extent
-    plotter.reset_camera_clipping_range()
-
-
-def _draw_rough(job: dict[str, np.ndarray], output: Path) -> None:
-    import pyvista
-
-    heights, touching = job["heights"], job["touching"]
-    step = int(np.ceil(max(heights.shape) / MOST_SURFACE_POINTS))
-    size = job["size"] / job["size"].max()
-    axes = [(np.arange(n) + 0.5) / n * side for n, side in zip(heights.shape, size, strict=True)]
-    x, y = np.meshgrid(axes[0][::step], axes[1][::step], indexing="ij")
-    h, contact = heights[::step, ::step], touching[::step, ::step]
-    z = (h - h.mean()) * float(job["exaggeration"]) / job["size"].max()
-    surface = pyvista.StructuredGrid(x, y, z)
-    free = np.where(contact, np.nan, h)
-    plotter = _plotter()
+    x, y, z, heights, touching = rough_surface(job, MOST_SURFACE_POINTS)
     plotter.add_mesh(
-        surface,
-        scalars=free.ravel(order="F"),
+        StructuredGrid(x, y, z),
+        scalars=np.where(touching, np.nan, heights).ravel(order="F"),
         cmap="cividis",
-        clim=[heights.min(), heights.max()],
+        clim=[job["heights"].min(), job["heights"].max()],
         nan_color=CONTACT,
         show_scalar_bar=False,
         smooth_shading=True,
         interpolate_before_map=False,
         specular=0.0,
     )
-    _look(plotter, (size[0] / 2, size[1] / 2, 0.0), 0.53)
-    plotter.screenshot(output, transparent_background=True)
+    width, depth = job["size"] / job["size"].max()
+    return (width / 2, depth / 2, 0.0), 0.53
 
 
-def _draw_hill(job: dict[str, np.ndarray], output: Path) -> None:
-    import pyvista
+def _hill(plotter: Plotter, job: Job) -> Frame:
+    from pyvista import StructuredGrid
 
-    x, y, p = job["x"], job["y"], job["pressure"]
-    inside = p > 0
-    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
-    centre = (x[inside].mean(), y[inside].mean())
-    rows = np.abs(x[:, 0] - centre[0]) <= side / 2
-    columns = np.abs(y[0, :] - centre[1]) <= side / 2
-    box = np.ix_(rows, columns)
-    height = 0.4 * p[box] / float(job["highest"])
-    hill = pyvista.StructuredGrid((x[box] - centre[0]) / side, (y[box] - centre[1]) / side, height)
-    plotter = _plotter()
+    x, y, p = pressure_hill(job)
     plotter.add_mesh(
-        hill,
-        scalars=p[box].ravel(order="F"),
+        StructuredGrid(x, y, 0.4 * p),
+        scalars=p.ravel(order="F"),
         cmap="viridis",
-        clim=[0, float(job["highest"])],
+        clim=[0, 1],
         show_scalar_bar=False,
         specular=0.0,
     )
-    _look(plotter, (0.0, 0.0, 0.12), 0.53)
-    plotter.screenshot(output, transparent_background=True)
+    return (0.0, 0.0, 0.12), 0.53
 
 
-def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
-    body = _deformed_body(job)
-    reach, big = 1.0, 1e3
-    body = body.clip_box((-reach, reach, -reach, reach, -0.9 * reach, big), invert=False)
+def _body(plotter: Plotter, job: Job) -> Frame:
+    """Draw the body near the contact, cut open, with the rim of the contact."""
+    from pyvista import CellType, UnstructuredGrid
+
+    piece = deformed_piece(job)
+    corners = piece.cells.shape[1]
+    table = np.hstack([np.full((len(piece.cells), 1), corners), piece.cells]).ravel()
+    kind = CellType.TETRA if corners == 4 else CellType.HEXAHEDRON
+    body = UnstructuredGrid(table, np.full(len(piece.cells), kind), piece.points)
+    body["pressure"], body["stress"] = piece.pressure, piece.stress
+    body = body.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
+    big = 1e3
+    body = body.clip_box((-1.0, 1.0, -1.0, 1.0, -0.9, big), invert=False)
     opened = body.clip_box((0, big, -big, 0, -big, big), invert=True)
-    plotter = _plotter()
     plotter.add_mesh(
         opened,
         scalars="stress",
@@ -113,21 +86,22 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
         feature_angle=40, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
     )
     plotter.add_mesh(edges, color="#808080", line_width=1.5)
-    rim = _contact_rim(opened)
-    if rim is not None:
-        plotter.add_mesh(rim, color=CONTACT, line_width=8, lighting=False)
-    _look(plotter, (0.0, 0.0, -0.36), 1.32)
-    plotter.screenshot(output, transparent_background=True)
+    top = opened.extract_surface(algorithm="dataset_surface")
+    highest = float(np.max(top["pressure"], initial=0.0))
+    if highest > 0:
+        rim = top.contour([0.02 * highest], scalars="pressure")
+        if rim.n_points:
+            plotter.add_mesh(rim, color=CONTACT, line_width=8, lighting=False)
+    return (0.0, 0.0, -0.36), 1.32
 
 
-def _draw_particles(job: dict[str, np.ndarray], output: Path) -> None:
+def _particles(plotter: Plotter, job: Job) -> Frame:
     """Draw the particles as balls, a quarter of them taken away, with the surface up."""
-    import pyvista
+    from pyvista import PolyData, Sphere
 
-    cloud = pyvista.PolyData(job["places"] * np.array([1.0, 1.0, -1.0]))
+    cloud = PolyData(job["places"] * np.array([1.0, 1.0, -1.0]))
     cloud["stress"] = job["stress"]
-    ball = pyvista.Sphere(0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
-    plotter = _plotter()
+    ball = Sphere(0.5 * float(job["spacing"]), theta_resolution=14, phi_resolution=10)
     plotter.add_mesh(
         cloud.glyph(geom=ball, scale=False, orient=False),
         scalars="stress",
@@ -138,47 +112,31 @@ def _draw_particles(job: dict[str, np.ndarray], output: Path) -> None:
         ambient=0.5,
         specular=0.0,
     )
-    _look(plotter, (0.0, 0.0, -0.36), 1.32)
-    plotter.screenshot(output, transparent_background=True)
+    return (0.0, 0.0, -0.36), 1.32
 
 
-def _deformed_body(job: dict[str, np.ndarray]) -> UnstructuredGrid:
-    """Return the whole body near the contact as a pyvista grid."""
-    import pyvista
-
-    piece = deformed_piece(job)
-    corners = piece.cells.shape[1]
-    table = np.hstack([np.full((len(piece.cells), 1), corners), piece.cells]).ravel()
-    kind = pyvista.CellType.TETRA if corners == 4 else pyvista.CellType.HEXAHEDRON
-    grid = pyvista.UnstructuredGrid(table, np.full(len(piece.cells), kind), piece.points)
-    grid["pressure"], grid["stress"] = piece.pressure, piece.stress
-    return grid.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
-
-
-def _contact_rim(opened: UnstructuredGrid) -> PolyData | None:
-    top = opened.extract_surface(algorithm="dataset_surface")
-    highest = float(np.max(top["pressure"], initial=0.0))
-    if highest <= 0:
-        return None
-    rim = top.contour([0.02 * highest], scalars="pressure")
-    return rim if rim.n_points else None
-
-
-DRAWERS = {
-    "rough": _draw_rough,
-    "body": _draw_body,
-    "particles": _draw_particles,
-    "hill": _draw_hill,
-}
+DRAWERS = {"rough": _rough, "body": _body, "particles": _particles, "hill": _hill}
 
 
 def main(arguments: Sequence[str]) -> None:
     """Render every IN.npz to its OUT.png, written atomically."""
+    from pyvista import Plotter
+
     for source, target in zip(arguments[::2], arguments[1::2], strict=True):
         with np.load(source, allow_pickle=False) as archive:
             job = {name: archive[name] for name in archive.files}
+        plotter = Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
+        plotter.enable_anti_aliasing("ssaa")
+        camera = plotter.camera
+        camera.enable_parallel_projection()
+        centre, extent = DRAWERS[str(job["kind"])](plotter, job)
+        camera.focal_point = centre
+        camera.position = tuple(np.array(centre) + 5 * extent * VIEW)
+        camera.up = (0.0, 0.0, 1.0)
+        camera.parallel_scale = extent
+        plotter.reset_camera_clipping_range()
         unfinished = Path(target).with_suffix(".part.png")
-        DRAWERS[str(job["kind"])](job, unfinished)
+        plotter.screenshot(unfinished, transparent_background=True)
         unfinished.replace(target)
 
 

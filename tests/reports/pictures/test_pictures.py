@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports.pictures import body_piece, kept, pictures
+from reports.pictures import pictures, shapes
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -40,7 +40,7 @@ def test_a_renderer_that_hangs_is_ended(monkeypatch):
     assert time.monotonic() - began < 10
 
 
-def test_a_picture_is_drawn_anew_only_where_its_data_changed(tmp_path):
+def test_a_picture_is_drawn_anew_only_where_its_data_changed(tmp_path, monkeypatch):
     """Pictures that are no longer shown go; a link, which could lead anywhere, is no picture."""
     drawn = []
 
@@ -49,7 +49,10 @@ def test_a_picture_is_drawn_anew_only_where_its_data_changed(tmp_path):
         return [b"\x89PNG %f" % job["x"] for job in jobs]
 
     def images(*values):
-        return kept.rendered([{"x": np.array(x)} for x in values], tmp_path / "pictures", render)
+        jobs = [{"x": np.array(x)} for x in values]
+        return pictures.stored_or_rendered(jobs, tmp_path / "pictures")
+
+    monkeypatch.setattr(pictures, "render", render)
 
     first = images(1.0, 2.0)
     assert images(1.0, 3.0)[0] == first[0]
@@ -78,7 +81,7 @@ def test_a_scene_without_fields_says_so(study, tmp_path):
 
 
 def test_captions_name_method_load_and_exaggeration(study):
-    body, rough = (pictures._job(scene) for scene in study.scenes)
+    body, rough = (pictures.picture_job(scene) for scene in study.scenes)
     assert "FEM, N = 16" in body.caption
     assert "exaggerated 9 times" in body.caption
     assert body.bar.label == "von Mises stress / GPa"
@@ -93,7 +96,7 @@ def test_mirrored_bricks_keep_a_positive_volume():
         dtype=float,
     )
     for side in range(3):
-        image, cells = body_piece.mirrored(points, np.arange(8)[None], side)
+        image, cells = shapes.mirrored(points, np.arange(8)[None], side)
         corner = image[cells[0]]
         edges = corner[[1, 3, 4]] - corner[0]
         assert np.linalg.det(edges) > 0

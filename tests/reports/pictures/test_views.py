@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reports.pictures import pictures, turning
-from reports.pictures.body_piece import Piece, deformed_piece, opened_surface
+from reports.pictures.shapes import Piece, deformed_piece, opened_surface
 
 DTYPES = {"f4": "<f4", "u1": "u1", "u2": "<u2", "u4": "<u4"}
 
@@ -48,7 +48,7 @@ def test_the_cut_block_is_closed_and_three_quarters_of_it(n):
 
 def test_mirror_images_are_sewn_together(study):
     """A quarter of a block, completed: without inner walls its volume is that of the box."""
-    job = pictures._job(study.scenes[0]).arrays
+    job = pictures.picture_job(study.scenes[0]).arrays
     flat = job | {"mesh_displacement": 0 * job["mesh_displacement"]}
     points, triangles, _ = opened_surface(deformed_piece(flat, clipped=True))
     assert np.abs(points).max() <= 1.0 + 1e-12
@@ -56,14 +56,14 @@ def test_mirror_images_are_sewn_together(study):
 
 
 def test_every_scene_of_the_study_has_a_view(study):
-    body, rough = (turning.view(pictures._job(scene).arrays) for scene in study.scenes)
+    body, rough = (turning.view(pictures.picture_job(scene).arrays) for scene in study.scenes)
     (trace,) = rough["data"]
     rows, columns = trace["grid"]
     assert len(unpacked(trace["x"])) == rows * columns
     assert len(unpacked(trace["intensity"])) == 2 * (rows - 1) * (columns - 1)
     assert trace["intensitymode"] == "cell"
     # Contacts, and nothing else, have the last shade.
-    touching = pictures._job(study.scenes[1]).arrays["touching"]
+    touching = pictures.picture_job(study.scenes[1]).arrays["touching"]
     assert (unpacked(trace["intensity"]) == 255).sum() == 2 * touching[:-1, :-1].sum()
     (mesh,) = body["data"]
     count = len(unpacked(mesh["x"]))

@@ -250,7 +250,7 @@ def test_particles_go_into_files_and_pictures():
     deepest = mesh.points[np.argmax(mesh.point_data["von_mises"])]
     radius = float(solution.quantities["contact_radius"][0, 0])
     assert 0 < deepest[2] < radius
-    job = pictures._particle_job("mca", 2, fields)
+    job = pictures.particle_job("MCA, N = 2", fields)
     assert "a quarter of them taken away" in job.caption
     assert turning.view(job.arrays)["data"][0]["type"] == "scatter3d"
     # what cannot be seen is not drawn

@@ -1,6 +1,6 @@
-"""The part of a body shown in pictures: near the contact, deformed, whole or cut open.
+"""The shapes of pictures: rough surfaces, hills of pressure, bodies deformed and cut open.
 
-It provides arrays only; `reports.pictures.rendering` and `reports.pictures.turning` draw them.
+They are arrays only; `reports.pictures.rendering` and `reports.pictures.turning` draw them.
 """
 
 from __future__ import annotations
@@ -15,6 +15,29 @@ _FACES = {
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
 }
+
+
+def rough_surface(job: dict[str, np.ndarray], most: int) -> tuple[np.ndarray, ...]:
+    """Return x, y, exaggerated z, heights and contacts, at most so many points per side.
+
+    The longer side is 1.
+    """
+    heights, longest = job["heights"], job["size"].max()
+    step = int(np.ceil(max(heights.shape) / most))
+    sides = zip(heights.shape, job["size"] / longest, strict=True)
+    x, y = np.meshgrid(*((np.arange(n) + 0.5) / n * side for n, side in sides), indexing="ij")
+    z = (heights - heights.mean()) * float(job["exaggeration"]) / longest
+    return tuple(values[::step, ::step] for values in (x, y, z, heights, job["touching"]))
+
+
+def pressure_hill(job: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return x, y around the contact, some 1.3 times as wide as it, and p over the highest."""
+    x, y, p = job["x"], job["y"], job["pressure"]
+    inside = p > 0
+    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
+    x, y = (values - values[inside].mean() for values in (x, y))
+    box = np.ix_(np.abs(x[:, 0]) <= side / 2, np.abs(y[0, :]) <= side / 2)
+    return x[box] / side, y[box] / side, p[box] / float(job["highest"])
 
 
 @dataclass(frozen=True)
@@ -40,7 +63,11 @@ def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piec
     cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= (1.0 if clipped else 1.1)]
     if clipped:
         points, shift, stress = _clipped(points, shift, stress)
-    pressure = _pressure_at(points, job, reach)
+    # The contact pressure at mesh points of the surface, zero elsewhere.
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    pressure = np.where(on_top, job["pressure"][nearest], 0.0)
     moved = points + shift
     if points[:, 2].mean() > 0:
         moved, cells = mirrored(moved, cells, 2)
@@ -51,14 +78,6 @@ def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piec
             moved = np.vstack([moved, image])
             stress, pressure = np.tile(stress, 2), np.tile(pressure, 2)
     return Piece(moved, cells, stress, pressure)
-
-
-def _pressure_at(points: np.ndarray, job: dict[str, np.ndarray], reach: float) -> np.ndarray:
-    """Return the contact pressure at mesh points, zero elsewhere."""
-    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
-    distance, nearest = tree.query(points[:, :2])
-    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
-    return np.where(on_top, job["pressure"][nearest], 0.0)
 
 
 def _clipped(
