@@ -53,9 +53,13 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             message = "\n".join([SHADOWED, *shadows])
             pytest.fail(message, pytrace=False)
         from comparisons.errors import InputError
-        from comparisons.questions.regression import CHECK_SCENES
-        from comparisons.questions.regression.check import check_against, update_baseline
-        from comparisons.questions.regression.findings import MODEL_TOLERANCE, SPEED
+        from comparisons.questions.regression.check import (
+            MODEL_TOLERANCE,
+            SPEED,
+            check_against,
+            update_baseline,
+        )
+        from comparisons.questions.regression.snapshot import CHECK_SCENES
 
         path = request.path.parent / baseline
         name, scenes = _registered(method), scenes or CHECK_SCENES

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from comparisons.questions.benchmarks.yardstick import Measurement
     from comparisons.questions.claims.record import ClaimsRecord
     from comparisons.questions.hard_cases.record import HardCasesRecord
-    from comparisons.questions.regression import Finding
+    from comparisons.questions.regression.check import Finding
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble import EnsembleResult

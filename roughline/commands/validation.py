@@ -294,8 +294,8 @@ def check(
     update
         Show the drift, then store the new curves, by default in roughline-baseline.json.
     """
-    from comparisons.questions.regression import CHECK_SCENES, PACKAGED
     from comparisons.questions.regression.check import check_against, update_baseline
+    from comparisons.questions.regression.snapshot import CHECK_SCENES, PACKAGED
     from roughline.commands import terminal
     from roughline.commands.progress import watching
 

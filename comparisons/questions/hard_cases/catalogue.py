@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -193,10 +194,10 @@ def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any
     """
     merged = {**base, **keys}
     merged.pop("like", None)
-    for name, put in (("scene", _scene), ("expected", _expected), ("maps", _maps)):
+    for name, put in (("scene", _scene), ("expected", _expected), ("maps", operator.or_)):
         old, new = base.get(name, {}), keys.get(name, {})
         if isinstance(old, Mapping) and isinstance(new, Mapping) and (old or new):
-            merged[name] = put(old, new)
+            merged[name] = put(dict(old), new)
     return merged
 
 
@@ -205,10 +206,6 @@ def _scene(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any
     for path, value in changes.items():
         override(tables, path, deepcopy(value))
     return tables
-
-
-def _maps(base: Mapping[str, Any], files: Mapping[str, Any]) -> dict[str, Any]:
-    return {**base, **files}
 
 
 def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -233,7 +230,10 @@ def _scene_problems(case: HardCase) -> list[str]:
         try:
             scene = case.scene_in(Path(folder))
         except SceneError as error:
-            expected = _refusal_expected(case, str(error))
+            expected = all(
+                expectation.kind == REFUSED and expectation.reason in str(error)
+                for expectation in case.expected.values()
+            )
             return [] if expected else [f"scene: {problem}" for problem in error.problems]
         try:
             case.scene_in(Path(folder), case.truth.scene)
@@ -244,11 +244,3 @@ def _scene_problems(case: HardCase) -> list[str]:
             return [f"scene: surface.file: expected a file, or one of maps, got {file!r}"]
     missing = case.truth.formula.missing(scene) if case.truth.formula is not None else []
     return [f"truth.formula: expected {key} in the scene, which has none" for key in missing]
-
-
-def _refusal_expected(case: HardCase, reason: str) -> bool:
-    """Return whether the scene itself is expected to be refused for this reason."""
-    return all(
-        expectation.kind == REFUSED and expectation.reason in reason
-        for expectation in case.expected.values()
-    )

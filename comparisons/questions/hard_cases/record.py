@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pandas as pd
+from pydantic import Field
 
 from comparisons.files import write_table, write_text
 from comparisons.results.header import Form, Header, read_record
@@ -40,15 +41,15 @@ class OutcomeRecord(Form):
     title: str
     method: str
     kind: str
-    error: float | None
-    area_error: float | None
-    bar: float | None
-    seconds: float | None
-    resolution: int
-    reason: str
-    lost: list[int]
-    expected: str
-    deviation: str
+    error: float | None = None
+    area_error: float | None = None
+    bar: float | None = None
+    seconds: float | None = None
+    resolution: int = 0
+    reason: str = ""
+    lost: list[int] = Field(default=[])
+    expected: str = ""
+    deviation: str = ""
 
 
 class HardCasesRecord(Header):

@@ -41,7 +41,6 @@ from comparisons.questions.hard_cases.record import (
 )
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
-from comparisons.scene.scene import Scene
 from comparisons.solving.answers import solve_job
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
@@ -54,14 +53,6 @@ from comparisons.tasks.task import Task
 
 PEER = "nothing is promised for other people's code: it is shown as it is"
 LOST, LEFT_OUT = "lost", "left out"
-NOTHING: dict[str, Any] = dict.fromkeys(("error", "area_error", "bar", "seconds"), float("nan"))
-NOTHING |= {"resolution": 0, "reason": "", "lost": (), "expected": "", "deviation": ""}
-
-
-@dataclass(frozen=True)
-class _Truth:
-    curves: Curves
-    bars: Curves
 
 
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
@@ -108,51 +99,48 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
 
 def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:
     """Request the reference of a case and the solves of all methods; return the outcomes."""
-    chosen = [name for name in methods if full or name not in case.slow]
-    done = yield from _tried(case, chosen)
-    return [
-        done.get(name) or _outcome(case, name, kind=LEFT_OUT, reason="--full runs it")
-        for name in methods
-    ]
+    tried = [name for name in methods if full or name not in case.slow]
+    found = (yield from _found(case, tried)) if tried else {}
+    for name in methods:
+        if name not in found:
+            found[name] = OutcomeRecord(
+                case=case.id, title=case.title, method=name, kind=LEFT_OUT, reason="--full runs it"
+            )
+    return [found[name] for name in methods]
 
 
-def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeRecord]]:
-    if not methods:
-        return {}
+def _found(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeRecord]]:
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
         case.write_maps(Path(folder))
         try:
-            plan = _plan(case.scene_in(Path(folder)))
+            plan = plan_scene(case.scene_in(Path(folder)), "full")[0]
         except InputError as error:
             # Validation refuses the scene before any method is tried.
             reason = str(error)
             return {name: _judged(case, name, kind=REFUSED, reason=reason) for name in methods}
-        truth = _plan(case.scene_in(Path(folder), case.truth.scene)) if case.truth.scene else plan
-    tried = {name: _door(case, plan, name) for name in methods}
-    solves = {(name, n): _jobs(plan, name, n) for name, n in tried.items() if isinstance(n, int)}
-    trusted = _trusted(case, truth)
+        true_plan = plan
+        if case.truth.scene:
+            true_plan = plan_scene(case.scene_in(Path(folder), case.truth.scene), "full")[0]
+    outcomes: dict[str, OutcomeRecord] = {}
+    solves: dict[tuple[str, int], list[Job]] = {}
+    for name in methods:
+        door = _door(case, plan, name)
+        if isinstance(door, OutcomeRecord):
+            outcomes[name] = door
+        else:
+            solves[name, door] = _jobs(plan, name, door)
+    trusted: dict[tuple[str, int], list[Job]] = {}
+    judge = case.truth.method
+    refused = isinstance(solver_for(judge, true_plan.scene), Refusal)
+    if case.truth.formula is None and not refused:
+        trusted = {(judge, n): _jobs(true_plan, judge, n) for n in case.truth.resolutions}
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
-    reference = _truth(
-        case, truth, {key: _joined(jobs, done).solution for key, jobs in trusted.items()}
-    )
-    judged = {
-        name: outcome for name, outcome in tried.items() if isinstance(outcome, OutcomeRecord)
-    }
+    solved = {key: _joined(jobs, done).solution for key, jobs in trusted.items()}
+    curves, bars = _truth(case, true_plan, solved)
     for (name, resolution), jobs in solves.items():
-        judged[name] = _measured(case, plan, reference, name, resolution, _joined(jobs, done))
-    return judged
-
-
-def _trusted(case: HardCase, plan: Plan) -> dict[tuple[str, int], list[Job]]:
-    """Return the solves of the trusted method, none if it refuses the scene."""
-    name = case.truth.method
-    if case.truth.formula is not None or isinstance(solver_for(name, plan.scene), Refusal):
-        return {}
-    return {(name, n): _jobs(plan, name, n) for n in case.truth.resolutions}
-
-
-def _plan(scene: Scene) -> Plan:
-    return plan_scene(scene, "full")[0]
+        joined = _joined(jobs, done)
+        outcomes[name] = _measured(case, plan, (curves, bars), name, resolution, joined)
+    return outcomes
 
 
 def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
@@ -218,7 +206,7 @@ def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Warned:
 def _measured(
     case: HardCase,
     plan: Plan,
-    truth: _Truth,
+    truth: tuple[Curves, Curves],
     name: str,
     resolution: int,
     warned: Warned,
@@ -257,30 +245,32 @@ def main_quantity(plan: Plan) -> str:
     return "force" if plan.loads.control != "force" else "penetration"
 
 
-def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float, float]:
+def _largest_error(
+    truth: tuple[Curves, Curves], solution: Solution, name: str
+) -> tuple[float, float]:
     """Return the largest relative error over the answered steps, and the reference's bar there."""
-    curves = mean_curves(solution)
-    if name not in curves or name not in truth.curves:
+    curves, (exact, bars) = mean_curves(solution), truth
+    if name not in curves or name not in exact:
         return float("nan"), 0.0
-    error = np.abs(relative_error(curves[name], truth.curves[name], path=solution.path))
+    error = np.abs(relative_error(curves[name], exact[name], path=solution.path))
     if not np.isfinite(error).any():
         return float("nan"), 0.0
     step = int(np.nanargmax(error))
-    return float(error[step]), float(truth.bars[name][step])
+    return float(error[step]), float(bars[name][step])
 
 
-def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
-    """Return the reference of a case: a formula, the closed form, or a trusted method.
+def _truth(case: HardCase, plan: Plan, solved: Solved) -> tuple[Curves, Curves]:
+    """Return the reference of a case with its bars: a formula, closed form, or trusted method.
 
     `plan` and `solved` are the plan and solutions of the trusted method.
     """
     truth = case.truth
     if truth.formula is not None:
         exact = truth.formula.curves(plan)
-        return _Truth(exact, {name: np.full(len(v), EXACT) for name, v in exact.items()})
+        return exact, {name: np.full(len(v), EXACT) for name, v in exact.items()}
     trusted = next(iter(truths(solved, plan.loads.axis)), None)
     if trusted is None:  # the trusted method refuses the scene, as expected of others
-        return _Truth({}, {})
+        return {}, {}
     # All methods solve the same surfaces, so the scatter between surfaces is not an error; on an
     # identical grid, only the solvers differ.
     left_out = {ENSEMBLE, GRID} if len(truth.resolutions) == 1 else {ENSEMBLE}
@@ -291,23 +281,25 @@ def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
         )
         for name, sources in trusted.sources.items()
     }
-    return _Truth(trusted.curves, bars)
+    return trusted.curves, bars
 
 
-def _judged(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
+def _judged(case: HardCase, name: str, kind: str, **found: Any) -> OutcomeRecord:
     """Return the outcome of a method, compared with its expectation."""
     expectation = case.expects(name)
-    if expectation is None:
-        return _outcome(case, name, expected=PEER if METHODS[name].peer else "", **details)
-    deviation = _deviation(NOTHING | details, expectation)
-    return _outcome(
-        case, name, expected=expectation_text(expectation), deviation=deviation, **details
+    expected, deviation = PEER if METHODS[name].peer else "", ""
+    if expectation is not None:
+        expected = expectation_text(expectation)
+        deviation = _deviation(kind, found, expectation)
+    return OutcomeRecord(
+        case=case.id,
+        title=case.title,
+        method=name,
+        kind=kind,
+        expected=expected,
+        deviation=deviation,
+        **plain(found),
     )
-
-
-def _outcome(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
-    facts = plain(NOTHING | details)
-    return OutcomeRecord(case=case.id, title=case.title, method=name, **facts)
 
 
 def expectation_text(expectation: Expected) -> str:
@@ -324,14 +316,15 @@ def expectation_text(expectation: Expected) -> str:
     return f"{expectation.kind}, {', '.join(bounds)}{note}"
 
 
-def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
+def _deviation(kind: str, found: dict[str, Any], expectation: Expected) -> str:
     """Return the deviation of an outcome from its expectation in words, "" if none."""
-    kind, area, lost = outcome["kind"], outcome["area_error"], outcome["lost"]
+    reason, lost = found.get("reason", ""), found.get("lost", ())
+    total = found.get("error", np.nan) + found.get("bar", np.nan)
+    area = found.get("area_error", np.nan)
     allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is no deviation
     if kind not in allowed.get(expectation.kind, (expectation.kind,)):
         return f"{kind} instead of {expectation.kind}"
     differences = []
-    total = outcome["error"] + outcome["bar"]
     if total > expectation.error:
         differences.append(
             f"error {relative(total)} instead of at most {relative(expectation.error)}"
@@ -341,10 +334,10 @@ def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
         differences.append(f"area off by {relative(area)} instead of at most {most}")
     if kind not in (LOST, REFUSED) and lost != expectation.lost:
         differences.append(f"lost steps {lost} instead of {expectation.lost}")
-    if expectation.lost and not outcome["reason"]:
+    if expectation.lost and not reason:
         differences.append("no reason is given for the lost steps")
-    if expectation.reason not in outcome["reason"]:
+    if expectation.reason not in reason:
         differences.append(f"the reason does not say {expectation.reason!r}")
-    if "warned: " in outcome["reason"]:
+    if "warned: " in reason:
         differences.append("it warns")
     return "; ".join(differences)

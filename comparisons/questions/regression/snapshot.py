@@ -1,19 +1,42 @@
-"""Snapshot of a model and its references as JSON: curves, agreement and speed."""
+"""Snapshot of a model and its references: curves, agreement and speed; measured, kept as JSON."""
 
 from __future__ import annotations
 
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL, method_named
+from comparisons.facts.quantities import quantity
 from comparisons.files import write_named_text
+from comparisons.judging.levels import Levels
+from comparisons.judging.truth import Truth, truths
+from comparisons.machine import machine_text
+from comparisons.methods.registry import solver_of
+from comparisons.methods.runner import run
+from comparisons.questions.benchmarks.yardstick import interleaved, measurement
+from comparisons.questions.campaign import Campaign, Options, Watch
+from comparisons.results.header import Header
 from comparisons.scene.problems import first_problems
+from comparisons.scene.scene import Scene, load_scene
+from comparisons.scene.suites import SINGLE
+from comparisons.solving.inquiries import Inquiry, curves
+from comparisons.solving.plan import Plan
+from comparisons.solving.planning import plan_scene
+from comparisons.tasks.solution import Solved
 
 # Made by `roughline check --update --baseline FILE`; a regression baseline, from our own output.
 PACKAGED = Path(__file__).with_name("baseline.json")
 LARGEST_FILE = 20_000_000
+CHECK_SCENES = (*SINGLE, "rough-periodic")
+REALISATIONS = 3
+YARDSTICK = "np.argsort of 1e5 numbers"
 Curve = list[float | None]
 
 
@@ -65,6 +88,157 @@ class Snapshot(_Form):
     machine: str
     versions: dict[str, str]
     scenes: dict[str, SceneSnapshot]
+
+
+class Measurements(Campaign[SceneSnapshot, Snapshot]):
+    """Campaign that solves scenes by the judged method and the references, without a folder.
+
+    Parameters
+    ----------
+    method : str
+        Name of a registered method.
+    scenes : iterable of str
+        Names of built-in scenes or scene files.
+    **options
+        As in `Campaign`.
+
+    Raises
+    ------
+    InputError
+        If the method or a scene is wrong.
+    """
+
+    def __init__(self, method: str, scenes: Iterable[str], **options: Unpack[Options]) -> None:
+        super().__init__(**options)
+        self.method = method = method_named(method)
+        self.plans = [_plan(source, method) for source in scenes]
+
+    def inquiries(self) -> dict[str, Inquiry[SceneSnapshot]]:
+        """Return one inquiry per scene."""
+        return {plan.scene.name: scene_snapshot(plan, self.method) for plan in self.plans}
+
+    def answer(self, header: Header, answers: Mapping[str, SceneSnapshot]) -> Snapshot:
+        """Return the snapshots of the measured scenes."""
+        return Snapshot(
+            method=self.method,
+            created=header.created,
+            machine=machine_text(header.machine),
+            versions=header.versions,
+            scenes={
+                plan.scene.name: answers[plan.scene.name]
+                for plan in self.plans
+                if plan.scene.name in answers
+            },
+        )
+
+
+def take_snapshot(
+    method: str = MODEL,
+    scenes: Iterable[str] = CHECK_SCENES,
+    watch: Watch | None = None,
+) -> Snapshot:
+    """Solve scenes with the judged method and the references in this process.
+
+    Raises
+    ------
+    InputError
+        If the method or a scene is wrong.
+    """
+    return Measurements(method, scenes, watch=watch).run()
+
+
+def _plan(source: str, method: str) -> Plan:
+    changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
+    scene = load_scene(source, changes)
+    if scene.surface is not None:
+        # Finite elements would take most of the time, and solve a patch, which is another problem.
+        changes["compare.methods"] = [GRID, method]
+        changes["surface.realisations"] = REALISATIONS
+        scene = load_scene(source, changes)
+    return plan_scene(scene)[0]
+
+
+def scene_snapshot(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
+    """Solve a scene by the judged method and the references, and time the method."""
+    solved = yield from curves(plan)
+    references = [truth for truth in truths(solved, plan.loads.axis) if truth.method != method]
+    disagreements, alone = _agreement(references, plan.scene.compare.quantities)
+    return SceneSnapshot(
+        scene=identity(plan.scene),
+        loads=[float(value) for value in plan.loads.values],
+        model=_curves(solved, method),
+        references={
+            truth.method: means
+            for truth in references
+            if (means := _curves(solved, truth.method)) is not None
+        },
+        disagreements=disagreements,
+        alone=alone,
+        speed=_speed(plan, method),
+    )
+
+
+def identity(scene: Scene) -> str:
+    """Return the identity of a problem: its scene file without names and methods."""
+    tables = scene.model_dump(
+        mode="json", exclude_defaults=True, exclude={"name", "title", "compare", "methods"}
+    )
+    return hashlib.sha256(json.dumps(tables, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _curves(solved: Solved, method: str) -> Curves | None:
+    levels = Levels.of(solved, method)
+    resolution = levels.finest
+    if resolution is None:
+        return None
+    means = levels.curves(resolution)
+    return Curves(
+        resolution=resolution,
+        quantities={
+            name: [float(v) if np.isfinite(v) else None for v in values]
+            for name, values in means.items()
+            if not quantity(name).signed
+        },
+    )
+
+
+def _agreement(references: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
+    """Return pairs of references disagreeing beyond their bars, and those that differ from all."""
+    differences: list[str] = []
+    against: dict[str, set[str]] = {truth.method: set() for truth in references}
+    for index, first in enumerate(references):
+        for second in references[index + 1 :]:
+            sentences = first.disagrees(second, quantities)
+            if sentences:
+                differences += sentences
+                against[first.method].add(second.method)
+                against[second.method].add(first.method)
+    opponents = len(references) - 1
+    alone = [name for name, foes in against.items() if opponents >= 2 and len(foes) == opponents]
+    # If all references disagree, none stands alone.
+    return differences, alone if len(alone) == 1 else []
+
+
+def _speed(plan: Plan, method: str) -> Speed | None:
+    """Time the finest task of the model in turns with the yardstick.
+
+    Methods in separate processes are not timed, because the start of the process would count.
+    """
+    tasks = [task for task in plan.tasks if task.method == method]
+    if not tasks or METHODS[method].isolated:
+        return None
+    solver = solver_of(tasks[-1])
+    numbers = np.random.default_rng(0).random(100_000)
+    readings = interleaved(
+        {
+            "model": lambda: run(solver, tasks[-1]),
+            YARDSTICK: lambda: np.argsort(numbers),
+        }
+    )
+    row = measurement(method, readings["model"], YARDSTICK, readings[YARDSTICK])
+    assert row.yardstick_seconds is not None
+    assert row.ratio is not None
+    return Speed(seconds=row.seconds, yardstick_seconds=row.yardstick_seconds, ratio=row.ratio)
 
 
 def load_baseline(path: Path) -> Snapshot:

@@ -14,7 +14,7 @@ from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import HardCases
-from comparisons.questions.regression.measure import Measurements
+from comparisons.questions.regression.snapshot import Measurements
 from comparisons.questions.study import Study
 from comparisons.solving import answers
 from comparisons.solving.executors import SerialExecutor

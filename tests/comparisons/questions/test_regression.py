@@ -10,22 +10,28 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.methods.normal import reduced_bed as reduced_method
 from comparisons.questions.benchmarks.yardstick import interleaved
-from comparisons.questions.regression import (
+from comparisons.questions.regression import check as check_module
+from comparisons.questions.regression import snapshot
+from comparisons.questions.regression.check import (
+    AGREEMENT,
+    MODEL,
+    REFERENCES,
+    SPEED,
+    Finding,
+    check_against,
+    compare_snapshots,
+    update_baseline,
+)
+from comparisons.questions.regression.snapshot import (
     CHECK_SCENES,
     PACKAGED,
-    Finding,
     Snapshot,
-    compare_snapshots,
+    Speed,
+    identity,
     load_baseline,
-    measure,
     save_baseline,
     take_snapshot,
 )
-from comparisons.questions.regression import check as check_module
-from comparisons.questions.regression.check import check_against, update_baseline
-from comparisons.questions.regression.findings import AGREEMENT, MODEL, REFERENCES, SPEED
-from comparisons.questions.regression.measure import _identity
-from comparisons.questions.regression.snapshot import Speed
 from comparisons.scene.scene import Scene, load_scene
 from reference.halfspace import kernels
 from roughline.commands.app import run_command
@@ -99,8 +105,8 @@ def test_the_same_factor_in_both_is_named_as_shared(before, monkeypatch):
 def test_a_scene_that_was_changed_is_not_blamed_on_the_code(before):
     """Another E in the scene's file moves model and truth alike; nothing of roughline did."""
     own = before.scenes["paraboloid"]
-    assert own.scene == _identity(load_scene("paraboloid", {"title": "another"}))
-    softer = _identity(load_scene("paraboloid", {"half_space.youngs_modulus": 1e9}))
+    assert own.scene == identity(load_scene("paraboloid", {"title": "another"}))
+    softer = identity(load_scene("paraboloid", {"half_space.youngs_modulus": 1e9}))
     now = {"paraboloid": own.model_copy(update={"scene": softer})}
     (result,) = compare_snapshots(before, before.model_copy(update={"scenes": now}))
     assert result.drifted
@@ -189,7 +195,7 @@ def test_the_packaged_baseline_covers_all_scenes_of_a_check():
 @pytest.mark.slow
 def test_this_version_is_its_own_baseline(monkeypatch):
     """The whole check, as continuous integration runs it; how fast is the machine's business."""
-    monkeypatch.setattr(measure, "interleaved", lambda tasks: interleaved(tasks, 1))
+    monkeypatch.setattr(snapshot, "interleaved", lambda tasks: interleaved(tasks, 1))
     drifted = [f for f in check_against(PACKAGED) if f.drifted and f.subject != SPEED]
     assert not drifted, drifted
 
