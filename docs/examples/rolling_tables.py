@@ -37,8 +37,8 @@ from reference.rolling.coefficients import creep_coefficients, on_grid
 from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, roll, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.sliding.contact import solve as slide
-from reference.sliding.operators import TravellingPlane
+from reference.sliding.rubber import slide_on_rubber
+from reference.sliding.travelling import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reports.tables.documents import rewrite
 
@@ -103,7 +103,7 @@ def hunter_error(exact: RubberCylinder, count: int) -> float:
     solid = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
     strips = TravellingPlane(3 * count, 1 / count, solid, exact.way)
     force = reference_loads.Load("force", exact.force)
-    contact = slide(strips, x**2 / 200, force, slope=x / 100)
+    contact = slide_on_rubber(strips, x**2 / 200, force, slope=x / 100)
     return contact.friction_coefficient / exact.resistance - 1
 
 

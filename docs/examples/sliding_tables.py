@@ -23,9 +23,9 @@ from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
 from reference import surfaces
-from reference.sliding.contact import solve
-from reference.sliding.operators import Travelling
+from reference.sliding.rubber import slide_on_rubber
 from reference.sliding.studies import GridStudy, paraboloid
+from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reports.tables.documents import rewrite
 
@@ -180,7 +180,7 @@ def study(height, slope, load: float, material, speed: float, counts) -> tuple[G
         width = h.shape[1]
         operator = Travelling((n, width), (1 / n, 1 / n), material, speed, periodic=True)
         contacts.append(
-            solve(
+            slide_on_rubber(
                 operator,
                 h.max() - h,
                 reference_loads.Load("force", load * width / n),

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.loads import Load
-from reference.sliding.contact import SlidingContact, solve
-from reference.sliding.operators import Travelling
+from reference.sliding.rubber import SlidingContact, slide_on_rubber
+from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 Array = NDArray[np.float64]
@@ -151,7 +151,7 @@ def slide_shape(
         Cells across the wider side of the window; the other side has the necessary number, up to 8
         more.
     material, speed, load
-        As for `contact.solve`.
+        As for `rubber.slide_on_rubber`.
     """
     step = 2 * max(window) / cells
     shape = [8 * max(1, int(np.ceil(half / (4 * step) - 1e-9))) for half in window]
@@ -159,7 +159,7 @@ def slide_shape(
     x, y = rows[:, None], columns[None, :]
     slope = (gap(x + step / 2, y) - gap(x - step / 2, y)) / step
     operator = Travelling((shape[0], shape[1]), (step, step), material, speed)
-    return solve(operator, gap(x, y), load, slope=slope)
+    return slide_on_rubber(operator, gap(x, y), load, slope=slope)
 
 
 def window_depth(

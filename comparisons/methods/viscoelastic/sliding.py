@@ -31,10 +31,9 @@ from reduced.rough.lines import RoughLines
 from reduced.rubber.steady import SteadySliding, slide
 from reference import loads as reference_loads
 from reference.halfspace import areas
-from reference.sliding.cells import LIMIT
-from reference.sliding.contact import SlidingContact, solve
-from reference.sliding.operators import Travelling
+from reference.sliding.rubber import LIMIT, SlidingContact, slide_on_rubber
 from reference.sliding.studies import slide_shape, window_depth
+from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 PHYSICS = frozenset({"viscoelastic", "sliding"})
@@ -237,7 +236,7 @@ class GridSliding(BemFft):
         speed = float(task.loads.values[0])
         x = np.linspace(-1.0, 1.0, 8)
         operator = Travelling((8, 8), (0.25, 0.25), self.material, speed)
-        solve(operator, x[:, None] ** 2 + x**2, reference_loads.Load("penetration", 0.3))
+        slide_on_rubber(operator, x[:, None] ** 2 + x**2, reference_loads.Load("penetration", 0.3))
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield each realisation; an indenter's grids are made for each speed."""
@@ -276,7 +275,9 @@ class _SurfaceSweep:
         for speed in speeds:
             where = grid.gap.shape, grid.spacing, self._material, float(speed)
             operator = Travelling(*where, periodic=periodic)
-            state = solve(operator, grid.gap, reference_loads.Load(control, load), start=self._mask)
+            state = slide_on_rubber(
+                operator, grid.gap, reference_loads.Load(control, load), start=self._mask
+            )
             self._mask = state.mask
             yield _step(state, float(speed))
 

@@ -38,9 +38,8 @@ from reference.rolling.coefficients import CreepCoefficients, creep_coefficients
 from reference.rolling.creep_theories import kalker
 from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.sliding.contact import SlidingContact
-from reference.sliding.contact import solve as slide
-from reference.sliding.operators import TravellingPlane
+from reference.sliding.rubber import SlidingContact, slide_on_rubber
+from reference.sliding.travelling import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 _FRICTION = 0.3
@@ -225,7 +224,7 @@ def rolling_resistance(
         # the contact moves ahead of the axis; where to is not told to the solver
         x = cylinder.middle + (np.arange(3 * cells)[:, None] + 0.5) / cells - 1.5
         body = TravellingPlane(3 * cells, 1 / cells, rubber, way)
-        return slide(body, x**2 / 200, force, slope=x / 100)
+        return slide_on_rubber(body, x**2 / 200, force, slope=x / 100)
 
     coarse, fine = (on_strips(n) for n in ((12, 24) if effort == "quick" else (24, 48)))
     few, many = coarse.friction_coefficient, fine.friction_coefficient

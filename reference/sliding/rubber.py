@@ -7,6 +7,10 @@ P-matrix; Cottle, Pang & Stone 1992), found by pivoting (`reference.contact.pivo
 cells at once can cycle here, because pressure on a cell displaces the cells behind it more than the
 cell itself. Causes are ahead of their effects, so only the foremost wrong cells of every row are
 changed per round, and in Murty's order the foremost cell of all. Coarser grids give the start.
+
+If the material is slow, Krylov methods need hundreds of convolutions (in trials 60 to 500 per
+contact set, growing with the grid). Contact sets are small, so the equations are factorised; while
+few cells change, the old factor is a preconditioner with which a few products suffice.
 """
 
 from __future__ import annotations
@@ -16,19 +20,26 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.arguments import refuse
 from reference.contact.pivot import Pivoted, pivot
 from reference.errors import ConvergenceError
 from reference.loads import Load
-from reference.sliding.cells import Cells
-from reference.sliding.operators import Travelling
+from reference.sliding.travelling import Travelling
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+LIMIT = 9000
+"""Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
+
 _COARSEST = 12  # smallest number of cells per side for a coarser grid
 _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
+_FEW = 1 / 8  # fraction of a contact set that may change before a new factorisation
+_PRODUCTS = 40
+_PRECISION = 1e-13
 
 
 @dataclass(frozen=True)
@@ -78,7 +89,7 @@ class SlidingContact:
         return float(np.count_nonzero(self.mask)) * self.operator.cell_area
 
 
-def solve(
+def slide_on_rubber(
     operator: Travelling,
     gap: ArrayLike,
     load: Load,
@@ -105,10 +116,6 @@ def solve(
     max_rounds : int
         Limit of contact sets.
 
-    Returns
-    -------
-    SlidingContact
-
     Raises
     ------
     ValueError
@@ -124,24 +131,42 @@ def solve(
     >>> rubber = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
     >>> x = (np.arange(-12, 12) + 0.5) / 100
     >>> half_space = Travelling((24, 24), (0.01, 0.01), rubber, 0.02)
-    >>> contact = solve(half_space, (x[:, None] ** 2 + x**2) / 2, Load("force", 4e-3 / 3))
+    >>> ball = (x[:, None] ** 2 + x**2) / 2
+    >>> contact = slide_on_rubber(half_space, ball, Load("force", 4e-3 / 3))
     >>> 0.7 < contact.friction_coefficient / 0.02 < 1
     True
     """
     load.one_of("force", "penetration")
     load.single()
-    gap, slope = _checked(operator, gap, slope)
-    cells = Cells(operator, gap)
+    gap = np.asarray(gap, dtype=float)
+    faults = []
+    if gap.shape != operator.shape:
+        faults.append(f"gap has shape {gap.shape}, the operator {operator.shape}")
+    elif not (np.isfinite(gap).all() and (gap >= 0).all()):
+        faults.append("gap must be finite and not negative")
+    if slope is None and gap.ndim == 2 and gap.shape[0] > 1:
+        slope = np.gradient(gap, operator.spacing[0], axis=0)
+        if operator.periodic:
+            slope = (np.roll(gap, -1, 0) - np.roll(gap, 1, 0)) / (2 * operator.spacing[0])
+    slope = np.zeros(gap.shape) if slope is None else np.asarray(slope, dtype=float)
+    if slope.shape != gap.shape or not np.isfinite(slope).all():
+        faults.append(f"slope must be finite, of the shape of the gap, got shape {slope.shape}")
+    refuse(faults)
+
+    cells = _Cells(operator, gap)
     if start is None:
         start = _coarse_start(operator, gap, load, max_rounds)
     settled = _settled(cells, cells.of_grid(start), load, max_rounds)
     pressure, history = cells.on_grid(settled.pressures), settled.history
-    if not operator.periodic and _touches_edge(pressure):
+    loaded = pressure > 0
+    # strips have no cells at their sides
+    edges = loaded[[0, -1]].any() or (loaded.shape[1] > 1 and loaded[:, [0, -1]].any())
+    if edges and not operator.periodic:
         raise ConvergenceError("the contact reaches the edge of the grid", history)
     depth = settled.depth - operator.datum * float(pressure.mean())
     clearance = gap - depth + operator.apply(pressure)
     scale = max(abs(depth), float(np.ptp(gap)) * 2.0**-40)
-    inside = np.abs(clearance[pressure > 0]).max(initial=0.0)
+    inside = np.abs(clearance[loaded]).max(initial=0.0)
     return SlidingContact(
         penetration=depth,
         force=float(pressure.sum() * operator.cell_area),
@@ -154,7 +179,100 @@ def solve(
     )
 
 
-def _settled(cells: Cells, start: Mask, load: Load, max_rounds: int) -> Pivoted:
+class _Cells:
+    """All cells of a grid, or one half of them if grid and gap are mirror images in y."""
+
+    def __init__(self, operator: Travelling, gap: Array) -> None:
+        self.operator = operator
+        self.mirrored = gap.shape[1] % 2 == 0 and bool(np.array_equal(gap, gap[:, ::-1]))
+        self.copies = 2 if self.mirrored else 1
+        self.width = gap.shape[1] // self.copies
+        self.gaps = np.ascontiguousarray(gap[:, : self.width]).ravel()
+        self._base = np.zeros(0, dtype=np.intp)
+        self._factor: tuple[Array, NDArray[np.int32]] | None = None
+
+    def of_grid(self, values: ArrayLike) -> NDArray:
+        """Return the values of the cells from those of the grid."""
+        return np.asarray(values)[:, : self.width].ravel().copy()
+
+    def on_grid(self, values: Array) -> Array:
+        """Return the values on the whole grid."""
+        half = values.reshape(-1, self.width)
+        return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
+
+    def displacement(self, pressures: Array) -> Array:
+        """Return A p of all cells, `Travelling.datum` included, which makes A definite."""
+        pressure = self.on_grid(pressures)
+        lift = self.operator.datum * float(pressure.mean())
+        return self.of_grid(self.operator.apply(pressure)) + lift
+
+    def respond(self, inside: NDArray[np.intp], right: Array) -> tuple[Array, Array]:
+        """Solve A p = right on the cells `inside`, and return p and A p of all: see `pivot`."""
+        solved: list[Array] = []
+        changed = np.setxor1d(inside, self._base, assume_unique=True).size
+        if self._factor is not None and changed <= _FEW * inside.size:
+            # GMRES, preconditioned by the old factor
+            _, new_places, old_places = np.intersect1d(inside, self._base, True, True)
+            cell_stiffness = 1 / self.operator.table[0, 0]
+
+            def product(values: Array) -> Array:
+                pressures = np.zeros(self.gaps.size)
+                pressures[inside] = values
+                return self.displacement(pressures)[inside]
+
+            def guess(values: Array) -> Array:
+                base_side = np.zeros(self._base.size)
+                base_side[old_places] = values[new_places]
+                base_answer = lu_solve(self._factor, base_side, check_finite=False)
+                guessed = cell_stiffness * values
+                guessed[new_places] = base_answer[old_places]
+                return guessed
+
+            size = (inside.size, inside.size)
+            for side in right.T:
+                solution, status = gmres(
+                    LinearOperator(size, product),
+                    side,
+                    M=LinearOperator(size, guess),
+                    rtol=_PRECISION,
+                    restart=_PRODUCTS,
+                    maxiter=1,
+                )
+                if status == 0:
+                    solved.append(solution)
+        if len(solved) < right.shape[1]:
+            if inside.size > LIMIT:
+                raise ConvergenceError(
+                    f"{inside.size} cells in contact exceed the limit of {LIMIT}: use a coarser "
+                    "grid"
+                )
+            rows, columns = np.divmod(inside, self.width)
+            width = self.operator.shape[1]
+            matrix = _matrix(rows, columns, self.operator.table, self.mirrored, width)
+            self._factor = lu_factor(matrix, overwrite_a=True, check_finite=False)
+            self._base = inside
+            solved = list(lu_solve(self._factor, right, check_finite=False).T)
+        whole = np.zeros((len(solved), self.gaps.size))
+        whole[:, inside] = solved
+        return np.stack(solved, axis=1), np.stack([self.displacement(p) for p in whole], axis=1)
+
+
+@njit(cache=True)
+def _matrix(rows, columns, table, mirrored, width):
+    """Return the displacements of cells under unit pressure on cells (and their mirror images)."""
+    nx, ny = table.shape
+    matrix = np.empty((rows.size, rows.size))
+    for a in range(rows.size):
+        for b in range(rows.size):
+            i, j = (rows[a] - rows[b]) % nx, (columns[a] - columns[b]) % ny
+            value = table[i, j]
+            if mirrored:
+                value += table[i, (columns[a] + columns[b] - width + 1) % ny]
+            matrix[a, b] = value
+    return matrix
+
+
+def _settled(cells: _Cells, start: Mask, load: Load, max_rounds: int) -> Pivoted:
     """Return the contact of the cells; depths include `Travelling.datum` times the mean."""
     area = cells.operator.cell_area * cells.copies
     mean = cells.operator.datum * cells.copies / np.prod(cells.operator.shape)
@@ -198,46 +316,16 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
     if any(n % 2 or n < 2 * _COARSEST for n in operator.shape):
         depth = load.single()
         if load.control == "force":
-            depth = _overlap_depth(operator, gap, depth)
+            # the depth at which springs of E*/(grid width) carry the force
+            gaps = np.sort(gap.ravel())
+            width = max(n * s for n, s in zip(operator.shape, operator.spacing, strict=True))
+            carried = np.arange(1, gaps.size + 1) * gaps - np.cumsum(gaps)
+            carried *= operator.relaxed_modulus / width * operator.cell_area
+            depth = float(gaps[min(int(np.searchsorted(carried, depth)), gaps.size - 1)])
         return gap <= max(depth / 2, gap.min())
     coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4
     half = operator.coarser()
-    cells = Cells(half, coarse)
+    cells = _Cells(half, coarse)
     start = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
     loaded = cells.on_grid(_settled(cells, start, load, max_rounds).pressures) > 0
     return loaded.repeat(2, axis=0).repeat(2, axis=1)
-
-
-def _overlap_depth(operator: Travelling, gap: Array, force: float) -> float:
-    """Return the depth at which springs of E*/(grid width) carry the force, as a start."""
-    gaps = np.sort(gap.ravel())
-    width = max(n * s for n, s in zip(operator.shape, operator.spacing, strict=True))
-    carried = np.arange(1, gaps.size + 1) * gaps - np.cumsum(gaps)
-    carried *= operator.relaxed_modulus / width * operator.cell_area
-    return float(gaps[min(int(np.searchsorted(carried, force)), gaps.size - 1)])
-
-
-def _touches_edge(pressure: Array) -> bool:
-    """Return whether a cell at the rim of the grid is loaded; strips have none at their sides."""
-    touched = pressure[[0, -1]] > 0
-    sides = pressure[:, [0, -1]] > 0
-    return bool(touched.any() or (pressure.shape[1] > 1 and sides.any()))
-
-
-def _checked(operator: Travelling, gap: ArrayLike, slope: ArrayLike | None) -> tuple[Array, Array]:
-    """Return gap and slope as arrays, or raise one ValueError with all errors."""
-    gap = np.asarray(gap, dtype=float)
-    faults = []
-    if gap.shape != operator.shape:
-        faults.append(f"gap has shape {gap.shape}, the operator {operator.shape}")
-    elif not (np.isfinite(gap).all() and (gap >= 0).all()):
-        faults.append("gap must be finite and not negative")
-    if slope is None and gap.ndim == 2 and gap.shape[0] > 1:
-        slope = np.gradient(gap, operator.spacing[0], axis=0)
-        if operator.periodic:
-            slope = (np.roll(gap, -1, 0) - np.roll(gap, 1, 0)) / (2 * operator.spacing[0])
-    slope = np.zeros(gap.shape) if slope is None else np.asarray(slope, dtype=float)
-    if slope.shape != gap.shape or not np.isfinite(slope).all():
-        faults.append(f"slope must be finite, of the shape of the gap, got shape {slope.shape}")
-    refuse(faults)
-    return gap, slope
