@@ -7,7 +7,7 @@ stretch where its loads spread. The record of the full runs comes with the packa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -25,8 +25,6 @@ from reference.closed_form.adhesive import maugis_parameter
 
 SAME = 1e-3  # relative distance along a parameter that is none
 Stretch = tuple[float, float]
-# Of a scene, its loads, and E* A0 h' of a rough one
-Place = Callable[[Scene, AbsoluteLoads, float], Stretch | None]
 
 
 @dataclass(frozen=True)
@@ -121,13 +119,10 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
     if not scene.half_space.uniform or scene.methods.reduced.rule != "mdr":
         return []
     answers: dict[str, Nearest] = {}
-    for claim, quantities in _concerned(scene).items():
-        record = measured().get(claim)
-        here = PLACES[claim][1](scene, loads, unit)
-        if record is None or here is None:
-            continue
-        for name in quantities:
-            answer = _decided(name, record, here, scene.compare.tolerance)
+    here = places(scene, loads, unit)
+    for claim in [claim for claim in QUANTITIES if claim in here and claim in measured()]:
+        for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
+            answer = _decided(name, measured()[claim], here[claim], scene.compare.tolerance)
             if name not in answers or answer.worst > answers[name].worst:
                 answers[name] = answer
     return [answers[name] for name in scene.compare.quantities if name in answers]
@@ -167,17 +162,8 @@ def measured() -> Mapping[str, Measured]:
             ),
         )
         for claim in load_claims_record(STORED).claims
-        if claim.id in PLACES
+        if claim.id in QUANTITIES
     }
-
-
-def _concerned(scene: Scene) -> dict[str, tuple[str, ...]]:
-    """Return claim -> the quantities that it has measured and the scene compares."""
-    chosen = {
-        claim: tuple(name for name in quantities if name in scene.compare.quantities)
-        for claim, (quantities, _) in PLACES.items()
-    }
-    return {claim: names for claim, names in chosen.items() if names}
 
 
 def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Nearest:
@@ -199,106 +185,66 @@ def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Ne
     return replace(answer, word=NOT_RESOLVED) if answer.beyond and answer.word == WITHIN else answer
 
 
-# --- where scenes stand ----------------------------------------------------------------------
+# The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
+QUANTITIES: dict[str, tuple[str, ...]] = {
+    "ellipsoid-force": ("force",),
+    "ellipsoid-area": ("contact_area",),
+    "punch-ellipse": ("force", "stiffness"),
+    "punch-rectangle": ("force", "stiffness"),
+    "transform-power-law": ("force", "contact_area", "stiffness"),
+    "transform-sphere": ("force", "contact_area", "stiffness"),
+    "rough-area": ("contact_area",),
+    "rough-area-periodic": ("contact_area",),
+    "rough-penetration": ("penetration",),
+    "rough-mean-gap": ("mean_gap",),
+    "rough-stiffness": ("stiffness",),
+    "partial-slip-rigid": ("tangential_displacement",),
+    "adhesion-range": ("pull_off_force",),
+}
 
 
-def _plain(scene: Scene) -> bool:
-    """Whether bodies are pressed and nothing else, by the rule of the transform."""
-    by_rule = scene.methods.reduced.rule == "mdr"
-    return by_rule and not (scene.physics or scene.rough) and scene.half_space.uniform
+def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch]:
+    """Return where a scene stands along the parameter of each claim that concerns it."""
+    found: dict[str, Stretch] = {}
+    body, friction, adhesion = scene.indenter, scene.friction, scene.adhesion
+    if body is not None and not (scene.physics or scene.rough):
+        if body.shape == "ellipsoid":
+            radii = _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
+            found["ellipsoid-force"] = radii
+            # areas were compared at equal force: that says nothing of them at equal penetration
+            if loads.control == "force":
+                found["ellipsoid-area"] = radii
+        if isinstance(body, EllipticPunch):
+            found["punch-ellipse"] = _ratio(body.semi_axes)
+        if isinstance(body, RightAngledPunch):
+            found["punch-rectangle"] = _ratio(body.lengths)
+        fixed = {"cone": 1.0, "paraboloid": 2.0}
+        exponent = fixed.get(body.shape, body.parameters.get("exponent"))
+        if exponent is not None:
+            found["transform-power-law"] = exponent, exponent
+        if body.shape == "sphere" and loads.control == "penetration":
+            depths = loads.values / body.parameters["radius"]
+            found["transform-sphere"] = float(np.min(depths)), float(np.max(depths))
+    surface = scene.surface
+    rough = surface is not None and not scene.physics and loads.control == "force"
+    if surface is not None and rough and np.isfinite(unit):
+        free = ("rough-area", "rough-penetration", "rough-mean-gap", "rough-stiffness")
+        stretch = float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
+        found |= dict.fromkeys(("rough-area-periodic",) if surface.periodic else free, stretch)
+    coupled = friction is not None and friction.coupling == "full"
+    alone = set(scene.physics) == {"friction"} and not scene.rough
+    if coupled and alone and body is not None and body.axisymmetric:
+        found["partial-slip-rigid"] = scene.poisson_ratio, scene.poisson_ratio
+    long_range = adhesion is not None and not adhesion.short_range
+    if adhesion is not None and long_range and body is not None and body.shape == "paraboloid":
+        # lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)
+        tension = adhesion.work / adhesion.range
+        radius = body.parameters["radius"]
+        place = float(maugis_parameter(radius, scene.effective_modulus, adhesion.work, tension))
+        found["adhesion-range"] = place, place
+    return found
 
 
 def _ratio(sides: tuple[float, float]) -> Stretch:
     ratio = max(sides) / min(sides)
     return ratio, ratio
-
-
-def _radii(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    body = scene.indenter
-    if body is None or body.shape != "ellipsoid" or not _plain(scene):
-        return None
-    return _ratio((body.parameters["radius_x"], body.parameters["radius_y"]))
-
-
-def _radii_under_force(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    """Areas were compared at equal force: that says nothing of them at equal penetration."""
-    return _radii(scene, loads, unit) if loads.control == "force" else None
-
-
-def _semi_axes(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    body = scene.indenter
-    return _ratio(body.semi_axes) if isinstance(body, EllipticPunch) and _plain(scene) else None
-
-
-def _sides(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    body = scene.indenter
-    return _ratio(body.lengths) if isinstance(body, RightAngledPunch) and _plain(scene) else None
-
-
-def _exponent(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    body = scene.indenter
-    if body is None or not _plain(scene):
-        return None
-    fixed = {"cone": 1.0, "paraboloid": 2.0}
-    exponent = fixed.get(body.shape, body.parameters.get("exponent"))
-    return None if exponent is None else (exponent, exponent)
-
-
-def _depth(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    body = scene.indenter
-    if body is None or body.shape != "sphere" or loads.control != "penetration":
-        return None
-    if not _plain(scene):
-        return None
-    depths = loads.values / body.parameters["radius"]
-    return float(np.min(depths)), float(np.max(depths))
-
-
-def _rough_load(*, periodic: bool) -> Place:
-    def place(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-        if scene.surface is None or scene.physics or loads.control != "force":
-            return None
-        if scene.surface.periodic != periodic or not np.isfinite(unit):
-            return None
-        return float(np.min(loads.values) / unit), float(np.max(loads.values) / unit)
-
-    return place
-
-
-def _poisson(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    friction, body = scene.friction, scene.indenter
-    if friction is None or friction.coupling != "full" or body is None or scene.rough:
-        return None
-    if not body.axisymmetric or set(scene.physics) != {"friction"}:
-        return None
-    return scene.poisson_ratio, scene.poisson_ratio
-
-
-def _maugis(scene: Scene, loads: AbsoluteLoads, unit: float) -> Stretch | None:
-    """Lambda = (w/range) (9 R/(2 pi w E*^2))^(1/3) of a ball (Maugis 1992)."""
-    table, body = scene.adhesion, scene.indenter
-    if table is None or table.short_range or body is None or body.shape != "paraboloid":
-        return None
-    tension = table.work / table.range
-    radius = body.parameters["radius"]
-    place = float(maugis_parameter(radius, scene.effective_modulus, table.work, tension))
-    return place, place
-
-
-# Claim -> the quantities whose error it is, and where scenes stand along its parameter. The force
-# and the stiffness of a flat face err alike.
-PLACES: dict[str, tuple[tuple[str, ...], Place]] = {
-    "ellipsoid-force": (("force",), _radii),
-    "ellipsoid-area": (("contact_area",), _radii_under_force),
-    "punch-ellipse": (("force", "stiffness"), _semi_axes),
-    "punch-rectangle": (("force", "stiffness"), _sides),
-    "transform-power-law": (("force", "contact_area", "stiffness"), _exponent),
-    "transform-sphere": (("force", "contact_area", "stiffness"), _depth),
-    "rough-area": (("contact_area",), _rough_load(periodic=False)),
-    "rough-area-periodic": (("contact_area",), _rough_load(periodic=True)),
-    "rough-penetration": (("penetration",), _rough_load(periodic=False)),
-    "rough-mean-gap": (("mean_gap",), _rough_load(periodic=False)),
-    "rough-stiffness": (("stiffness",), _rough_load(periodic=False)),
-    "partial-slip-rigid": (("tangential_displacement",), _poisson),
-    "adhesion-range": (("pull_off_force",), _maugis),
-}

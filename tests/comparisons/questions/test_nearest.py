@@ -10,7 +10,7 @@ import pytest
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import OUTSIDE, WITHIN
-from comparisons.questions.claims.nearest import PLACES, in_words, measured, nearest
+from comparisons.questions.claims.nearest import QUANTITIES, in_words, measured, nearest, places
 from comparisons.scene.scene import load_scene
 from reference.closed_form.adhesive import strength_of
 from roughline.commands.app import run_command
@@ -25,7 +25,7 @@ def known(name, **changes):
 
 
 def test_every_place_has_a_measurement():
-    assert measured().keys() == PLACES.keys()
+    assert measured().keys() == QUANTITIES.keys()
 
 
 def test_an_ellipsoid_stands_at_its_ratio_of_radii():
@@ -94,7 +94,7 @@ def test_the_parameter_of_maugis_is_that_of_the_closed_form():
         changes = {"half_space": {"effective_modulus": 1.0}, "adhesion.work": 1.0}
         changes |= {"indenter.radius": 1.0, "adhesion.range": 1.0 / tension}
         scene = load_scene("adhesive-ball-range", changes)
-        place = PLACES["adhesion-range"][1](scene, None, None)
+        place = places(scene, None, np.nan)["adhesion-range"]
         np.testing.assert_allclose(place, number, rtol=1e-9)
 
 
