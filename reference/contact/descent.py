@@ -27,8 +27,7 @@ from numba import njit
 from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 
-from reference.contact.body import ElasticBody, power_of_two
-from reference.contact.convolution import Convolution, quarter
+from reference.contact.body import Convolution, ElasticBody, power_of_two, quarter
 from reference.contact.extension import Extension
 from reference.contact.pieces import sums, sweep
 from reference.errors import ConvergenceError
@@ -70,8 +69,6 @@ _ALIGNED = 0.9
 _LEFT, _SHIFTS = 0.1, {True: 3, False: 1}
 
 _REORDER = {"reassoc", "contract", "nsz"}
-# LLVM does not vectorise a running maximum of floats; this many are computed in parallel.
-_PEAKS = 64
 
 
 class Descended(NamedTuple):
@@ -125,10 +122,17 @@ def descend(
         numbers is exceeded.
     """
     pressure, gaps = start.reshape(-1), np.ascontiguousarray(gap).reshape(-1)
-    sweep(_admit, pressure, gaps, unilateral, cap)
+    np.minimum(pressure, cap, out=pressure)
+    pressure[gaps == np.inf] = 0.0
+    if unilateral:
+        np.maximum(pressure, 0.0, out=pressure)
     by_force = control == "force"
     depth, history, single, double = 0.0 if by_force else value, list[float](), 0, 0
     level, before, stalled = 0, np.inf, False
+    settle = 0.0
+    if body.periodic and not by_force:
+        # |q| lacks E*/2; a further 2 because pressure concentrates at the rims of the open cells
+        settle = 4 * power_of_two(max(body.spacing)) / (body.unit * body.effective_modulus)
     while True:
         # displacement, depth and violation in double precision
         if by_force:  # a step conserves it up to rounding
@@ -178,7 +182,7 @@ def descend(
             body.convolution(dtype),
             None if plain else _preconditioner(body, dtype),
             fixed_sum=by_force,
-            settle=_settling(body) if body.periodic and not by_force else 0.0,
+            settle=settle,
             cap=room,
             goal=goal / length,
             depth=depth / length,
@@ -279,7 +283,8 @@ def _conjugate_gradients(  # noqa: PLR0913
                 uniform = free.astype(clearance.dtype)
                 kernel(uniform.reshape(shape), image_map)
                 mean = sum(sweep(_product, uniform, image))
-                inverse.set_mean_factor(settle * count / mean)
+                if mean > 0:  # not so below cells of waves that the body does not feel
+                    inverse.transfer[0, 0] = settle * count / mean
                 convolutions += 1
             if cautious:
                 period[:] = 0
@@ -344,7 +349,7 @@ def _conjugate_gradients(  # noqa: PLR0913
                 sweep(_rescale, image, correction, lower, number(share))
             kernel(image_map, image_map)
             convolutions += 1
-            sweep(_add, clearance, image)
+            clearance += image
         residual, previous = previous, residual
     return correction, history, convolutions, False
 
@@ -353,7 +358,7 @@ def _preconditioner(body: ElasticBody, dtype: DTypeLike) -> Convolution:
     """Return the inverse compliance of waves, |q| on the half-space, to a power of two.
 
     The zero mode is half the smallest wavenumber, so that the operator is positive definite. On a
-    periodic half-space with free mean pressure it is set from the contact (`_settling`): near full
+    periodic half-space with free mean pressure it is set from the contact (`settle`): near full
     contact a uniform pressure on the contact has almost no energy, and without a matching large
     zero mode the iterations increase from 25 to many hundreds.
     """
@@ -373,25 +378,8 @@ def _preconditioner(body: ElasticBody, dtype: DTypeLike) -> Convolution:
     inverse = body.cached(("preconditioner", np.dtype(dtype).name), make)
     lowest = 2 * np.pi / max(n * s for n, s in zip(inverse.padded, body.spacing, strict=True))
     longest = float(body.wave_stiffness(np.array([lowest]))[0])
-    inverse.set_mean_factor(longest / 2 * unit)
+    inverse.transfer[0, 0] = longest / 2 * unit
     return inverse
-
-
-def _settling(body: ElasticBody) -> float:
-    """Return the factor from the stiffness of a uniform pressure on the contact to the mean factor.
-
-    |q| lacks E*/2; a further 2 because pressure concentrates at the rims of the open cells.
-    """
-    return 4 * power_of_two(max(body.spacing)) / (body.unit * body.effective_modulus)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _admit(pressure, gap, unilateral, cap):
-    """Take away pressure where contact is impossible, tension, and what is above the cap."""
-    for k in range(gap.size):
-        pressure[k] = min(pressure[k], cap)
-        if gap[k] == np.inf or (unilateral and pressure[k] < 0):
-            pressure[k] = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -477,11 +465,14 @@ def _residual(clearance, correction, lower, residual, free, shift, cap):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _largest(values):
-    """Return the largest absolute value."""
-    peaks = np.zeros(_PEAKS, values.dtype)
-    blocks = values.size - values.size % _PEAKS
-    for start in range(0, blocks, _PEAKS):
-        for k in range(_PEAKS):
+    """Return the largest absolute value.
+
+    LLVM does not vectorise a running maximum of floats: 64 are computed side by side.
+    """
+    peaks = np.zeros(64, values.dtype)
+    blocks = values.size - values.size % 64
+    for start in range(0, blocks, 64):
+        for k in range(64):
             size = abs(values[start + k])
             peaks[k] = size if size > peaks[k] else peaks[k]
     for k in range(blocks, values.size):
@@ -592,9 +583,3 @@ def _rescale(added, correction, lower, share):
         more = share * (correction[k] - lower[k])
         added[k] += more
         correction[k] += more
-
-
-@njit(cache=True, nogil=True, error_model="numpy", fastmath=_REORDER)
-def _add(values, more):
-    for k in range(values.size):
-        values[k] += more[k]

@@ -6,7 +6,7 @@ largest pressure, cells that have it give way beyond their elastic displacement,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -16,10 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import choice_faults, refuse
 from reference.contact.body import ElasticBody
-from reference.contact.bordered import BorderedCholesky
-from reference.contact.depth import search_depth
 from reference.contact.descent import descend
-from reference.contact.pivot import pivot
+from reference.contact.pivot import BorderedCholesky, pivot
 from reference.contact.start import overlap_depth, starting_pressure
 from reference.errors import ConvergenceError
 from reference.loads import Load
@@ -244,7 +242,7 @@ def _descend(
             )
         if body.periodic and not body.sinks and finite.all():
             return at(widest - value, start)
-        return search_depth(
+        return _search_depth(
             at,
             missing=lambda contact: contact.mean_gap - value,
             allowed=lambda contact: tolerance * contact.penetration,
@@ -261,7 +259,7 @@ def _descend(
         most = cap * np.count_nonzero(finite) * body.cell_area
         if not value < most:
             raise ConvergenceError(f"force {value:.3g}: the hardness carries less than {most:.3g}")
-        return search_depth(
+        return _search_depth(
             at,
             missing=lambda contact: value - contact.force,
             # a clearance of the tolerance is worth some of it in force
@@ -354,6 +352,55 @@ def _window(gap: Field, reach: float, start: Field | None) -> tuple[slice, slice
     rows, columns = sides
     cells = (rows.stop - rows.start) * (columns.stop - columns.start)
     return (rows, columns) if cells < 0.7 * gap.size else np.s_[: gap.shape[0], : gap.shape[1]]
+
+
+def _search_depth(
+    at: Callable[[float, Field | None], Contact],
+    missing: Callable[[Contact], float],
+    allowed: Callable[[Contact], float],
+    *,
+    touch: tuple[float, float],
+    depth: float,
+    start: Field | None,
+    name: str,
+) -> Contact:
+    """Return the contact that misses no more than is allowed, with the history of all on the way.
+
+    Parameters
+    ----------
+    at : callable
+        The contact at a depth, from a pressure to start with.
+    missing, allowed : callable
+        The prescribed quantity less that of a contact, which decreases with the depth, and what it
+        may be.
+    touch : (float, float)
+        Depth of first touch, and what is missing there.
+    depth, start
+        First depth, and the pressure to start from.
+    name : str
+        The quantity, for the error message.
+
+    Raises
+    ------
+    ConvergenceError
+        If no depth is found in 60 contacts, or a contact fails.
+    """
+    previous, low, high = touch, touch[0], np.inf
+    history: list[float] = []
+    for _ in range(60):
+        contact = at(depth, start)
+        error = missing(contact)
+        history += contact.history
+        if abs(error) <= allowed(contact):
+            return replace(contact, iterations=len(history), history=history)
+        low, high = (depth, high) if error > 0 else (low, depth)
+        run, rise = depth - previous[0], error - previous[1]
+        slow = abs(error) > abs(previous[1]) / 2 and np.isfinite(high)
+        previous, start = (depth, error), contact.pressure
+        depth = np.inf if slow or not run * rise < 0 else depth - error * run / rise
+        if not low < depth < high:
+            depth = (low + high) / 2 if np.isfinite(high) else 2 * low
+    raise ConvergenceError(f"no penetration reached the prescribed {name}", history)
 
 
 def _pivot_sweep(

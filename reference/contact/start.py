@@ -6,8 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reference.contact.body import LARGEST_KEPT, ElasticBody
-from reference.contact.convolution import Convolution
+from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
 from reference.errors import ConvergenceError
 

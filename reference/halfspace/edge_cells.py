@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import refuse
-from reference.contact.bordered import pairs
+from reference.contact.pivot import pairs
 from reference.errors import ConvergenceError
 from reference.halfspace import kernels
 from reference.halfspace.operators import FreeOperator

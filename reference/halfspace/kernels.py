@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erfc
 
-from reference.contact.convolution import quarter, wavenumbers
+from reference.contact.body import quarter, wavenumbers
 
 __all__ = ["aliases", "cell_energies", "love", "periodic", "wavenumbers", "whole"]
 

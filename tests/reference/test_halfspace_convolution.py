@@ -14,8 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-from reference.contact import convolution, descent, pieces
-from reference.contact.convolution import Convolution
+from reference.contact import descent, pieces
+from reference.contact.body import Convolution
 from reference.contact.press import press
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator
@@ -149,7 +149,7 @@ def test_large_fields_are_convolved_in_blocks_with_the_same_result(padding, dtyp
     padded = (shape[0] + padding, shape[1] + padding)
     transfer, field = even_transfer(padded, rng), rng.standard_normal(shape).astype(dtype)
     whole = Convolution(shape, padded, transfer, dtype)(field)
-    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr("reference.contact.body._ONE_BLOCK", 0)
     monkeypatch.setattr(pieces, "SIZE", 500)
     blocks = Convolution(shape, padded, transfer, dtype)
     alone = blocks(field)
@@ -162,7 +162,7 @@ def test_large_fields_are_convolved_in_blocks_with_the_same_result(padding, dtyp
 
 @pytest.mark.parametrize("one_block", [0, 10**9])
 def test_fields_of_another_shape_are_refused_and_other_precisions_cast(one_block, monkeypatch):
-    monkeypatch.setattr(convolution, "_ONE_BLOCK", one_block)
+    monkeypatch.setattr("reference.contact.body._ONE_BLOCK", one_block)
     rng = np.random.default_rng(9)
     padded = (16, 512)
     convolve = Convolution((10, 20), padded, even_transfer(padded, rng), np.float32)
@@ -197,7 +197,7 @@ def test_an_error_in_one_piece_ends_the_others():
 
 def test_results_do_not_depend_on_the_number_of_threads(monkeypatch):
     """Pieces of 200 cells, so that the sums of a small grid are of many parts."""
-    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr("reference.contact.body._ONE_BLOCK", 0)
     monkeypatch.setattr(pieces, "SIZE", 200)
     operator, gap = problem(PeriodicOperator)
     alone = press(operator, gap, Load("force", 20.0))
@@ -219,7 +219,7 @@ def peak_bytes(operator, gap):
 @pytest.mark.parametrize(("operator_class", "most"), [(PeriodicOperator, 64), (FreeOperator, 128)])
 def test_a_solve_holds_no_more_arrays_than_its_plan_says(operator_class, most, monkeypatch):
     """Bytes per cell from the operator to the answer, the gap included; pieces count little."""
-    monkeypatch.setattr(convolution, "_ONE_BLOCK", 0)
+    monkeypatch.setattr("reference.contact.body._ONE_BLOCK", 0)
     monkeypatch.setattr(pieces, "SIZE", 2**12)
     n = 256
     spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=16 / n)

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import gaussian_filter
 
-from reference.contact import bordered
 from reference.contact.pivot import pivot
 from reference.contact.press import CONTROLS, press, sweep
 from reference.errors import ConvergenceError
@@ -370,7 +369,7 @@ def test_senseless_gaps_and_sweeps_are_refused_at_the_call():
 
 def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts(monkeypatch):
     """The limit is on cells in contact; a geometric overlap of twice as many is still solved."""
-    monkeypatch.setattr(bordered, "CELL_LIMIT", 200)
+    monkeypatch.setattr("reference.contact.pivot.CELL_LIMIT", 200)
     x = np.arange(24) - 11.6
     operator = FreeOperator((24, 24), (1.0, 1.0), 1.0)
     bowl = (x[:, None] ** 2 + x**2) / 100

@@ -19,7 +19,7 @@ from comparisons.methods.normal.grid_punches import Respond, face_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
-from reference.contact.bordered import CELL_LIMIT
+from reference.contact.pivot import CELL_LIMIT
 from reference.contact.press import Contact, started_from, sweep
 from reference.halfspace import FreeOperator
 from reference.halfspace.edge_cells import respond_dense
