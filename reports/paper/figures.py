@@ -3,20 +3,36 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Sequence
 from typing import Any
+
+import numpy as np
 
 from comparisons.facts.methods import ours
 from comparisons.results.finding import deciding
 from comparisons.results.store import SceneRecord
-from reports.paper.drawing import draw
-from reports.paper.style import PAGE, PaperFigure, house_style, literal, new_figure
+from reports.paper.style import (
+    COLUMN,
+    HEIGHT,
+    PAGE,
+    PaperFigure,
+    axis_label,
+    colour,
+    house_style,
+    literal,
+    new_figure,
+)
+from reports.plots.axes import log_ticks
 from reports.plots.curves import printed_curves
 from reports.plots.errors import errors
-from reports.plots.figure import Figure
+from reports.plots.figure import Axis, Figure, Series
 from reports.plots.speed import speed
 from reports.plots.style import look
 from reports.plots.verdict_map import verdict_map
+
+LONGEST_LABEL = 32
+MARKER_SIZE = 0.38  # points of print for a pixel of the page
 
 
 def file_name(*names: str) -> str:
@@ -39,12 +55,7 @@ def panels(scene: SceneRecord) -> dict[str, Figure]:
 
 def single(figure: Figure) -> PaperFigure:
     """Return a plot as a single-column figure (85 mm)."""
-    with house_style():
-        paper = new_figure()
-        axes = paper.subplots()
-        draw(axes, figure)
-        _legend(paper, [axes], columns=3)
-    return paper
+    return _sheet([figure])
 
 
 def overview(scene: SceneRecord) -> PaperFigure | None:
@@ -52,60 +63,135 @@ def overview(scene: SceneRecord) -> PaperFigure | None:
 
     Error and cost are those of the quantity that decides the verdict of the scene.
     """
-    chosen = [
-        *printed_curves(scene)[:2],
-        *_deciding_first(scene, errors(scene))[:1],
-        *_deciding_first(scene, speed(scene))[:1],
-    ]
-    if not chosen:
-        return None
-    rows = (len(chosen) + 1) // 2
-    with house_style():
-        paper = new_figure(PAGE, 12.0 + 58.0 * rows)
-        cells = paper.add_gridspec(rows, 2)
-        grid = [paper.add_subplot(cells[divmod(place, 2)]) for place in range(len(chosen))]
-        for letter, figure, axes in zip("abcd", chosen, grid, strict=False):
-            draw(axes, figure)
-            axes.set_title(f"({letter})", loc="left", fontsize=8, fontweight="bold")
-        _legend(paper, grid, columns=6)
-    return paper
-
-
-def _deciding_first(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
     decisive = deciding(scene)
     name = decisive.quantity if decisive else ""
-    return sorted(figures, key=lambda figure: figure.quantity != name)
+    chosen = printed_curves(scene)[:2]
+    for figures in (errors(scene), speed(scene)):
+        chosen += sorted(figures, key=lambda figure: figure.quantity != name)[:1]
+    height = 12.0 + 58.0 * ((len(chosen) + 1) // 2)
+    return _sheet(chosen, PAGE, height, columns=2) if chosen else None
 
 
 def verdict_figure(scenes: Sequence[SceneRecord]) -> PaperFigure | None:
     """Return the page-wide figure of all verdicts, or None where nothing was asked for."""
     figure = verdict_map(scenes)
-    if figure is None:
-        return None
+    return _sheet([figure], PAGE, 24.0 + 4.6 * len(scenes)) if figure else None
+
+
+def _sheet(
+    drawn: Sequence[Figure], width: float = COLUMN, height: float = HEIGHT, columns: int = 1
+) -> PaperFigure:
+    """Return plots in rows, lettered if there are several columns, under one legend."""
     with house_style():
-        paper = new_figure(PAGE, 24.0 + 4.6 * len(scenes))
-        axes = paper.subplots()
-        draw(axes, figure)
-        _legend(paper, [axes], columns=6)
+        paper = new_figure(width, height)
+        cells = paper.add_gridspec(-(-len(drawn) // columns), columns)
+        for place, figure in enumerate(drawn):
+            axes = paper.add_subplot(cells[divmod(place, columns)])
+            draw(axes, figure)
+            if columns > 1:
+                axes.set_title(f"({'abcd'[place]})", loc="left", fontsize=8, fontweight="bold")
+        # Each name once, methods first.
+        entries: dict[str, Any] = {}
+        for axes in paper.axes:
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+                entries.setdefault(label, handle)
+        first = [literal(look(method).label) for method in ours()]
+        labels = sorted(
+            entries, key=lambda name: first.index(name) if name in first else len(first)
+        )
+        if labels:
+            rows = -(-len(labels) // (3 if width == COLUMN else 6))
+            paper.legend(
+                [entries[label] for label in labels],
+                labels,
+                loc="outside upper center",
+                ncols=-(-len(labels) // rows),  # rows of equal length
+                columnspacing=1.2,
+            )
     return paper
 
 
-def _legend(paper: PaperFigure, grid: Sequence[Any], columns: int) -> None:
-    """Draw one legend above the plots, with each name once, methods first."""
-    entries: dict[str, Any] = {}
-    for axes in grid:
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    first = [literal(look(method).label) for method in ours()]
-    labels = sorted(entries, key=lambda name: first.index(name) if name in first else len(first))
-    if not labels:
-        return
-    rows = -(-len(labels) // columns)
-    columns = -(-len(labels) // rows)  # rows of equal length
-    paper.legend(
-        [entries[label] for label in labels],
-        labels,
-        loc="outside upper center",
-        ncols=columns,
-        columnspacing=1.2,
+def draw(axes: Any, figure: Figure) -> None:
+    """Draw a figure on matplotlib axes: shading, lines and markers, then the axes."""
+    across, up = figure.x.scale.factor, figure.y.scale.factor
+    axes.set(xscale="log" if figure.x.log else "linear", yscale="log" if figure.y.log else "linear")
+    for stretch in figure.stretches:
+        shade = {"color": colour(stretch.colour), "alpha": 0.12, "lw": 0.5}
+        axes.axvspan(
+            stretch.low * across, stretch.high * across, **shade, label=literal(stretch.label)
+        )
+    for band in figure.bands:
+        fill = axes.fill_betweenx if band.sideways else axes.fill_between
+        along, height = (up, across) if band.sideways else (across, up)
+        style = {"color": colour(band.colour), "alpha": band.opacity, "lw": 0}
+        ends = band.along * along, band.low * height, band.high * height
+        fill(*ends, **style, label=literal(band.label) or None)
+    for series in figure.series:
+        if series.legend:  # what only a caption explains is the page's
+            _draw_series(axes, series, figure)
+    for level in figure.levels:
+        style = {"color": colour(level.colour), "lw": 0.7, "ls": level.dash.matplotlib}
+        axes.axhline(level.value * up, **style, label=literal(level.label) or None)
+    for guide in figure.guides:
+        if not guide.text:  # else the ticks say it, too
+            axes.axvline(
+                guide.value * across, color=colour(guide.colour), lw=0.6, ls=":", zorder=0.5
+            )
+    if figure.x.limits:
+        axes.set_xlim(*np.multiply(figure.x.limits, across))
+    if figure.y.limits:
+        axes.set_ylim(*np.multiply(figure.y.limits, up))
+    for drawn, axis in ((axes.xaxis, figure.x), (axes.yaxis, figure.y)):
+        if axis.log or axis.ticks:
+            # Of a logarithmic axis without ticks of its own: plain numbers at 1, 2 and 5.
+            ticks = axis.ticks or log_ticks(drawn.get_view_interval(), lambda value: f"{value:g}")
+            factor = axis.scale.factor if axis.ticks else 1.0
+            drawn.set_ticks([value * factor for value, _ in ticks], [text for _, text in ticks])
+            drawn.set_ticks([], minor=True)
+    axes.set_xlabel(_title(figure.x))
+    lines = textwrap.wrap(_title(figure.y), LONGEST_LABEL, break_long_words=False)
+    axes.set_ylabel("\n".join(lines))
+    if figure.x.quantity == "step":
+        axes.xaxis.get_major_locator().set_params(integer=True)
+
+
+def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
+    look = series.look
+    x, y = series.x * figure.x.scale.factor, series.y * figure.y.scale.factor
+    if not np.isfinite(x * y).any():
+        return  # an empty line that is not clipped would have its place at the origin
+    ink = colour(look.colour)
+    rim = colour("@ink") if series.outlined else ink
+    (line,) = axes.plot(
+        *(x, y),
+        color=ink,
+        linestyle=look.dash.matplotlib if series.line else "none",
+        linewidth=series.width / 2,
+        drawstyle="steps-post" if series.stairs else "default",
+        marker=look.marker.matplotlib if series.marks else "",
+        markersize=MARKER_SIZE * (series.size or look.size),
+        markerfacecolor="white" if np.any(series.hollow) else ink,
+        markeredgecolor=rim,
+        markeredgewidth=0.8,
+        alpha=series.faint if series.faint < 1.0 else None,
+        label=literal(look.label),
+        clip_on=figure.clipped,
     )
+    hollow = np.broadcast_to(series.hollow, x.shape)
+    if series.marks and hollow.any() and not hollow.all():
+        axes.plot(
+            *(x[~hollow], y[~hollow], line.get_marker()),
+            color=ink,
+            markersize=line.get_markersize(),
+            clip_on=figure.clipped,
+        )
+    if series.bars is not None:
+        up = series.bars * figure.y.scale.factor
+        down = np.minimum(up, 0.999 * np.abs(y)) if figure.y.log else up
+        axes.errorbar(x, y, yerr=[down, up], fmt="none", ecolor=ink, elinewidth=0.8, capsize=1.5)
+
+
+def _title(axis: Axis) -> str:
+    if axis.quantity:
+        return axis_label(axis.quantity, axis.scale.unit)
+    return literal(f"{axis.title} of {axis.of}" if axis.of else axis.label)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import partial
 from io import BytesIO
@@ -11,19 +13,20 @@ from pathlib import Path
 
 from comparisons.errors import InputError
 from comparisons.files import write_named, write_named_text
-from comparisons.results.store import SceneRecord, StudyRecord
-from reports.paper.contents import Entry, inclusion, index
+from comparisons.results.advice import advise
+from comparisons.results.finding import methods_of
+from comparisons.results.store import StudyRecord
 from reports.paper.figures import file_name, overview, panels, single, verdict_figure
-from reports.paper.style import FORMATS, PaperFigure
-from reports.plots.figure import Figure
+from reports.paper.style import FORMATS, PAGE, PaperFigure
 from reports.plots.verdict_map import CAPTION as VERDICT_CAPTION
-from reports.tables.judged import printed_verdicts
+from reports.tables.judged import finding_table, printed_verdicts
+from reports.tables.notation import markdown, tex
 from reports.tables.scene import printed_settings
-from reports.tables.table import Table
 from reports.tables.written import in_markdown, latex
 
 CHOSEN = ("verdicts", "*-overview")
-Draw = Callable[[], PaperFigure | None]
+SHOWN = ("png", "svg")  # formats that Markdown shows in place
+WIDE = ("verdicts", "-overview")
 Advance = Callable[[int, int, str], object]
 
 
@@ -63,35 +66,75 @@ def write_paper(
         raise InputError(f"{study.directory}: no scene has results; --resume finishes the run")
     drawable = _drawable(study)
     _check(suffixes, figures, drawable)
-    chosen = {
-        name: drawable[name]
+    chosen = [
+        drawable[name]
         for name in drawable
         if any(fnmatchcase(name, pattern) for pattern in figures)
-    }
+    ]
     written: list[Path] = []
-    entries: list[Entry] = []
-    for done, (name, (scene, caption, draw)) in enumerate(chosen.items()):
-        advance(done, len(chosen), name)
-        figure = draw()
+    drawn: list[Drawable] = []
+    for done, entry in enumerate(chosen):
+        advance(done, len(chosen), entry.name)
+        figure = entry.draw()
         if figure is None:
             continue  # nothing was solved or compared
-        entries.append(Entry(name, scene, caption))
+        drawn.append(entry)
         for suffix in suffixes:
-            written.append(folder / f"{name}.{suffix}")
-            _save(figure, written[-1], suffix)
+            stream = BytesIO()
+            figure.savefig(stream, format=suffix)
+            stream.seek(0)
+            written.append(folder / f"{entry.name}.{suffix}")
+            write_named(written[-1], partial(shutil.copyfileobj, stream))
     advance(len(chosen), len(chosen), "tables")
-    left = [name for name in drawable if name not in chosen]
+    verdicts = printed_verdicts(study.scenes)
+    settings = {
+        file_name(scene.name, "settings"): printed_settings(scene) for scene in study.scenes
+    }
+    left = [name for name, entry in drawable.items() if entry not in chosen]
     for name, text in {
-        **_tables(study),
-        "figures.tex": inclusion(entries),
-        "index.md": index(study, entries, suffixes, left),
+        "verdicts.tex": latex(verdicts, "verdicts"),
+        "verdicts.md": in_markdown(verdicts),
+        "settings.tex": "\n".join(latex(table, name) for name, table in settings.items()),
+        "settings.md": "\n".join(map(in_markdown, settings.values())),
+        "figures.tex": _inclusion(drawn),
+        "index.md": _index(study, drawn, suffixes, left),
     }.items():
         written.append(folder / name)
         write_named_text(written[-1], text)
     return written
 
 
-def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: Iterable[str]) -> None:
+@dataclass(frozen=True, eq=False)
+class Drawable:
+    """A figure of the folder: file name without suffix, the scene ("" for all), its caption."""
+
+    name: str
+    scene: str
+    caption: str
+    draw: Callable[[], PaperFigure | None]
+
+
+def _drawable(study: StudyRecord) -> dict[str, Drawable]:
+    """Return every figure by its name, those that are chosen by default first."""
+    verdicts = partial(verdict_figure, study.scenes)
+    first = [Drawable("verdicts", "", VERDICT_CAPTION, verdicts)]
+    others = []
+    for scene in study.scenes:
+        title, drawn = scene.title or scene.name, panels(scene)
+        if drawn:
+            caption = (
+                f"{title}: load curves, the error of the quantity that decides the verdict over "
+                "the load, and its largest error against the time for the whole scene."
+            )
+            name = file_name(scene.name, "overview")
+            first.append(Drawable(name, scene.name, caption, partial(overview, scene)))
+        for key, panel in drawn.items():
+            text, name = f"{title}: {panel.title}. {panel.caption}", file_name(scene.name, key)
+            others.append(Drawable(name, scene.name, text, partial(single, panel)))
+    return {entry.name: entry for entry in (*first, *others)}
+
+
+def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: dict[str, Drawable]) -> None:
     """Refuse formats and names of figures that do not exist, all at once."""
     problems = []
     unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
@@ -107,49 +150,49 @@ def _check(suffixes: Sequence[str], patterns: Sequence[str], drawable: Iterable[
         raise InputError("\n".join(problems))
 
 
-def _drawable(study: StudyRecord) -> dict[str, tuple[str, str, Draw]]:
-    """Return name -> (scene, caption, what draws it) of every figure, the chosen ones first."""
-    drawable: dict[str, tuple[str, str, Draw]] = {
-        "verdicts": ("", VERDICT_CAPTION, partial(verdict_figure, study.scenes))
-    }
-    every: dict[str, tuple[str, str, Draw]] = {}
+def _index(
+    study: StudyRecord, entries: list[Drawable], suffixes: Sequence[str], left: list[str]
+) -> str:
+    """Return the index: the finding, every figure with its caption, the tables, what was left."""
+    lines = ["# Figures and tables"]
+    lines += [
+        in_markdown(finding_table(study.scenes, method)) for method in methods_of(study.scenes)
+    ]
+    lines += [_shown(entry, suffixes) for entry in entries if not entry.scene]
+    lines += ["Tables: [verdicts](verdicts.md), [settings](settings.md); LaTeX beside them.", ""]
     for scene in study.scenes:
-        drawn = panels(scene)
-        if drawn:
-            name = file_name(scene.name, "overview")
-            drawable[name] = (scene.name, _overview_caption(scene), partial(overview, scene))
-        for name, panel in drawn.items():
-            text = f"{scene.title or scene.name}: {panel.title}. {panel.caption}"
-            every[file_name(scene.name, name)] = (scene.name, text, _single(panel))
-    return drawable | every
+        shown = [_shown(entry, suffixes) for entry in entries if entry.scene == scene.name]
+        advice = advise(scene)
+        lines += [f"## {markdown(scene.name)}", "", markdown(advice.sentence), ""]
+        lines += [markdown(advice.single), ""] if advice.single else []
+        lines += shown
+    lines += [f"`figures.tex` includes every figure with its caption ({PAGE:.0f} mm wide or less)."]
+    if left:
+        names = ", ".join(f"`{name}`" for name in left)
+        lines += ["", f"Not drawn; `--figures` chooses by name or pattern (`*`: all): {names}."]
+    return "\n".join(lines) + "\n"
 
 
-def _single(panel: Figure) -> Draw:
-    return lambda: single(panel)
+def _shown(entry: Drawable, suffixes: Sequence[str]) -> str:
+    inline = [suffix for suffix in suffixes if suffix in SHOWN]
+    links = ", ".join(f"[{entry.name}.{suffix}]({entry.name}.{suffix})" for suffix in suffixes)
+    picture = f"![{entry.name}]({entry.name}.{inline[0]})\n\n" if inline else ""
+    return f"{picture}{links}: {markdown(entry.caption)}\n"
 
 
-def _overview_caption(scene: SceneRecord) -> str:
-    return (
-        f"{scene.title or scene.name}: load curves, the error of the quantity that decides the "
-        "verdict over the load, and its largest error against the time for the whole scene."
-    )
-
-
-def _tables(study: StudyRecord) -> dict[str, str]:
-    """Return file -> text of the tables: all verdicts, and all settings with a table per scene."""
-    verdicts = printed_verdicts(study.scenes)
-    settings: dict[str, Table] = {
-        file_name(scene.name, "settings"): printed_settings(scene) for scene in study.scenes
-    }
-    return {
-        "verdicts.tex": latex(verdicts, "verdicts"),
-        "verdicts.md": in_markdown(verdicts),
-        "settings.tex": "\n".join(latex(table, name) for name, table in settings.items()),
-        "settings.md": "\n".join(map(in_markdown, settings.values())),
-    }
-
-
-def _save(figure: PaperFigure, path: Path, suffix: str) -> None:
-    stream = BytesIO()
-    figure.savefig(stream, format=suffix)
-    write_named(path, lambda target: target.write(stream.getvalue()))
+def _inclusion(entries: Sequence[Drawable]) -> str:
+    r"""Return LaTeX with a figure environment for each: ``\input{figures}``."""
+    lines = ["% needs \\usepackage{graphicx} and \\usepackage{textcomp}"]
+    for entry in entries:
+        kind, width = (
+            ("figure*", "textwidth") if entry.name.endswith(WIDE) else ("figure", "columnwidth")
+        )
+        lines += [
+            rf"\begin{{{kind}}}",
+            r"  \centering",
+            rf"  \includegraphics[width=\{width}]{{{entry.name}}}",
+            rf"  \caption{{{tex(entry.caption)}}}",
+            rf"  \label{{fig:{entry.name}}}",
+            rf"\end{{{kind}}}",
+        ]
+    return "\n".join(lines) + "\n"
