@@ -14,7 +14,7 @@ from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results.advice import Advice, Setting
-from comparisons.results.decisions import Verdict
+from comparisons.results.decisions import Verdict, judged_methods, verdicts
 from comparisons.results.families import family
 from comparisons.results.finding import largest_error, symbol
 from comparisons.results.store import SceneRecord
@@ -24,25 +24,14 @@ from reports.plots.style import look
 STEPS = (*(float(f"{step}e{power}") for power in range(-5, 0) for step in (1, 2, 5)), 1.0)
 
 
-def slider_labels() -> list[str]:
-    """Return the labels of the slider's tolerances."""
-    return [fmt.tolerance(step) for step in STEPS]
+def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]:
+    """Return what the page needs to judge scenes (anchor, record, advice) anew.
 
-
-def judging(
-    scenes: Sequence[tuple[str, SceneRecord, dict[str, list[Verdict]], Advice]],
-) -> dict[str, Any]:
-    """Return what the page needs to judge anew.
-
-    Parameters
-    ----------
-    scenes : sequence of (str, SceneRecord, dict, Advice)
-        Anchor, record, the verdicts on each judged method (the page leads with the first), and the
-        advice.
+    Of the judged methods the page leads with the first.
     """
     return {
         "tolerances": STEPS,
-        "labels": slider_labels(),
+        "labels": [fmt.tolerance(step) for step in STEPS],
         "exact": f"{title_of(CLOSED_FORM)} (exact)",
         "scenes": [
             {
@@ -52,12 +41,12 @@ def judging(
                 "order": in_order(scene.quantities),
                 "tolerance": scene.tolerance,
                 "judged": {
-                    method: [_verdict(scene, verdict) for verdict in verdicts]
-                    for method, verdicts in judged.items()
+                    method: [_verdict(scene, verdict) for verdict in verdicts(scene, method)]
+                    for method in judged_methods(scene)
                 },
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
-            for anchor, scene, judged, advice in scenes
+            for anchor, scene, advice in scenes
         ],
     }
 

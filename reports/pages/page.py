@@ -149,7 +149,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    templates.filters |= {"tolerance": fmt.tolerance, "symbols": _symbols}
+    templates.filters.update(tolerance=fmt.tolerance, symbols=_symbols)
     templates.globals |= {
         "fmt": fmt,
         "quantity": quantity,

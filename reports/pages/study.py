@@ -8,38 +8,42 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from comparisons.facts.methods import MODEL
-from comparisons.facts.quantities import in_order
+from comparisons import formatting as fmt
+from comparisons.facts.methods import CLOSED_FORM, MODEL, ours
+from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.results.advice import ITSELF, Advice, advise
+from comparisons.results import selection
+from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.confidence import confidence
 from comparisons.results.cost import spent
 from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.families import family
-from comparisons.results.finding import methods_of
+from comparisons.results.finding import deciding, methods_of
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
-from reports.pages.claims import FOLDER, ClaimsBeside, claims_beside
+from reports.pages.claims import FOLDER, claims_beside
 from reports.pages.judging import judging
 from reports.pages.page import render
-from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
 from reports.plots.claims import validity_map
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
+from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
-from reports.tables.table import Table
+from reports.tables.table import Cell, Head, Table, table
 
 TURNING = "picture-view"
+FIXED_ERRORS = (0.01, 0.001)
+MOST_NAMED = 2  # cheapest settings of a scene in the summary
 # The plots of a scene below its plan: name, heading, and what draws them.
 EVIDENCE: tuple[tuple[str, str, Callable[[SceneRecord], list[Figure]]], ...] = (
     ("curves", "Curves", curves.curves),
@@ -57,44 +61,41 @@ EVIDENCE: tuple[tuple[str, str, Callable[[SceneRecord], list[Figure]]], ...] = (
 
 @dataclass(frozen=True)
 class SceneView:
-    """The data that the template shows for one scene."""
+    """The data that the template shows for one scene.
+
+    Attributes
+    ----------
+    verdicts : dict
+        Quantity -> verdict on the method that the page leads with, which decides.
+    judged : dict
+        Label -> verdicts on each judged method; the model has none where it leads.
+    fastest : tuple of Setting
+        The cheapest settings within the tolerance, of different methods.
+    truth : str
+        The reference and what it is known to.
+    """
 
     record: SceneRecord
     anchor: str
+    title: str
+    family: str
+    confidence: str
     verdicts: dict[str, Verdict]
     judged: dict[str, dict[str, Verdict]]
+    decisive: Verdict | None
     at_other_load: list[Verdict]
     advice: Advice
+    fastest: tuple[Setting, ...]
+    truth: str
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
-    picture: pictures.Picture
-    summary: Summary
     loads: stored.SliderSteps
     settings: Table
     times: Table
     stability: Table
     steps: Table
     seconds: float
-
-    @property
-    def title(self) -> str:
-        """The title of the scene, or its name."""
-        return self.record.title or self.record.name
-
-    @property
-    def answer(self) -> str:
-        """The advice in one sentence."""
-        return self.advice.sentence
-
-    @property
-    def confidence(self) -> str:
-        """What its bars stand for."""
-        return confidence(self.record)
-
-    @property
-    def family(self) -> str:
-        """What kind of scene it is."""
-        return family(self.record)
+    picture: pictures.Picture = field(default_factory=pictures.Picture)
 
 
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
@@ -116,40 +117,45 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     views = _views(record, with_pictures)
     claims = claims_beside(record.directory)
     settings = [(view.anchor, view.record, view.advice) for view in views]
-    everything = speed.overview(settings)
-    standing = validity_map(record.scenes)
+    everything, standing = speed.overview(settings), validity_map(record.scenes)
+    figures = [
+        (view, figure) for view in views for group in view.figures.values() for figure in group
+    ]
+    drawn: dict[str, Figure | dict[str, Any]] = {
+        f"{view.anchor}-{figure.key}": figure for view, figure in figures
+    }
+    drawn |= {f"{view.anchor}-{TURNING}": view.picture.view for view in views if view.picture.view}
+    for number, figure in enumerate(claims.figures if claims else (), start=1):
+        if figure:
+            drawn[f"claim-{number}-evidence"] = figure
+    families: dict[str, list[SceneView]] = {}  # in the order in which they first appear
+    for view in views:
+        families.setdefault(view.family, []).append(view)
+    words = Counter(view.decisive.word for view in views if view.decisive)
     return render(
         "report.html.j2",
-        _drawn(views, claims) | {item.key: item for item in (everything, standing) if item},
-        data={
-            "judging": judging(
-                [
-                    (
-                        view.anchor,
-                        view.record,
-                        {name: verdicts(view.record, name) for name in judged_methods(view.record)},
-                        view.advice,
-                    )
-                    for view in views
-                ]
-            )
-            | {"places": speed.places(settings)}
-        },
+        drawn | {item.key: item for item in (everything, standing) if item},
+        data={"judging": judging(settings) | {"places": speed.places(settings)}},
         record=record,
         views=views,
-        families=_families(views),
+        families=families,
         findings={
             method: finding_table(record.scenes, method) for method in methods_of(record.scenes)
         },
         overview=everything,
         validity=standing,
         compared=compared_methods(record.scenes),
-        quantities=_columns(views),
-        choosable=_shown_quantities(views),
-        tally=_tally(views),
+        quantities=in_order(name for view in views for name in view.verdicts),
+        choosable=in_order({name for _, figure in figures for name in figure.quantity.split()}),
+        tally=[(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)],
         claims=claims,
         claims_folder=record.directory.parent / FOLDER,
-        seeds=_seeds(record),
+        seeds={
+            f"{scene.name}{which}": table.get("seed", 0)
+            for scene in record.scenes
+            for name, which in (("surface", ""), ("surface2", " (second surface)"))
+            if isinstance(table := scene.tables.get(name), dict)
+        },
         evidence=[(name, heading) for name, heading, _ in EVIDENCE],
         glossary=glossary,
         itself=ITSELF,
@@ -157,68 +163,36 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     )
 
 
-def _families(views: list[SceneView]) -> dict[str, list[SceneView]]:
-    """Return the scenes of each family, in the order in which the families first appear."""
-    groups: dict[str, list[SceneView]] = {}
-    for view in views:
-        groups.setdefault(view.family, []).append(view)
-    return groups
-
-
-def _drawn(
-    views: list[SceneView], claims: ClaimsBeside | None
-) -> dict[str, Figure | dict[str, Any]]:
-    """Return all figures by the keys of their canvases."""
-    drawn: dict[str, Figure | dict[str, Any]] = {
-        f"{view.anchor}-{figure.key}": figure
-        for view in views
-        for group in view.figures.values()
-        for figure in group
-    }
-    for view in views:
-        if view.picture.view:
-            drawn[f"{view.anchor}-{TURNING}"] = view.picture.view
-    for number, figure in enumerate(claims.figures if claims else (), start=1):
-        if figure:
-            drawn[f"claim-{number}-evidence"] = figure
-    return drawn
-
-
-def _shown_quantities(views: list[SceneView]) -> list[str]:
-    """Return the plotted quantities in standard order, for the page's menu."""
-    names = {
-        name
-        for view in views
-        for group in view.figures.values()
-        for figure in group
-        for name in figure.quantity.split()
-    }
-    return in_order(names)
-
-
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
-    off = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
+    drawn = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
     # Rendering waits for a process of its own, and the plots need not wait for it.
     with ThreadPoolExecutor(1) as beside:
         images = (
             beside.submit(pictures.draw, record.scenes, record.directory) if with_pictures else None
         )
         views = [
-            _view(scene, f"scene-{number}") for number, scene in enumerate(record.scenes, start=1)
+            scene_view(scene, f"scene-{number}")
+            for number, scene in enumerate(record.scenes, start=1)
         ]
-        drawn = off if images is None else images.result()
-    return [_with_picture(view, image) for view, image in zip(views, drawn, strict=True)]
+        if images is not None:
+            drawn = images.result()
+    return [
+        # Where there is none, the model's own figure is picture enough.
+        view
+        if view.figures["model"] and picture.note == pictures.NOTHING
+        else replace(view, picture=picture)
+        for view, picture in zip(views, drawn, strict=True)
+    ]
 
 
-def _with_picture(view: SceneView, picture: pictures.Picture) -> SceneView:
-    if view.figures["model"] and picture.note == pictures.NOTHING:
-        return view  # the model's own figure is picture enough
-    return replace(view, picture=picture)
-
-
-def _view(scene: SceneRecord, anchor: str) -> SceneView:
-    judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
-    decided = next(iter(judged.values()))
+def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
+    """Return what the page shows of a scene, but for its picture."""
+    judged = {
+        "" if name == MODEL else look(name).label: {
+            verdict.quantity: verdict for verdict in verdicts(scene, name)
+        }
+        for name in judged_methods(scene)
+    }
     failing = failure_view(scene)
     # The line stands beside its surface where there is one.
     reduced = None if failing else reduced_picture(scene)
@@ -226,15 +200,16 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
     return SceneView(
         record=scene,
         anchor=anchor,
-        verdicts={verdict.quantity: verdict for verdict in decided},
-        judged={
-            "" if name == MODEL else look(name).label: {
-                verdict.quantity: verdict for verdict in items
-            }
-            for name, items in judged.items()
-        },
+        title=scene.title or scene.name,
+        family=family(scene),
+        confidence=confidence(scene),
+        verdicts=next(iter(judged.values())),
+        judged=judged,
+        decisive=deciding(scene),
         at_other_load=second_rows(scene),
         advice=advice,
+        fastest=tuple(advice.reaching()[:MOST_NAMED]),
+        truth=_truth(scene, advice),
         plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],
@@ -242,8 +217,6 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
             "roughness": surfaces.roughness(scene),
             **{name: draw(scene) for name, _, draw in EVIDENCE},
         },
-        picture=pictures.Picture(),
-        summary=summary(scene, decided, advice),
         loads=stored.slider_steps(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
@@ -253,23 +226,61 @@ def _view(scene: SceneRecord, anchor: str) -> SceneView:
     )
 
 
-def _seeds(record: StudyRecord) -> dict[str, int]:
-    """Return the seed of every scene with random surfaces; the default is 0."""
-    seeds = {}
-    for scene in record.scenes:
-        for name, surface in (("surface", ""), ("surface2", " (second surface)")):
-            table = scene.tables.get(name)
-            if isinstance(table, dict):
-                seeds[f"{scene.name}{surface}"] = table.get("seed", 0)
-    return seeds
+def _truth(scene: SceneRecord, advice: Advice) -> str:
+    method, _ = selection.reference(scene)
+    if not method:
+        return "none"
+    label = look(method, scene).label
+    if method == CLOSED_FORM:
+        return label
+    accuracy = truth_known_to(scene, advice.quantities)
+    return f"{label} ± {fmt.relative(accuracy)}" if fmt.finite(accuracy) else f"{label} ± ?"
 
 
-def _columns(views: list[SceneView]) -> list[str]:
-    """Return the compared quantities of all scenes, known ones first, in standard order."""
-    return in_order(name for view in views for name in view.verdicts)
+def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
+    """Return the labels of all methods that solved a scene, the reduced model first."""
+    names = [m for scene in scenes for m in selection.methods(scene)]
+    solved = {
+        m for scene in scenes for m in set(names) if not selection.solved_rows(scene, m).empty
+    }
+    ordered = [name for name in ours() if name in solved]
+    ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
+    return [
+        label
+        for name in ordered
+        if name != MODEL
+        for label in dict.fromkeys(look(name, scene).label for scene in scenes)
+    ]
 
 
-def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
-    """Return how many scenes have which verdict."""
-    counts = Counter(view.summary.decisive.word for view in views if view.summary.decisive)
-    return [(word, counts[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]
+def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
+    """Return the cheapest setting of each method that reaches 1 %, 0.1 % and the tolerance."""
+    errors = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
+    columns = {error: advice.cheapest_for(error) for error in errors}
+    methods = {name for settings in columns.values() for name in settings}
+    heads = (
+        Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in errors
+    )
+    rows = (
+        (
+            cells.method(name, scene=scene),
+            *(_time_cell(settings.get(name)) for settings in columns.values()),
+        )
+        for name in selection.methods(scene)
+        if name in methods
+    )
+    quantities = ", ".join(quantity(name).label for name in advice.quantities)
+    note = (
+        "Measured time of the cheapest setting that was run with |e| + u below this value in "
+        f"{quantities}, at every load step, for this setting and all finer ones of the method. "
+        f"–: none. {ITSELF}; the reference counts with its own error bar."
+    )
+    return table(("method", *heads), rows, note=note)
+
+
+def _time_cell(setting: Setting | None) -> Cell:
+    if setting is None:
+        return cells.NOTHING
+    star = "*" if setting.judges_itself and not setting.is_truth else ""
+    text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
+    return cells.number(text, setting.seconds)

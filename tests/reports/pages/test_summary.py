@@ -12,10 +12,9 @@ import pytest
 
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
 from comparisons.results.advice import advise
-from comparisons.results.decisions import verdicts
 from reports.pages import study as html
 from reports.pages.claims import claims_beside
-from reports.pages.summary import compared_methods, summary, times_to_errors
+from reports.pages.study import compared_methods, scene_view, times_to_errors
 from reports.tables import scene as tables
 
 
@@ -27,7 +26,7 @@ def cells(table):
 def test_the_worst_quantity_stands_for_a_scene(study):
     """Contact area is outside, penetration within: the scene's line says outside, and which."""
     scene = study.scenes[1]
-    told = summary(scene, verdicts(scene), advise(scene))
+    told = scene_view(scene, "")
     assert (told.decisive.quantity, told.decisive.word) == ("contact_area", "outside")
     assert told.truth.startswith("FFT BEM ±")
 
@@ -35,8 +34,7 @@ def test_the_worst_quantity_stands_for_a_scene(study):
 def test_the_cheapest_method_is_the_one_of_the_advice(study):
     """The summary and the sentence of the scene come from one rule: same method, same time."""
     scene = study.scenes[0]
-    advice = advise(scene)
-    told = summary(scene, verdicts(scene), advice)
+    told = scene_view(scene, "")
     assert told.fastest[0].method == "reduced"
     assert [part.seconds for part in told.fastest] == sorted(part.seconds for part in told.fastest)
     assert "closed_form" not in {part.method for part in told.fastest}
