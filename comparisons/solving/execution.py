@@ -8,7 +8,6 @@ import statistics
 import sys
 import time
 import warnings
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -59,9 +58,16 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
             return solution
         with threadpool_limits(limits=THREADS):
             compile_seconds = warm_up(solver, task)
-            _prepare(task)
-            solution, seconds, memory = _first(lambda: _solve(solver, task))
-            times, setups = [seconds], [solution.setup_seconds]
+            if isinstance(task.geometry, RoughGeometry) and METHODS[task.method].dimension == 3:
+                # Heights are made before the clock starts: they are the input, not the work.
+                for realisation in task.realisations:
+                    task.geometry.heights(realisation, task.resolution)
+                    task.geometry.top(realisation)
+            before = _reset_peak()
+            start = time.perf_counter()
+            solution = _solve(solver, task)
+            times, setups = [time.perf_counter() - start], [solution.setup_seconds]
+            memory = _peak() - before
             answered = solution.converged.any()
             while answered and len(times) < most and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
@@ -141,22 +147,6 @@ def warm_up(solver: Solver[Any], task: Task) -> float:
         _compiled[key] = time.perf_counter() - start
         return _compiled[key]
     return 0.0
-
-
-def _prepare(task: Task) -> None:
-    """Make the heights before the clock starts: they are the input, not the work."""
-    if isinstance(task.geometry, RoughGeometry) and METHODS[task.method].dimension == 3:
-        for realisation in task.realisations:
-            task.geometry.heights(realisation, task.resolution)
-            task.geometry.top(realisation)
-
-
-def _first(solve: Callable[[], Solution]) -> tuple[Solution, float, float]:
-    before = _reset_peak()
-    start = time.perf_counter()
-    solution = solve()
-    seconds = time.perf_counter() - start
-    return solution, seconds, _peak() - before
 
 
 def _reset_peak() -> float:

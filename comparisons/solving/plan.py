@@ -121,45 +121,30 @@ class Plan:
 
     def document(self) -> dict[str, Any]:
         """Return the plan as plain data for study.json."""
-        measured = {} if self.measured is None else {"measured": self._measured_document()}
-        return (
-            measured
-            | self._roughness
-            | {
-                "methods": [
-                    {
-                        "method": m.method,
-                        "supported": m.supported,
-                        "reason": m.reason,
-                        "resolutions": list(m.resolutions),
-                        "modelled": m.modelled,
-                        "numbers": list(m.numbers),
-                        "title": m.title,
-                    }
-                    for m in self.methods
-                ],
-                "switched_on": [
-                    {"what": effect, "how": model} for effect, model in self.switched_on
-                ],
-                "left_out": [{"what": effect, "why": reason} for effect, reason in self.left_out],
-                "notes": list(self.notes),
+        data: dict[str, Any] = {}
+        if self.measured is not None:
+            data["measured"] = {
+                "penetration": self.measured.penetration.tolist(),
+                "force": self.measured.force.tolist(),
+                "modulus": self.scene.effective_modulus,
+                "fit_zero": self.scene.compare.fit_zero,
             }
-        )
+        if self._roughness:
+            data["roughness"] = self._roughness
+        keys = ("method", "supported", "reason", "resolutions", "modelled", "numbers", "title")
+        lists = {"resolutions", "numbers"}
+        data["methods"] = [
+            {k: list(getattr(m, k)) if k in lists else getattr(m, k) for k in keys}
+            for m in self.methods
+        ]
+        data["switched_on"] = [{"what": effect, "how": model} for effect, model in self.switched_on]
+        data["left_out"] = [{"what": effect, "why": reason} for effect, reason in self.left_out]
+        data["notes"] = list(self.notes)
+        return data
 
     @cached_property
     def _roughness(self) -> dict[str, Any]:
-        if not isinstance(self.geometry, RoughGeometry):
-            return {}
-        return {"roughness": roughness_of(self.geometry)}
-
-    def _measured_document(self) -> dict[str, Any]:
-        assert self.measured is not None
-        return {
-            "penetration": self.measured.penetration.tolist(),
-            "force": self.measured.force.tolist(),
-            "modulus": self.scene.effective_modulus,
-            "fit_zero": self.scene.compare.fit_zero,
-        }
+        return roughness_of(self.geometry) if isinstance(self.geometry, RoughGeometry) else {}
 
 
 def task_of(

@@ -14,7 +14,7 @@ from typing import Any
 from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, METHODS, NOT_ASKED
 from comparisons.geometry.bodies import with_body
-from comparisons.geometry.measured_curve import MeasuredCurve, read_curve
+from comparisons.geometry.measured_curve import read_curve
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.reading import FileError
 from comparisons.machine import MEMORY_SHARE, free_memory
@@ -55,7 +55,11 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     _check_size(scene)
     plans = [_plan(scene, effort)]
     if scene.compare.proved is True:
-        _check_proof(plans[0])
+        try:
+            check_enclosed(scene, plans[0].geometry, plans[0].loads)
+        except Refused as reason:  # no theorem covers it
+            problem = f"compare.proved: {reason.refusal.reason}"
+            raise SceneError(scene.name, [problem]) from None
     part = patch_of(scene, plans[0].geometry)
     if part is not None:
         patch, crop = part
@@ -70,15 +74,6 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
             ),
         )
     return plans
-
-
-def _check_proof(plan: Plan) -> None:
-    """Refuse to prove what no theorem covers."""
-    try:
-        check_enclosed(plan.scene, plan.geometry, plan.loads)
-    except Refused as reason:
-        problem = f"compare.proved: {reason.refusal.reason}"
-        raise SceneError(plan.scene.name, [problem]) from None
 
 
 def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
@@ -118,42 +113,33 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
         geometry = with_body(scene, geometry)
     total = scene.realisations
     realisations = min(total, QUICK_REALISATIONS) if effort == "quick" else total
-    return Plan(scene, geometry, loads, (), (), (), realisations, measured=_measured(scene))
-
-
-def _measured(scene: Scene) -> MeasuredCurve | None:
-    """Return the measured curve that a scene names."""
-    if scene.compare.measured is None:
-        return None
-    try:
-        return read_curve(Path(scene.directory) / scene.compare.measured)
-    except FileError as error:
-        where = f"compare.measured: {scene.compare.measured}"
-        raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
+    measured = None
+    if scene.compare.measured is not None:
+        try:
+            measured = read_curve(Path(scene.directory) / scene.compare.measured)
+        except FileError as error:
+            where = f"compare.measured: {scene.compare.measured}"
+            raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
+    return Plan(scene, geometry, loads, (), (), (), realisations, measured=measured)
 
 
 def _plan(scene: Scene, effort: Effort) -> Plan:
     draft = _draft(scene, effort)
-    methods = tuple(_plan_methods(draft))
-    return replace(
-        draft,
-        methods=methods,
-        left_out=tuple(omissions(scene, draft.geometry)),
-        notes=tuple(notes_of(draft, methods)),
-        switched_on=tuple(switched_on(scene, draft.loads)),
-    )
-
-
-def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:
-    """Yield the plan of every method; all that broke is told at once."""
-    broken = []
-    for name in (known for known in METHODS if concerns(known, draft.scene)):
+    methods, broken = [], []
+    for name in (known for known in METHODS if concerns(known, scene)):
         try:
-            yield _plan_method(draft, name)
+            methods.append(_plan_method(draft, name))
         except InputError as error:
             broken.append(str(error))
     if broken:
         raise InputError("\n".join(broken))
+    return replace(
+        draft,
+        methods=tuple(methods),
+        left_out=tuple(omissions(scene, draft.geometry)),
+        notes=tuple(notes_of(draft, tuple(methods))),
+        switched_on=tuple(switched_on(scene, draft.loads)),
+    )
 
 
 def _plan_method(draft: Plan, name: str) -> MethodPlan:
@@ -227,9 +213,11 @@ def refusal(draft: Plan, name: str, resolution: int) -> str:
 def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> str:
     geometry = draft.geometry
     if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
-        problem = _grid_problem(geometry, resolution)
-        if problem:
-            return problem
+        points = geometry.points[0]
+        step = points // resolution if points % resolution == 0 else 0
+        divides = step and all(n % step == 0 for n in geometry.points)
+        if resolution % points and not divides:
+            return f"neither a multiple nor a divisor of the surface's own {points} points per side"
     task = _first_task(draft, solver, resolution)
     try:
         refused = solver.refusal(task)
@@ -241,14 +229,6 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""
-
-
-def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:
-    points = geometry.points[0]
-    step = points // resolution if points % resolution == 0 else 0
-    if resolution % points == 0 or (step and all(n % step == 0 for n in geometry.points)):
-        return ""
-    return f"neither a multiple nor a divisor of the surface's own {points} points per side"
 
 
 def _check_size(scene: Scene) -> None:
@@ -305,9 +285,13 @@ def plan_all(
         load_scene("paraboloid", overrides)
     except SceneError as error:
         raise SceneError(origin, error.problems) from error
+    members: list[Source] = []
+    for source in sources:
+        suite = SUITES.get(source.lower()) if isinstance(source, str) else None
+        members += (source,) if suite is None else suite
     plans: list[Plan] = []
     problems: list[str] = []
-    for source in _members(sources):
+    for source in members:
         try:
             scene = load_scene(source, overrides)
             named = scene.compare.methods
@@ -336,38 +320,22 @@ def refuse_unsolvable(plans: Sequence[Plan]) -> None:
 
 
 def _unsolvable(plans: Sequence[Plan]) -> list[str]:
-    """Name the scenes for which no method plans anything: there is nothing to compare.
+    """Name the scenes for which no method plans anything, methods with the same reason together.
 
     Where [compare] methods or --methods leave a scene none, that is told only if they leave every
     scene none: of a suite they may pick what they can do.
     """
-    empty = [plan for plan in plans if not any(m.supported for m in _asked(plan))]
-    return [
-        f"{plan.scene.name}: {_why_none(plan)}"
-        for plan in empty
-        if plan.scene.compare.methods is None or len(empty) == len(plans)
-    ]
-
-
-def _why_none(plan: Plan) -> str:
-    """Return why no method does a scene, methods with the same reason together."""
-    reasons: dict[str, list[str]] = {}
-    for method in _asked(plan):
-        reasons.setdefault(method.reason, []).append(method.method)
-    refusals = "".join(f"\n  {', '.join(names)}: {reason}" for reason, names in reasons.items())
-    named = "" if plan.scene.compare.methods is None else " asked for"
-    return f"no method{named} can solve this scene{refusals}"
-
-
-def _asked(plan: Plan) -> list[MethodPlan]:
-    """Return the plans of the methods that a scene names, or of all where it names none."""
-    names = plan.scene.compare.methods
-    return [method for method in plan.methods if names is None or method.method in names]
-
-
-def _members(sources: Iterable[Source]) -> list[Source]:
-    """Return the scenes, with suites replaced by theirs."""
-    scenes: list[Source] = []
-    for source in sources:
-        scenes += SUITES.get(source.lower(), (source,)) if isinstance(source, str) else (source,)
-    return scenes
+    problems = []
+    for plan in plans:
+        names = plan.scene.compare.methods
+        asked = [method for method in plan.methods if names is None or method.method in names]
+        if any(method.supported for method in asked):
+            continue
+        reasons: dict[str, list[str]] = {}
+        for method in asked:
+            reasons.setdefault(method.reason, []).append(method.method)
+        refusals = "".join(f"\n  {', '.join(m)}: {reason}" for reason, m in reasons.items())
+        named = "" if names is None else " asked for"
+        text = f"{plan.scene.name}: no method{named} can solve this scene{refusals}"
+        problems.append((names is None, text))
+    return [text for free, text in problems if free or len(problems) == len(plans)]
