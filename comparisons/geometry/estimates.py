@@ -1,7 +1,7 @@
-"""Estimates of the largest contact in scenes with physics, which size grids and meshes.
+"""Estimates of contacts in scenes with physics and on layered or graded bodies: sizes of grids.
 
-The estimates are not results. They use independent springs with the lowest modulus of the material,
-and take a millisecond.
+The estimates are not results. Those with physics use independent springs with the lowest modulus of
+the material, and take a millisecond.
 """
 
 from __future__ import annotations
@@ -10,12 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from comparisons.geometry.elastic_body import elastic_body
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.elastic_impact import impact_depth
 from reduced.profiles import equivalents
+from reduced.profiles.graded import Grading
+from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
+from reference.layered import RoundContact, Stack
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
@@ -25,6 +29,13 @@ if TYPE_CHECKING:
 SMALLEST, LARGEST = 1e-9, 1e6
 # Number of impacts in a list that are estimated individually.
 IMPACTS = 12
+# Loads that are estimated one by one; between them power laws interpolate.
+_SINGLE = 6
+# Of the contact radius.
+_TOLERANCE = 1e-3
+# Contacts on layers take a second; plans that differ in what is compared have the same ones.
+_known: dict[tuple[str, str, bytes], tuple[np.ndarray, np.ndarray]] = {}
+_MOST = 256
 
 
 def largest_contact(
@@ -134,3 +145,54 @@ def _adhering(
     a = float(radius[widest])
     reached = load if loads.control == "penetration" else 0.5 * load / (modulus * a)
     return reached + (0.0 if loads.control == "penetration" else float(below[widest]) / a), a
+
+
+def grading_of(scene: Scene) -> Grading:
+    """Return the reduced model's grading of a scene that has one."""
+    table = scene.half_space.grading
+    assert table is not None
+    return Grading(scene.effective_modulus, scene.poisson_ratio, table.exponent, table.depth)
+
+
+def contacts(scene: Scene, profile: Profile, loads: AbsoluteLoads) -> tuple[np.ndarray, np.ndarray]:
+    """Return penetrations and contact radii at every load.
+
+    Raises
+    ------
+    ValueError, RuntimeError, ArithmeticError
+        If the shape cannot reach these contacts.
+    """
+    body = elastic_body(scene)
+    if isinstance(body, Stack):
+        text = scene.model_dump_json(exclude={"name", "title", "compare", "methods"})
+        key = text, loads.control, loads.values.tobytes()
+        if key not in _known:
+            if len(_known) == _MOST:
+                _known.clear()
+            plain = Springs(profile, scene.effective_modulus)
+            hertz = indent(plain, Load(loads.control, loads.values)).contact_radius
+            _known[key] = _on_layers(body, profile, loads, hertz)
+        return _known[key]
+    if profile.section is None:
+        raise ValueError("on a graded half-space expected a body of revolution")
+    grading = grading_of(scene)
+    springs = Springs(grading.profile(profile.section), grading.spring_modulus)
+    contact = indent(springs, Load(loads.control, loads.values))
+    return contact.penetration, grading.place(contact.contact_radius)
+
+
+def _on_layers(
+    body: Stack, profile: Profile, loads: AbsoluteLoads, guesses: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    values = loads.values
+    chosen = np.unique(np.linspace(0, values.size - 1, _SINGLE).round().astype(int))
+    contact = RoundContact(body, profile.height, profile.edge)
+    steps = []
+    for value, guess in zip(values[chosen], guesses[chosen], strict=True):
+        steps.append(contact.at(loads.control, float(value), float(guess), _TOLERANCE))
+    few = np.log(values[chosen])
+    depth, radius = (
+        np.exp(np.interp(np.log(values), few, np.log([getattr(step, name) for step in steps])))
+        for name in ("penetration", "contact_radius")
+    )
+    return depth, radius

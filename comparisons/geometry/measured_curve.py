@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.geometry.map_files.numbers_in_text import NumberLayout, layout_of
+from comparisons.geometry.map_files.numbers_in_text import layout_of
 from comparisons.geometry.reading import FileError
 from comparisons.scene.units import FORCE, LENGTH, to_si
 
@@ -47,46 +47,34 @@ def read_curve(path: Path) -> MeasuredCurve:
     except (OSError, ValueError) as error:
         raise FileError(str(error)) from error
     heads = re.split(r"[;\t,]", lines[0]) if lines else []
-    columns, problems = _columns(heads)
-    if problems:
-        raise FileError(*problems)
-    values = np.array([_row(layout, line, columns) for line in lines[1:]]).reshape(-1, 2)
-    scales = [scale for _, scale in columns.values()]
-    problems = _problems(values)
-    if problems:
-        raise FileError(*problems)
-    return MeasuredCurve(*(values * scales).T)
-
-
-def _columns(heads: list[str]) -> tuple[dict[str, tuple[int, float]], list[str]]:
-    """Return position and SI factor of both columns, and the problems of the first line."""
-    columns, problems = {}, []
+    places, scales, problems = [], [], []
     for name, dimension in DIMENSIONS.items():
-        places = [k for k, head in enumerate(heads) if head.strip().lower().startswith(name)]
-        if len(places) != 1:
+        found = [k for k, head in enumerate(heads) if head.strip().lower().startswith(name)]
+        if len(found) != 1:
             problems.append(
-                f"first line: expected one column {name}, got {len(places)}, as in {HEADS!r}"
+                f"first line: expected one column {name}, got {len(found)}, as in {HEADS!r}"
             )
             continue
-        unit = heads[places[0]].strip()[len(name) :].strip(" /[]()")
+        unit = heads[found[0]].strip()[len(name) :].strip(" /[]()")
         try:
-            columns[name] = places[0], to_si(f"1 {unit}" if unit else 1.0, dimension)
+            scales.append(to_si(f"1 {unit}" if unit else 1.0, dimension))
         except ValueError as error:
             problems.append(f"column {name}: {error}")
-    return columns, problems
-
-
-def _row(layout: NumberLayout, line: str, columns: dict[str, tuple[int, float]]) -> list[float]:
-    fields = line.split(layout.delimiter)
-    try:
-        return [float(fields[place]) for place, _ in columns.values()]
-    except (ValueError, IndexError):
-        raise FileError(f"expected numbers below the first line, got {line[:60]!r}") from None
-
-
-def _problems(values: np.ndarray) -> list[str]:
+        places += found
+    if problems:
+        raise FileError(*problems)
+    rows = []
+    for line in lines[1:]:
+        fields = line.split(layout.delimiter)
+        try:
+            rows.append([float(fields[place]) for place in places])
+        except (ValueError, IndexError):
+            raise FileError(f"expected numbers below the first line, got {line[:60]!r}") from None
+    values = np.array(rows).reshape(-1, 2)
     if not FEWEST <= len(values) <= MOST:
-        return [f"expected {FEWEST} to {MOST} points, got {len(values)}"]
+        raise FileError(f"expected {FEWEST} to {MOST} points, got {len(values)}")
     if not np.isfinite(values).all():
-        return ["expected finite numbers only"]
-    return [] if values[:, 1].max() > 0 else ["expected some positive (compressive) forces"]
+        raise FileError("expected finite numbers only")
+    if not values[:, 1].max() > 0:
+        raise FileError("expected some positive (compressive) forces")
+    return MeasuredCurve(*(values * scales).T)

@@ -1,9 +1,9 @@
 """Plausibility of a scene: units, and the limits of linear contact mechanics.
 
 `youngs_modulus = 210` means 210 Pa, and a reduced model that agrees with a 3-D solver to 1 % proves
-nothing if the slopes are large, because both assume small slopes. The notes of the plan therefore
-question implausible values, and whoever has a plan shows them. For roughness see
-`comparisons.geometry.roughness`.
+nothing if the slopes are large, because both assume small slopes. A wrong unit of a map changes its
+slope by a factor of a thousand without any error. The notes of the plan therefore question
+implausible values, and state size and roughness; whoever has a plan shows them.
 """
 
 from __future__ import annotations
@@ -12,8 +12,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from comparisons.formatting import number, relative, with_unit
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, equivalent_profile
+from comparisons.formatting import count, number, relative, with_unit
+from comparisons.geometry.prepare import (
+    Geometry,
+    IndenterGeometry,
+    RoughGeometry,
+    equivalent_profile,
+)
 from comparisons.scene.scene import Scene
 
 # First word of notes that ask the reader to check something (`doubtful`).
@@ -27,6 +32,11 @@ STEEPEST = 0.3
 DEEPEST = 2.0
 # Wheels and tyres slip all over at a creep of 0.01 to 0.2; 1 is a locked wheel.
 LARGEST_CREEP = 0.2
+# Limits of measured surfaces; beyond them, a wrong unit or size is more likely.
+SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any profiler's stage
+LEAST_SLOPE = 1e-6  # superpolished mirrors have about 1e-5
+LARGEST_SLOPE = 1.0  # 45 degrees; the half-space itself holds for small slopes
+LARGEST_ASPECT = 10.0  # aspect ratio of a cell: scan lines much farther apart than points
 
 
 def doubtful(notes: Iterable[str]) -> list[str]:
@@ -36,7 +46,17 @@ def doubtful(notes: Iterable[str]) -> list[str]:
 
 def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
     """Return notes on doubtful units and large slopes in a scene."""
-    doubts, slopes = [*_of_modulus(scene.effective_modulus), *_of_physics(scene)], []
+    doubts, slopes = [], []
+    modulus = scene.effective_modulus
+    if modulus < SOFTEST:
+        doubts.append(
+            f"E* = {with_unit(modulus, 'Pa')} is softer than any gel ({with_unit(SOFTEST, 'Pa')})"
+        )
+    elif modulus > STIFFEST:
+        doubts.append(
+            f"E* = {with_unit(modulus, 'Pa')} is stiffer than diamond ({with_unit(STIFFEST, 'Pa')})"
+        )
+    doubts += _of_physics(scene)
     if isinstance(geometry, IndenterGeometry):
         depth, radius = geometry.penetration, geometry.contact_radius
         if depth > STEEPEST * radius > 0:  # NaN is no contact
@@ -59,15 +79,6 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
     units = [f"{CHECK}units of the scene: {'; '.join(doubts)}"] if doubts else []
     return units + slopes
-
-
-def _of_modulus(modulus: float) -> list[str]:
-    stated = f"E* = {with_unit(modulus, 'Pa')}"
-    if modulus < SOFTEST:
-        return [f"{stated} is softer than any gel ({with_unit(SOFTEST, 'Pa')})"]
-    if modulus > STIFFEST:
-        return [f"{stated} is stiffer than diamond ({with_unit(STIFFEST, 'Pa')})"]
-    return []
 
 
 def _of_physics(scene: Scene) -> list[str]:
@@ -95,3 +106,35 @@ def _without_adhesion(geometry: IndenterGeometry) -> float:
     if not radius < profile.edge:
         return 0.0
     return float(profile.height(np.array([radius]))[0]) / radius
+
+
+def surface_notes(geometry: RoughGeometry) -> list[str]:
+    """Return a sentence on size and roughness of a surface, and a warning if implausible."""
+    nx, ny = geometry.points
+    size = " x ".join(_metres(side) for side in geometry.size)
+    stated = (
+        f"surface: {size}, {count(nx)} x {count(ny)} points, "
+        f"rms height {_metres(geometry.rms_height)}, rms slope h' = {number(geometry.rms_slope)}"
+    )
+    doubts = []
+    slope, sides = geometry.rms_slope, geometry.size
+    if slope > LARGEST_SLOPE:
+        limit = f"{number(LARGEST_SLOPE, 1)}, where every method here takes slopes as small"
+        doubts.append(f"an rms slope of {number(slope)} is steeper than {limit}")
+    elif slope < LEAST_SLOPE:
+        doubts.append(f"an rms slope of {number(slope)} is less than {number(LEAST_SLOPE, 1)}")
+    if min(sides) < SMALLEST_SIDE:
+        doubts.append(f"a side of {_metres(min(sides))} is less than {_metres(SMALLEST_SIDE)}")
+    if max(sides) > LARGEST_SIDE:
+        doubts.append(f"a side of {_metres(max(sides))} is more than {_metres(LARGEST_SIDE)}")
+    cells = [side / n for side, n in zip(sides, geometry.points, strict=True)]
+    aspect = max(cells) / min(cells)
+    if aspect > LARGEST_ASPECT:
+        doubts.append(f"points are {number(aspect)} times farther apart along one side")
+    if not doubts:
+        return [stated]
+    return [stated, f"{CHECK}units and the size of the surface: {', '.join(doubts)}"]
+
+
+def _metres(length: float) -> str:
+    return with_unit(length, "m")

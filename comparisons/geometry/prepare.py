@@ -14,8 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from comparisons.geometry.depth_estimates import contacts
-from comparisons.geometry.estimates import impact_contacts, largest_contact
+from comparisons.geometry.estimates import contacts, impact_contacts, largest_contact
 from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
 from comparisons.scene.indenters.axisymmetric import Sphere
 from comparisons.scene.indenters.indenter import Indenter, RigidPlane

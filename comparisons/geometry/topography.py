@@ -116,7 +116,14 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
         treatment.append("inverted: valleys became peaks")
     holes = np.isnan(heights)
     trend = trend_of(surface.detrend, periodic)
-    heights = _levelled(heights, ~holes, trend)
+    magnitude = float(np.max(np.abs(heights), where=~holes, initial=0.0))
+    heights = subtracted(heights, ~holes, trend)
+    left = np.ptp(heights[~holes])
+    # Subtraction of a trend leaves rounding errors of the original heights.
+    if left <= 64 * np.finfo(float).eps * magnitude:
+        raise FileError(f"the map is flat: no height differs from another (detrend = {trend!r})")
+    if not 1 / _LARGEST < left < _LARGEST:
+        raise FileError(f"heights over a range of {left:.3g} m: check height_unit")
     treatment.append(TRENDS[trend].done)
     if holes.any():
         lowest, highest = heights[~holes].min(), heights[~holes].max()
@@ -190,21 +197,6 @@ def _fate_of_holes(
     if problems:
         raise FileError(*problems)
     return fate
-
-
-def _levelled(heights: Array, defined: NDArray[np.bool_], trend: str) -> Array:
-    """Subtract the trend; raise FileError if no roughness remains."""
-    magnitude = float(np.max(np.abs(heights), where=defined, initial=0.0))
-    heights = subtracted(heights, defined, trend)
-    left = np.ptp(heights[defined])
-    # Subtraction of a trend leaves rounding errors of the original heights.
-    if left <= 64 * np.finfo(float).eps * magnitude:
-        problem = f"the map is flat: no height differs from another (detrend = {trend!r})"
-        raise FileError(problem)
-    if not 1 / _LARGEST < left < _LARGEST:
-        problem = f"heights over a range of {left:.3g} m: check height_unit"
-        raise FileError(problem)
-    return heights
 
 
 def _harmonic_fill(

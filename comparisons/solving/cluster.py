@@ -134,6 +134,8 @@ class ClusterExecutor(Executor):
 
     def _submit(self, flow: Any) -> Iterator[Done]:
         """Hand over jobs; those that fit into no worker come back at once."""
+        import cloudpickle
+
         most = max(LEAST_AHEAD, AHEAD_OF_A_WORKER * self.workers)
         if len(self._running) > most // 2:
             return
@@ -144,10 +146,17 @@ class ClusterExecutor(Executor):
             job = self._waiting.popleft()
             fitting = [w for w, limit in self._limits.items() if job.memory + PROCESS <= limit]
             if self._limits and not fitting:
-                yield Done(job, lost=self._too_large(job))
+                need, largest = job.memory + PROCESS, max(self._limits.values())
+                text = (
+                    f"needs {need / 1e9:.1f} GB, and the largest worker has {largest / 1e9:.1f} GB"
+                )
+                yield Done(job, lost=text)
                 continue
             chosen = fitting if len(fitting) < len(self._limits) else None
-            sealed = _sealed(self._expected, announced(), job.work, job.arguments)
+            # As bytes, which the scheduler passes on unopened: it needs no roughline, and does not
+            # rebuild every scene.
+            contents = self._expected, announced(), job.work, job.arguments
+            sealed = cloudpickle.dumps(contents)
             future = self._client.submit(
                 _opener(),
                 sealed,
@@ -160,11 +169,6 @@ class ClusterExecutor(Executor):
 
     def _gone(self) -> LostWorkError:
         return LostWorkError(f"the scheduler {self._address} is gone")
-
-    def _too_large(self, job: Job) -> str:
-        """Say why no worker can do a job."""
-        need, largest = job.memory + PROCESS, max(self._limits.values())
-        return f"needs {need / 1e9:.1f} GB, and the largest worker has {largest / 1e9:.1f} GB"
 
     def _result(self, future: Future) -> Done:
         """Return what became of a job.
@@ -238,19 +242,8 @@ def differences(expected: dict[str, str], actual: dict[str, str]) -> list[str]:
     ]
 
 
-def _sealed(*contents: Any) -> bytes:
-    """Return what a worker needs as bytes: the scheduler opens what it passes on, but not these.
-
-    So it needs no roughline, and does not rebuild every scene.
-    """
-    import cloudpickle
-
-    sealed: bytes = cloudpickle.dumps(contents)
-    return sealed
-
-
 def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
-    """Return a function that travels by value, for the same reason."""
+    """Return a function that travels by value: the scheduler must not import roughline for it."""
 
     def open_and_do(sealed: bytes) -> Any:
         import pickle

@@ -95,7 +95,8 @@ class Inquiries(Generic[A]):
         for outcome in self._executor.finished():
             done = self._answers.put(outcome)
             key = done.job.key
-            self._forecast.learn(done.job.kind, done.seconds - _compilation(done))
+            compilation = float(getattr(done.value, "compile_seconds", 0.0))
+            self._forecast.learn(done.job.kind, done.seconds - compilation)
             del self._open[key]
             self._receive(done)
             for wait in self._waiting.pop(key):
@@ -116,8 +117,11 @@ class Inquiries(Generic[A]):
                 missing = {job.key: job for job in jobs if job.key not in wait.answers}
                 if missing:
                     wait.missing.update(missing)
-                    for job in missing.values():
-                        self._hand_out(job, wait)
+                    for key, job in missing.items():
+                        self._waiting.setdefault(key, []).append(wait)
+                        if key not in self._open:
+                            self._open[key] = job
+                            self._executor.add([job])
                     return
                 answers = wait.answers
         except StopIteration as end:
@@ -136,20 +140,10 @@ class Inquiries(Generic[A]):
                     self._receive(done)
         return answers
 
-    def _hand_out(self, job: Job, wait: _Wait[A]) -> None:
-        self._waiting.setdefault(job.key, []).append(wait)
-        if job.key not in self._open:
-            self._open[job.key] = job
-            self._executor.add([job])
-
     def _receive(self, done: Done) -> None:
         self._done.add(done.job.key)
         if self._received is not None:
             self._received(done)
-
-
-def _compilation(done: Done) -> float:
-    return float(getattr(done.value, "compile_seconds", 0.0))
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:

@@ -9,9 +9,8 @@ import numpy as np
 from comparisons.facts.methods import ELEMENTS, GRID
 from comparisons.formatting import number, with_unit
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.geometry.plausibility import scene_notes
+from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.geometry.roughness import surface_notes
 from comparisons.methods.normal.blocks import SIDE
 from comparisons.methods.normal.grid import cells
 from comparisons.scene.physics.descriptions import left_out
@@ -33,7 +32,13 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
         yield from (*geometry.treatment, *surface_notes(geometry))
     yield from _loads(draft)
     yield from scene_notes(scene, geometry)
-    yield from _coarser_pictures(draft, methods)
+    grids = [max(m.resolutions) for m in methods if m.method == GRID and m.resolutions]
+    finest = max(grids, default=0)
+    if isinstance(geometry, RoughGeometry) and cells(geometry, finest) > MOST_POINTS:
+        yield (
+            f"fields of {GRID} above {MOST_POINTS} cells are stored as means over blocks, "
+            f"at most {SIDE} a side; quantities are of all cells"
+        )
     if scene.physics and draft.realisations < scene.realisations:
         yield (
             f"quick: {draft.realisations} of {scene.realisations} realisations "
@@ -73,24 +78,6 @@ def _span(values: np.ndarray, unit: str = "") -> str:
     return " to ".join(with_unit(end, unit) if unit else number(end) for end in ends)
 
 
-def _coarser_pictures(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
-    """Say that fields of large grids are stored coarser than they are solved."""
-    finest = max(
-        (max(m.resolutions) for m in methods if m.method == GRID and m.resolutions), default=0
-    )
-    if isinstance(draft.geometry, RoughGeometry) and cells(draft.geometry, finest) > MOST_POINTS:
-        yield (
-            f"fields of {GRID} above {MOST_POINTS} cells are stored as means over blocks, "
-            f"at most {SIDE} a side; quantities are of all cells"
-        )
-
-
-def _mirrored_part(even: tuple[bool, bool]) -> tuple[str, str]:
-    if all(even):
-        return "three quarters of the finite-element mesh", "x = 0 and y = 0 are symmetry planes"
-    return "half of the finite-element mesh", f"{'xy'[even.index(True)]} = 0 is a symmetry plane"
-
-
 def omissions(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     """Yield what is not modelled, with the reason."""
     quantities = set(scene.compare.quantities)
@@ -112,8 +99,15 @@ def omissions(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
             )
         if geometry.indenter.axisymmetric and not geometry.indenter.flat:
             yield "three dimensions, in the reduced model", "a line carries the same force"
-        if any(geometry.indenter.even) and not scene.physics:
-            yield _mirrored_part(geometry.indenter.even)
+        even = geometry.indenter.even
+        if all(even) and not scene.physics:
+            planes = "x = 0 and y = 0 are symmetry planes"
+            yield "three quarters of the finite-element mesh", planes
+        elif any(even) and not scene.physics:
+            yield (
+                "half of the finite-element mesh",
+                f"{'xy'[even.index(True)]} = 0 is a symmetry plane",
+            )
     else:
         yield (
             "the body below the surface, in the half-space methods",

@@ -178,16 +178,13 @@ class ProcessExecutor(Executor):
             if self._tried[job.key] < ATTEMPTS:
                 self._suspects.append(job)
                 return None
-            return Done(job, lost=_lost(str(error)))
+            signals = sorted(set(_SIGNAL.findall(str(error))))
+            lost = f"its process was killed {ATTEMPTS} times"
+            lost += f" ({', '.join(signals)})" if signals else ""
+            lost += ", most likely for lack of memory" if "SIGKILL" in signals else ""
+            return Done(job, lost=lost)
         self._used.add(job.kind.method)
         return Done(job, value, seconds)
-
-
-def _lost(message: str) -> str:
-    signals = sorted(set(_SIGNAL.findall(message)))
-    ending = f" ({', '.join(signals)})" if signals else ""
-    text = f"its process was killed {ATTEMPTS} times{ending}"
-    return text + (", most likely for lack of memory" if "SIGKILL" in signals else "")
 
 
 def _begin(parent: int, common: str) -> None:

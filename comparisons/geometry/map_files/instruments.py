@@ -56,7 +56,13 @@ def open_instrument(path: Path, surface: MeasuredMap) -> HeightFile:
     # The reader labels all lengths with one unit; without it, heights and sides may have different
     # units.
     unit = info.unit or surface.height_unit
-    size = _side_lengths(info, surface)
+    size = surface.size
+    if info.physical_sizes is not None:
+        lateral = UNITS_PER_METRE.get(info.unit or surface.lateral_unit or "")
+        sides = tuple(info.physical_sizes)
+        size = None
+        if lateral is not None and len(sides) == 2:
+            size = float(sides[0]) / lateral, float(sides[1]) / lateral
     if problems or unit not in UNITS_PER_METRE or size is None:
         raise FileError(*problems)
     missing: dict[str, Any] = {} if info.unit else {"unit": unit}
@@ -122,17 +128,6 @@ def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, 
     index = candidates[0]
     note = f"channel {index} {channels[index].name!r} of {path.name} (channels: {listing})"
     return index, note if len(channels) > 1 else f"heights of {path.name}"
-
-
-def _side_lengths(info: Any, stated: MeasuredMap) -> tuple[float, float] | None:
-    """Return the side lengths in metres, from the file or else as stated; None if unknown."""
-    if info.physical_sizes is None:
-        return stated.size
-    lateral = UNITS_PER_METRE.get(info.unit or stated.lateral_unit or "")
-    sides = tuple(info.physical_sizes)
-    if lateral is None or len(sides) != 2:
-        return None
-    return float(sides[0]) / lateral, float(sides[1]) / lateral
 
 
 def _metadata_problems(info: Any, stated: MeasuredMap) -> list[str]:

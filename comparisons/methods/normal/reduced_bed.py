@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from comparisons.geometry.depth_estimates import grading_of
 from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import grading_of
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from reduced.errors import ConvergenceError

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from comparisons.geometry.plausibility import surface_notes
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.geometry.roughness import surface_notes
 from comparisons.scene.scene import validated
 from comparisons.solving import planning
 
