@@ -15,7 +15,7 @@ from pathlib import Path
 
 from comparisons.facts.methods import METHODS
 from comparisons.machine import OWN_PACKAGES
-from comparisons.methods.registry import solver_for
+from comparisons.methods import registry
 from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import Claim, overrides
 from comparisons.questions.claims.record import STORED, load_claims_record
@@ -42,11 +42,14 @@ def digest_of(claim: Claim) -> str:
     keys = claim.model_dump_json(exclude=_WORDS)
     if claim.experiment is not None:
         starts = [EXPERIMENTS[claim.experiment].module]
+        if registry.__name__ in imported(starts):  # it solves scenes, by whatever method is found
+            starts += [maker.__module__ for makers in registry.SOLVERS.values() for maker in makers]
     else:
-        scene = load_scene(claim.source, overrides(claim.under(claim.as_stated), None))
+        first = None if claim.vary is None else claim.vary.start
+        scene = load_scene(claim.source, overrides(claim.under(claim.as_stated), first))
         keys += scene.text
         concerned = (n for n in METHODS if n == claim.method or METHODS[n].dimension == 3)
-        solvers = (solver_for(name, scene) for name in concerned)
+        solvers = (registry.solver_for(name, scene) for name in concerned)
         starts = [type(s).__module__ for s in solvers if not isinstance(s, Refusal)]
         starts.append("comparisons.questions.claims.scenes")
     digest = hashlib.sha256(keys.encode())
