@@ -99,10 +99,18 @@ def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     fewer.
     """
     numbers = (2, 3) if effort == "quick" else (4, 5)
-    forces, exact, radii = zip(*(_pressed(poisson_ratio, n) for n in numbers), strict=True)
+    forces, exact, radius = [], [], np.nan
+    for number in numbers:
+        body, contact = _contact(poisson_ratio, number)
+        ball = paraboloid(10.0 * number, body.effective_modulus)
+        forces.append(contact.force)
+        exact.append(float(ball.force(0.1 * number)))
+        # of Hertz' pressure the mean of r^2 is 2/5 a^2
+        mean = float(contact.reactions @ (body.points**2).sum(axis=1)) / contact.force
+        radius = float(np.sqrt(2.5 * mean)) / number
     details: dict[str, float | str] = {
         "automata per contact radius": float(numbers[-1]),
-        "radius from the pressure, over Hertz' - 1": radii[-1],
+        "radius from the pressure, over Hertz' - 1": radius - 1,
     }
     bar = abs(forces[-1] / exact[-1] - forces[0] / exact[0])
     return Finding(forces[-1], exact[-1], bar, details)
@@ -121,20 +129,14 @@ def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     with another number of automata: the bar is the largest difference of three numbers.
     """
     numbers = (2, 3, 4) if effort == "quick" else (3, 4, 5)
-    onsets, exact = (
-        [_onset(poisson_ratio, number) for number in numbers],
-        yield_pressure(poisson_ratio),
-    )
+    exact = yield_pressure(poisson_ratio)
+    onsets = []
+    for number in numbers:
+        body, contact = _contact(poisson_ratio, number)
+        peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
+        onsets.append(peak / body.largest_stress(contact))
     details: dict[str, float | str] = {"automata per contact radius": float(numbers[-1])}
     return Finding(onsets[-1], exact, float(np.ptp(onsets)) / exact, details)
-
-
-def _onset(poisson_ratio: float, per_radius: int) -> float:
-    """Return p0/Y at first yield, p0 that of Hertz at equal depth."""
-    body, contact = _contact(poisson_ratio, per_radius)
-    largest = body.largest_stress(contact)
-    peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
-    return peak / largest
 
 
 @experiment(
@@ -214,17 +216,6 @@ def particle_wear(
     }
     errors = np.array([drag.imbalance for drag in passes])
     return Share(float(errors[np.argmax(np.abs(errors))]), float(np.ptp(errors)), details)
-
-
-def _pressed(poisson_ratio: float, per_radius: int) -> tuple[float, float, float]:
-    """Return the force, Hertz's, and the relative error of the radius at d = a/10."""
-    body, contact = _contact(poisson_ratio, per_radius)
-    radius, depth = 10.0 * per_radius, 0.1 * per_radius
-    squares = (body.points**2).sum(axis=1)
-    exact = paraboloid(radius, body.effective_modulus).force(depth)
-    # of Hertz' pressure the mean of r^2 is 2/5 a^2
-    mean = float(contact.reactions @ squares) / contact.force
-    return contact.force, float(exact), float(np.sqrt(2.5 * mean)) / per_radius - 1
 
 
 def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, ParticleContact]:

@@ -150,15 +150,6 @@ def creep_cylinder(
     return Finding(2 * fine - coarse, traction, abs(fine - coarse) / traction, details)
 
 
-def _ball(cells: int, poisson_ratio: float) -> tuple[NormalAndTangential, np.ndarray]:
-    """Return a half-space and Hertz's pressure of a circle of radius one on it."""
-    x, y = (np.arange(-cells, cells + 1) + 0.5) / cells, (np.arange(-cells, cells) + 0.5) / cells
-    shear = (1 - poisson_ratio) / 2
-    compliance = Compliance.of(shear, poisson_ratio)
-    body = NormalAndTangential((x.size, y.size), (1 / cells, 1 / cells), compliance)
-    return body, 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
-
-
 @experiment(
     "rolling-steady",
     "Tractions after rolling on from Cattaneo's against those of the steady state",
@@ -177,7 +168,10 @@ def rolling_steady(
     The largest difference of a traction after a `way` in contact radii, over the largest traction.
     """
     cells = 6 if effort == "quick" else 12
-    body, pressure = _ball(cells, poisson_ratio)
+    x, y = (np.arange(-cells, cells + 1) + 0.5) / cells, (np.arange(-cells, cells) + 0.5) / cells
+    compliance = Compliance.of((1 - poisson_ratio) / 2, poisson_ratio)
+    body = NormalAndTangential((x.size, y.size), (1 / cells, 1 / cells), compliance)
+    pressure = 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
     bound = _FRICTION * pressure
     still = np.zeros((2, *body.shape))
     held = stick_slip.slide(FrictionalGrid(body), bound, still, total=share * bound.sum())
@@ -266,7 +260,13 @@ def rolling_rough(
     true = np.array(
         [_rough_ball(surface, number, curvature, force, creep) for number in range(count)]
     )
-    stated = np.array(_rough_lines(surface, 64 * count, curvature, (force, creep), friction))
+    n = 4 * surface.points
+    x = (np.arange(n) - (n - 1) / 2) / n
+    lines = RandomLines(surface.line("rings"), n, 64 * count, seed=SEED).draw().heights
+    rollers = (
+        RoughRoller(curvature * x**2, np.concatenate([line, line]), 1 / n, 1.0) for line in lines
+    )
+    stated = np.array([r.roll(friction, force, creep).tangential_force for r in rollers])
     ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
     details: dict[str, float | str] = {
         "F_x/(mu F) of lines": float(stated.mean() / limit),
@@ -292,19 +292,3 @@ def _rough_ball(
     moments = [m.tangential_force for m in roll_on(body, fields, _FRICTION, Creep(creep))]
     # the first half of the way forgets that there was no traction
     return float(np.mean(moments[n // 2 :]))
-
-
-def _rough_lines(
-    surface: Surface, count: int, curvature: float, load: tuple[float, float], friction: Friction
-) -> list[float]:
-    """Return the mean tangential forces of lines of the same spectrum."""
-    points = 4 * surface.points
-    x = (np.arange(points) - (points - 1) / 2) / points
-    drawn = RandomLines(surface.line("rings"), points, count, seed=SEED).draw()
-    force, creep = load
-    return [
-        RoughRoller(curvature * x**2, np.concatenate([line, line]), 1 / points, 1.0)
-        .roll(friction, force, creep)
-        .tangential_force
-        for line in drawn.heights
-    ]

@@ -57,13 +57,21 @@ def ratio(
     (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles and triangles). The bar
     follows from three grids; of rough contacts from two grids and the scatter of the surfaces.
     """
+    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
     if shape == "rough":
+        # The contact is another on a finer grid of the same surface; of first order.
         count = number_of(realisations, effort, 4)
-        true, bar = _of_rough_contacts(effort, poisson_ratio, direction, count)
+        means, scatter = [], 0.0
+        for factor in (1, 2) if effort == "quick" else (1, 2, 4):
+            found = [_rough_ratio(factor, k, poisson_ratio, along) for k in range(count)]
+            means.append(float(np.mean(found)))
+            scatter = float(stats.t.ppf(0.975, count - 1) * np.std(found, ddof=1) / np.sqrt(count))
+        change = (RULE.safe if effort == "full" else RULE.two) * abs(means[-1] / means[-2] - 1)
+        true, bar = means[-1], float(combined(change, scatter / means[-1]))
     else:
         resolutions = np.array([32, 64, 96] if effort == "quick" else [64, 96, 128])
         ratios = np.array(
-            [_half_space(int(n), poisson_ratio, shape, aspect, direction) for n in resolutions]
+            [_half_space(int(n), poisson_ratio, shape, aspect, along) for n in resolutions]
         )
         true, bar = float(ratios[-1]), float(grid_uncertainty(resolutions, ratios[:, None])[0])
     stated = stiffness_ratio(poisson_ratio)
@@ -86,26 +94,6 @@ def ratio(
     return Finding(stated, true, bar * (1 + abs(stated / true - 1)), details)
 
 
-def _of_rough_contacts(
-    effort: str, poisson_ratio: float, direction: str, count: int
-) -> tuple[float, float]:
-    """Return the mean of k_x/k_z over rough contacts, and its bar from two grids and the scatter.
-
-    Patches with H = 0.8, waves of 1/2 to 1/16 of their side, F = 0.05 E* A0 h'. The contact is
-    another on a finer grid of the same surface, and the ratio changes at first order.
-    """
-    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
-    factors = (1, 2) if effort == "quick" else (1, 2, 4)
-    means, scatter = [], 0.0
-    for factor in factors:
-        ratios = [_rough_ratio(factor, k, poisson_ratio, along) for k in range(count)]
-        means.append(float(np.mean(ratios)))
-        scatter = float(stats.t.ppf(0.975, count - 1) * np.std(ratios, ddof=1) / np.sqrt(count))
-    change = abs(means[-1] / means[-2] - 1)
-    factor_of_bar = RULE.safe if effort == "full" else RULE.two
-    return means[-1], float(combined(factor_of_bar * change, scatter / means[-1]))
-
-
 _ROUGH_POINTS = 48
 
 
@@ -113,7 +101,10 @@ _ROUGH_POINTS = 48
 def _rough_ratio(
     factor: int, realisation: int, poisson_ratio: float, along: tuple[float, float]
 ) -> float:
-    """Return k_x/k_z of a rough contact on a grid `factor` times finer than its surface."""
+    """Return k_x/k_z of a rough contact on a grid `factor` times finer than its surface.
+
+    Patches with H = 0.8, waves of 1/2 to 1/16 of their side, F = 0.05 E* A0 h'.
+    """
     points = _ROUGH_POINTS * factor
     body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(1.0, poisson_ratio))
     spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=1 / 2, short_cutoff=1 / 16)
@@ -125,25 +116,18 @@ def _rough_ratio(
 
 
 def _half_space(
-    points: int, poisson_ratio: float, shape: str, aspect: float, direction: str
+    points: int, poisson_ratio: float, shape: str, aspect: float, along: tuple[float, float]
 ) -> float:
-    """Return k_x/k_z of the contact on a grid of cells."""
+    """Return k_x/k_z of a contact of half-length one, or half-width one if wider than long."""
     step = _SIDE / points
     body = NormalAndTangential((points,) * 2, (step,) * 2, Compliance.of(1.0, poisson_ratio))
-    mask = _contact(body, shape, aspect)
-    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
-    normal = areas.contact_stiffness(body.normal, mask)
-    return tangential_stiffness(body, mask, along)[0] / normal
-
-
-def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray:
-    """Return the cells of a contact of half-length one, or half-width one if wider than long."""
-    points, step = body.shape[0], body.spacing[0]
     centres = (np.arange(points) - points / 2 + 0.5) * step
     x, y = np.meshgrid(centres, centres, indexing="ij")
     x, y = (x, y * aspect) if aspect >= 1 else (x / aspect, y)
     if shape == "ellipse":
-        return np.hypot(x, y) < 1
-    if shape == "rectangle":
-        return np.maximum(np.abs(x), np.abs(y)) < 1
-    return (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
+        mask = np.hypot(x, y) < 1
+    elif shape == "rectangle":
+        mask = np.maximum(np.abs(x), np.abs(y)) < 1
+    else:
+        mask = (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
+    return tangential_stiffness(body, mask, along)[0] / areas.contact_stiffness(body.normal, mask)
