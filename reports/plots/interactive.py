@@ -16,7 +16,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from reports.plots.figure import Axis, Band, Figure, Guide, Level, Map, Series, Stretch
+from reports.plots.figure import Axis, Band, Figure, Map, Series
 from reports.plots.style import CONTACT
 
 LARGEST_CODE = 2**16 - 1
@@ -41,32 +41,28 @@ def spec(figure: Figure) -> dict[str, Any]:
         return last
     frames = []
     for frame in (*figure.earlier, figure):
-        moved = [_differing(*pair) for pair in zip(_traces(frame), traces, strict=True)]
-        frames.append(
-            {"data": moved, "layout": {"shapes": _shapes(frame)} if figure.levels else {}}
-        )
+        moved = [
+            {key: value for key, value in trace.items() if value != final.get(key)}
+            for trace, final in zip(_traces(frame), traces, strict=True)
+        ]
+        frames.append({"data": moved, "layout": {"shapes": _shapes(frame)} if frame.levels else {}})
     return last | {"frames": frames}
 
 
-def _differing(trace: dict[str, Any], last: dict[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in trace.items() if value != last.get(key)}
-
-
 def _traces(figure: Figure) -> list[dict[str, Any]]:
-    units = figure.x.scale, figure.y.scale
     drawn = [_map(figure.map, figure)] if figure.map else []
-    drawn += [_band(band, *units) for band in figure.bands]
+    drawn += [_band(band, figure) for band in figure.bands]
     return drawn + [_series(series, figure) for series in figure.series]
 
 
 def _series(series: Series, figure: Figure) -> dict[str, Any]:
-    look = series.look
+    look, x, y = series.look, figure.x.scale, figure.y.scale
     trace: dict[str, Any] = {
         "type": "scatter",
         "mode": "+".join(["lines"] * series.line + ["markers"] * series.marks),
         "name": inert(look.label),
-        "x": numbers(series.x, figure.x.scale.factor, series.digits),
-        "y": numbers(series.y, figure.y.scale.factor, series.digits),
+        "x": numbers(series.x, x.factor, series.digits),
+        "y": numbers(series.y, y.factor, series.digits),
     }
     if series.line:
         line = {"color": look.colour, "dash": look.dash.plotly, "width": series.width}
@@ -79,8 +75,20 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
     if series.group:
         trace["legendgroup"] = inert(series.group)
     if series.bars is not None:
-        trace["error_y"] = _bars(series.bars, series.y, figure)
-    return trace | _hover(series, figure)
+        up = numbers(series.bars, y.factor)
+        trace["error_y"] = {"type": "data", "array": up, "thickness": 1.2, "width": 4}
+        if figure.y.log:
+            # A bar that reaches zero ends at the foot of a logarithmic axis.
+            down = numbers(np.minimum(series.bars, 0.999 * np.abs(series.y)), y.factor)
+            trace["error_y"] |= {"symmetric": False, "arrayminus": down}
+    if series.hover is None:
+        return trace | {"hoverinfo": "skip"}
+    if isinstance(series.hover, str):
+        units = zip("xy", (x.unit, y.unit), strict=True)
+        where = "<br>".join(f"%{{{name}:.3g}} {unit}".strip() for name, unit in units)
+        return trace | {"hovertemplate": f"{lines(series.hover)}<br>{where}<extra></extra>"}
+    texts = [lines(text) for text in series.hover]
+    return trace | {"text": texts, "hovertemplate": "%{text}<extra></extra>"}
 
 
 def _marker(series: Series) -> dict[str, Any]:
@@ -102,32 +110,7 @@ def _marker(series: Series) -> dict[str, Any]:
     return marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
 
 
-def _bars(half: np.ndarray, y: np.ndarray, figure: Figure) -> dict[str, Any]:
-    up = numbers(half, figure.y.scale.factor)
-    bars: dict[str, Any] = {"type": "data", "array": up, "thickness": 1.2, "width": 4}
-    if figure.y.log:
-        # A bar that reaches zero ends at the foot of a logarithmic axis.
-        down = np.minimum(half, 0.999 * np.abs(y))
-        bars |= {"symmetric": False, "arrayminus": numbers(down, figure.y.scale.factor)}
-    return bars
-
-
-def _hover(series: Series, figure: Figure) -> dict[str, Any]:
-    if series.hover is None:
-        return {"hoverinfo": "skip"}
-    if not isinstance(series.hover, str):
-        return {
-            "text": [lines(text) for text in series.hover],
-            "hovertemplate": "%{text}<extra></extra>",
-        }
-    units = [axis.scale.unit for axis in (figure.x, figure.y)]
-    where = "<br>".join(
-        f"%{{{name}:.3g}} {unit}".strip() for name, unit in zip("xy", units, strict=True)
-    )
-    return {"hovertemplate": f"{lines(series.hover)}<br>{where}<extra></extra>"}
-
-
-def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
+def _band(band: Band, figure: Figure) -> dict[str, Any]:
     """Return a filled polygon without hover text."""
     keep = np.isfinite(band.along) & np.isfinite(band.low) & np.isfinite(band.high)
     along, low, high = (
@@ -139,8 +122,8 @@ def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
     right, up = reversed(outline) if band.sideways else outline
     return {
         "type": "scatter",
-        "x": numbers(right, x.factor),
-        "y": numbers(up, y.factor),
+        "x": numbers(right, figure.x.scale.factor),
+        "y": numbers(up, figure.y.scale.factor),
         "fill": "toself",
         "fillcolor": _light(band.colour, band.opacity),
         "line": {"width": 0},
@@ -205,13 +188,83 @@ def _layout(figure: Figure) -> dict[str, Any]:
             layout[name] |= {"constrain": "domain", "showgrid": False}
         layout["yaxis"]["scaleanchor"] = "x"
     layout["shapes"] = _shapes(figure)
-    layout["annotations"] = [_level_note(level) for level in figure.levels if level.label]
+    # Labels of levels stand in the right margin, where no marker can cover them; those of guides
+    # above the plot. Only annotations take logarithms on a logarithmic axis.
+    layout["annotations"] = [
+        {
+            "xref": "paper",
+            "x": 1.01,
+            "y": float(np.log10(level.value)),
+            "text": inert(level.label).replace(": ", "<br>"),
+            "showarrow": False,
+            "xanchor": "left",
+            "yanchor": "middle",
+            "align": "left",
+            "font": {"size": 11, "color": level.colour},
+        }
+        for level in figure.levels
+        if level.label
+    ]
     if layout["annotations"]:
         layout["margin"] = NOTE_MARGIN
-    layout["annotations"] += [_guide_note(guide, figure.x) for guide in figure.guides if guide.text]
-    return {key: value for key, value in layout.items() if value} | (
-        {} if figure.legend else {"showlegend": False}
-    )
+    for guide in figure.guides:
+        if guide.text:
+            place = guide.value * figure.x.scale.factor
+            note = {
+                "x": float(np.log10(place) if figure.x.log else place),
+                "yref": "paper",
+                "y": 1.0,
+                "yanchor": "bottom",
+                "yshift": 5,
+                "text": inert(guide.text),
+                "showarrow": False,
+                "font": {"size": 11, "color": guide.colour},
+            }
+            layout["annotations"].append(note)
+    if not figure.legend:
+        layout["showlegend"] = False
+    return {key: value for key, value in layout.items() if value or key == "showlegend"}
+
+
+def _shapes(figure: Figure) -> list[dict[str, Any]]:
+    """Return shaded intervals (a single point is a line), levels and guides."""
+    across, up = figure.x.scale.factor, figure.y.scale.factor
+    over_height = {"yref": "paper", "y0": 0, "y1": 1, "layer": "below"}
+    shapes: list[dict[str, Any]] = [
+        {
+            "type": "rect",
+            **over_height,
+            "x0": stretch.low * across,
+            "x1": stretch.high * across,
+            "line": {"width": 1, "color": _light(stretch.colour, 0.4)},
+            "fillcolor": _light(stretch.colour, 0.12),
+        }
+        for stretch in figure.stretches
+    ]
+    shapes += [
+        {
+            "type": "line",
+            "xref": "paper",
+            "x0": 0,
+            "x1": 1,
+            "y0": level.value * up,
+            "y1": level.value * up,
+            "line": {"color": level.colour, "width": 1, "dash": level.dash.plotly},
+        }
+        for level in figure.levels
+        if np.isfinite(level.value)
+    ]
+    shapes += [
+        {
+            "type": "line",
+            **over_height,
+            "x0": guide.value * across,
+            "x1": guide.value * across,
+            "line": {"color": guide.colour, "width": 1, "dash": "dot"},
+        }
+        for guide in figure.guides
+    ]
+    return shapes
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
@@ -253,85 +306,6 @@ def _upright(title: str, label: str) -> str:
     breaks = [match.start() for match in re.finditer(" (?![^<]*>)", title)]
     half = min(breaks, key=lambda place: abs(place - len(label) / 2), default=None)
     return title if half is None else f"{title[:half]}<br>{title[half + 1 :]}"
-
-
-def _shapes(figure: Figure) -> list[dict[str, Any]]:
-    shapes = [_stretch(stretch, figure.x) for stretch in figure.stretches]
-    shapes += [_level(level, figure.y) for level in figure.levels if np.isfinite(level.value)]
-    return shapes + [_guide(guide, figure.x) for guide in figure.guides]
-
-
-def _level(level: Level, axis: Axis) -> dict[str, Any]:
-    height = level.value * axis.scale.factor
-    return {
-        "type": "line",
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "y0": height,
-        "y1": height,
-        "line": {"color": level.colour, "width": 1, "dash": level.dash.plotly},
-    }
-
-
-def _level_note(level: Level) -> dict[str, Any]:
-    """Return the label of the line, in the right margin, where no marker can cover it."""
-    return {
-        "xref": "paper",
-        "x": 1.01,
-        "y": float(np.log10(level.value)),
-        "text": inert(level.label).replace(": ", "<br>"),
-        "showarrow": False,
-        "xanchor": "left",
-        "yanchor": "middle",
-        "align": "left",
-        "font": {"size": 11, "color": level.colour},
-    }
-
-
-def _guide(guide: Guide, axis: Axis) -> dict[str, Any]:
-    place = guide.value * axis.scale.factor
-    return {
-        "type": "line",
-        "yref": "paper",
-        "y0": 0,
-        "y1": 1,
-        "x0": place,
-        "x1": place,
-        "layer": "below",
-        "line": {"color": guide.colour, "width": 1, "dash": "dot"},
-    }
-
-
-def _guide_note(guide: Guide, axis: Axis) -> dict[str, Any]:
-    place = guide.value * axis.scale.factor
-    # Only annotations take logarithms on a logarithmic axis.
-    return {
-        "x": float(np.log10(place) if axis.log else place),
-        "yref": "paper",
-        "y": 1.0,
-        "yanchor": "bottom",
-        "yshift": 5,
-        "text": inert(guide.text),
-        "showarrow": False,
-        "font": {"size": 11, "color": guide.colour},
-    }
-
-
-def _stretch(stretch: Stretch, axis: Axis) -> dict[str, Any]:
-    """Return a shaded interval, or a line for a single point."""
-    ends = [end * axis.scale.factor for end in (stretch.low, stretch.high)]
-    return {
-        "type": "rect",
-        "yref": "paper",
-        "x0": ends[0],
-        "x1": ends[1],
-        "y0": 0,
-        "y1": 1,
-        "line": {"width": 1, "color": _light(stretch.colour, 0.4)},
-        "fillcolor": _light(stretch.colour, 0.12),
-        "layer": "below",
-    }
 
 
 def inert(text: object) -> str:
