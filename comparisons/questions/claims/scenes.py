@@ -192,11 +192,27 @@ def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved
 def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str) -> Measured:
     """Return signed error, bar and details of a quantity at the judged method's finest level."""
     if name == AREA_FROM_STIFFNESS:
-        return _area_from_stiffness(claim, plan, truth)
+        # the inverse of D = k/E* (19.13), A = (pi/4) (k/E*)^2, against the true area
+        area = np.pi / 4 * (truth.curves["stiffness"] / plan.scene.effective_modulus) ** 2
+        errors = area / truth.curves["contact_area"] - 1
+        parts = {
+            "stiffness, twice": 2 * truth.bar("stiffness"),
+            DISPUTE: 2 * truth.disputed("stiffness"),
+        }
+        # the area of a flat face is known
+        if not (isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat):
+            parts["area"] = truth.bar("contact_area")
+        return interval(claim, name, errors, parts)
     levels = Levels.of(solved, claim.method)
     assert levels.finest is not None
     if name in FIELDS:
-        return _field(claim, plan, solved, levels.finest, truth, name)
+        measures = field_measures(plan, solved, claim.method, levels.finest, truth)
+        for measure in measures:
+            if measure["quantity"] == name:
+                bar = {"field": np.array([measure["bar"]])}
+                return interval(claim, name, np.array([measure["error"]]), bar)
+        reason = "no pressure field" if not measures else "the true pressure has no finite peak"
+        return np.nan, np.nan, {"no result": reason}
     at = claim.at or main_axis(truth.axis, name)
     curves = levels.curves(levels.finest)
     if not truth.knows(name, curves):
@@ -204,33 +220,6 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     parts = truth.error_sources(levels, levels.finest, name, at)
     parts[DISPUTE] = truth.disputed(name)
     return interval(claim, name, truth.errors(curves, name, at), parts)
-
-
-def _field(
-    claim: Claim, plan: Plan, solved: Solved, level: int, truth: Truth, name: str
-) -> Measured:
-    measures = field_measures(plan, solved, claim.method, level, truth)
-    for measure in measures:
-        if measure["quantity"] == name:
-            bar = {"field": np.array([measure["bar"]])}
-            return interval(claim, name, np.array([measure["error"]]), bar)
-    reason = "no pressure field" if not measures else "the true pressure has no finite peak"
-    return np.nan, np.nan, {"no result": reason}
-
-
-def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
-    """Judge the inverse of D = k/E* (19.13): A = (pi/4) (k/E*)^2 against the true area."""
-    modulus = plan.scene.effective_modulus
-    area = np.pi / 4 * (truth.curves["stiffness"] / modulus) ** 2
-    errors = area / truth.curves["contact_area"] - 1
-    flat = isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat
-    parts = {
-        "stiffness, twice": 2 * truth.bar("stiffness"),
-        DISPUTE: 2 * truth.disputed("stiffness"),
-    }
-    if not flat:  # the area of a flat face is known
-        parts["area"] = truth.bar("contact_area")
-    return interval(claim, AREA_FROM_STIFFNESS, errors, parts)
 
 
 def interval(

@@ -44,6 +44,10 @@ _AREA = 0.06
 _SPRINGS = 2000
 # Steps of springs down and up again, for their work.
 _STEPS = 200
+_HERTZ: dict[str, Callable[[float], float]] = {
+    "force": lambda d: 4 / 3 * MODULUS * d**1.5,
+    "area": lambda d: np.pi * d,
+}
 
 
 @dataclass(frozen=True)
@@ -195,9 +199,3 @@ def yielding_springs(
         details["speed over that of first yield"] = float(np.sqrt(on_many.work / _WORK))
     bar = known_to(quantity, grids, (coarse, fine))
     return Finding(stated, fine, bar * stated / fine**2, details)
-
-
-_HERTZ: dict[str, Callable[[float], float]] = {
-    "force": lambda d: 4 / 3 * MODULUS * d**1.5,
-    "area": lambda d: np.pi * d,
-}
