@@ -24,20 +24,15 @@ class Axis:
 
     Attributes
     ----------
-    title : str
-        Title in words; for a quantity, taken from `quantity`.
-    symbol, of : str
-        Symbol of the title, and the quantity it refers to. The page names the quantity above the
-        plot and uses the symbol; print names it on the axis.
+    title, symbol, of : str
+        Words, symbol, and the quantity that they refer to: the page names it above the plot and
+        uses the symbol; print names it on the axis.
     quantity : str
-        The column that provides words and symbol of the title.
+        The column that provides words and symbol in place of these.
     scale : comparisons.formatting.Scale
         Display unit, and factor from SI units.
-    log : bool
-    limits : tuple of float, optional
-        In SI units.
-    ticks : tuple of (value, text)
-        In SI units; if empty, the renderer's own.
+    limits, ticks : tuple
+        In SI units; ticks are (value, text). If empty, the renderer's own.
     """
 
     title: str = ""
@@ -60,16 +55,12 @@ class Axis:
 
 @dataclass(frozen=True)
 class Series:
-    """A series of points.
+    """A series of points; NaN is a gap.
 
     Attributes
     ----------
     look : Look
-        Appearance; its label is the legend entry.
-    x, y : numpy.ndarray
-        NaN is a gap.
-    line, marks : bool
-        Whether points are joined, and marked.
+        Its label is the legend entry.
     hollow : bool or numpy.ndarray
         Which markers are drawn as outlines.
     bars : numpy.ndarray, optional
@@ -79,9 +70,9 @@ class Series:
     group : str
         Series of one group are hidden together on the page.
     legend : bool
-        Whether it appears in the legend; print leaves out series that only the caption explains.
+        Whether it is in the legend; print leaves out series that only the caption explains.
     size, width : float
-        Size of the markers (0: that of the look) and width of the line, in pixels of the page.
+        Of the markers (0: that of the look) and of the line, in pixels of the page.
     stairs : bool
         Join points by steps; each value holds until the next.
     outlined : bool
@@ -173,17 +164,10 @@ class Map:
 
 @dataclass(frozen=True)
 class Figure:
-    """One plot.
+    """One plot; what lies in it is drawn from the bands on, the later on top.
 
     Attributes
     ----------
-    key, title, caption : str
-    x, y : Axis
-    bands, series, levels, guides, stretches
-        Drawn in this order, later ones on top.
-    map : Map, optional
-    legend : bool
-        Whether to draw a legend.
     quantity : str
         The columns shown, separated by spaces, for the page's menu of quantities. If empty, the
         figure is always shown.

@@ -72,61 +72,28 @@ LOOKS = {
         "contactmechanics": (PEER, Marker("hexagon", "h"), Dash("6px,3px", (0, (5, 2.5))), 8),
         "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
     }.items()
-} | {
-    # Theories of rolling and of films, in plans of such scenes only.
-    "fastsim": Look(
-        "FASTSIM", "#882255", Marker("triangle-left", "<"), Dash("5px,2px", (0, (4, 2))), 9
+}
+# Title, colour, marker and dash (each for plotly and matplotlib), size.
+_THEORIES: dict[str, tuple[str, str, str, str | int, str, tuple[float, float], float]] = {
+    # of rolling and of films, in plans of such scenes only
+    "fastsim": ("FASTSIM", "#882255", "triangle-left", "<", "5px,2px", (4, 2), 9),
+    "hamrock_dowson": ("Hamrock-Dowson", "#661100", "x", "x", "8px,2px", (7, 1.5), 9),
+    "kalker": ("Kalker's linear theory", "#999933", "triangle-right", ">", "2px,4px", (1.5, 3), 9),
+    # of rough contact, and fits for balls that dent, where a scene names them
+    "persson": ("Persson's theory", "#882255", "diamond-tall", "d", "5px,3px", (4, 3), 10),
+    "persson_xu": ("Persson's theory after Xu", "#332288", "triangle-sw", 6, "3px,3px", (3, 3), 9),
+    "greenwood_williamson": (
+        *("Greenwood & Williamson", "#999933", "star-square", "8", "2px,3px", (1.5, 2), 9),
     ),
-    "hamrock_dowson": Look(
-        "Hamrock-Dowson", "#661100", Marker("x", "x"), Dash("8px,2px", (0, (7, 1.5))), 9
+    "bush_gibson_thomas": (
+        *("Bush, Gibson & Thomas", "#AA4499", "star-diamond", "X", "8px,3px", (6, 2.5), 9),
     ),
-    "kalker": Look(
-        "Kalker's linear theory",
-        "#999933",
-        Marker("triangle-right", ">"),
-        Dash("2px,4px", (0, (1.5, 3))),
-        9,
-    ),
-    # Theories of rough contact, where a scene names them.
-    "persson": Look(
-        "Persson's theory",
-        "#882255",
-        Marker("diamond-tall", "d"),
-        Dash("5px,3px", (0, (4, 3))),
-        10,
-    ),
-    "persson_xu": Look(
-        "Persson's theory after Xu",
-        "#332288",
-        Marker("triangle-sw", 6),
-        Dash("3px,3px", (0, (3, 3))),
-        9,
-    ),
-    "greenwood_williamson": Look(
-        "Greenwood & Williamson",
-        "#999933",
-        Marker("star-square", "8"),
-        Dash("2px,3px", (0, (1.5, 2))),
-        9,
-    ),
-    "bush_gibson_thomas": Look(
-        "Bush, Gibson & Thomas",
-        "#AA4499",
-        Marker("star-diamond", "X"),
-        Dash("8px,3px", (0, (6, 2.5))),
-        9,
-    ),
-    # Fits for balls that dent, likewise.
-    "kogut_etsion": Look(
-        "Kogut & Etsion", "#882255", Marker("triangle-nw", 4), Dash("6px,2px", (0, (5, 2))), 9
-    ),
-    "jackson_green": Look(
-        "Jackson & Green",
-        "#999933",
-        Marker("triangle-ne", 5),
-        Dash("3px,4px", (0, (2, 3))),
-        9,
-    ),
+    "kogut_etsion": ("Kogut & Etsion", "#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
+    "jackson_green": ("Jackson & Green", "#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),
+}
+LOOKS |= {
+    name: Look(title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)
+    for name, (title, colour, sign, printed, dash, on_off, size) in _THEORIES.items()
 }
 OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),

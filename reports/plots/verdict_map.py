@@ -34,18 +34,17 @@ SPREAD = 0.7  # of a row, over which its markers stand
 def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     """Return error over tolerance of the leading method of each scene, or None without scenes."""
     rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
-    compared = {item.quantity for row in rows for item in row}
-    names = in_order(compared)
+    names = in_order({item.quantity for row in rows for item in row})
     if not names:
         return None
     ink = look(judged_methods(scenes[0])[0]).colour
     series: list[Series] = []
-    for place, name in enumerate(names):
-        style = Look(quantity(name).label, ink, MARKERS[place % len(MARKERS)], size=9)
+    for number, name in enumerate(names):
+        style = Look(quantity(name).label, ink, MARKERS[number % len(MARKERS)], size=9)
         items = [
-            (number + _offset(item, row), item)
-            for number, row in enumerate(rows)
-            for item in row
+            (height + SPREAD * ((place + 0.5) / len(row) - 0.5), item)
+            for height, row in enumerate(rows)
+            for place, item in enumerate(row)
             if item.quantity == name
         ]
         series += _quantity_series(style, items)
@@ -61,36 +60,26 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     )
 
 
-def _offset(item: Verdict, row: Sequence[Verdict]) -> float:
-    return SPREAD * ((row.index(item) + 0.5) / len(row) - 0.5)
-
-
 def _quantity_series(style: Look, items: list[tuple[float, Verdict]]) -> list[Series]:
-    """Return bars, markers, arrows at both edges, and crosses of one quantity."""
+    """Return markers, bars, arrows at both edges, and crosses of one quantity."""
     known = [(height, item) for height, item in items if item.word != NO_RESULT]
+    heights = np.array([height for height, _ in known])
     sizes = np.array([abs(item.error) / item.tolerance for _, item in known])
     bars = np.nan_to_num([item.uncertainty / item.tolerance for _, item in known])
-    heights = np.array([height for height, _ in known])
     low = np.array([item.error < 0 for _, item in known], dtype=bool)
     hover = tuple(f"{item.text}\n{item.because}: {item.word}" for _, item in known)
-    inside = (sizes > LOW) & (sizes < HIGH)
+    inside = np.where((sizes > LOW) & (sizes < HIGH), sizes, np.nan)
+    # The bars are one line with gaps.
+    ends = np.clip([np.maximum(sizes - bars, 0.0), sizes + bars, sizes], LOW, HIGH)
+    ends[2] = np.nan
+    nameless = replace(style, label="")
     series = [
-        Series(
-            style, np.where(inside, sizes, np.nan), heights, line=False, hollow=low, hover=hover
-        ),
-        _bars(style, sizes, bars, heights),
+        Series(style, inside, heights, line=False, hollow=low, hover=hover),
+        Series(nameless, ends.T.ravel(), np.repeat(heights, 3), marks=False, width=1.2),
     ]
     for marker, edge, beyond in ((UNDER, LOW, sizes <= LOW), (OVER, HIGH, sizes >= HIGH)):
-        drawn = replace(style, label="", marker=marker)
-        series.append(Series(drawn, np.where(beyond, edge, np.nan), heights, line=False))
+        arrows = np.where(beyond, edge, np.nan)
+        series.append(Series(replace(nameless, marker=marker), arrows, heights, line=False))
     lost = np.array([height for height, item in items if item.word == NO_RESULT])
     crossed = replace(style, label=f"{style.label}: no result" if len(lost) else "", marker=CROSS)
     return [*series, Series(crossed, np.full(len(lost), 0.8 * HIGH), lost, line=False)]
-
-
-def _bars(style: Look, sizes: np.ndarray, bars: np.ndarray, heights: np.ndarray) -> Series:
-    """Return the bars as one line with gaps, clipped at the edges."""
-    ends = np.clip([np.maximum(sizes - bars, 0.0), sizes + bars, sizes], LOW, HIGH)
-    ends[2] = np.nan
-    up = np.repeat(heights, 3)
-    return Series(replace(style, label=""), ends.T.ravel(), up, marks=False, width=1.2)
