@@ -15,7 +15,12 @@ import psutil
 from comparisons.isolation import parent
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRAPOLATED, STIFFNESS
 from comparisons.questions.benchmarks import bem_cases
-from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.questions.benchmarks.yardstick import (
+    Measurement,
+    exponent,
+    interleaved,
+    measurement,
+)
 from reference.contact import pieces
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, press, sweep
@@ -95,9 +100,9 @@ def fft_share(case: bem_cases.Case) -> float:
 def _growth(seconds: list[float]) -> Measurement:
     """Fit the exponent of the cost in N per side; N^2 log N is the cost of a transform."""
     sizes = np.array(SIZES, dtype=float)
-    exponent = float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
-    bound = float(np.polyfit(np.log(sizes), np.log(sizes**2 * np.log(sizes)), 1)[0])
-    name = f"exponent of the cost in N per side from {SIZES[0]} to {SIZES[-1]}: {exponent:.2f}"
+    found = exponent(sizes, np.array(seconds))
+    bound = exponent(sizes, sizes**2 * np.log(sizes))
+    name = f"exponent of the cost in N per side from {SIZES[0]} to {SIZES[-1]}: {found:.2f}"
     at_bound = seconds[0] * float((sizes[-1] / sizes[0]) ** bound)
     yardstick = f"N^2 log N from the same start ({bound:.2f})"
     return Measurement(name, seconds[-1], yardstick, at_bound, seconds[-1] / at_bound)

@@ -24,7 +24,12 @@ from comparisons.methods import runner
 from comparisons.methods.fem.memory import of_elimination
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks import memory
-from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.questions.benchmarks.yardstick import (
+    Measurement,
+    exponent,
+    interleaved,
+    measurement,
+)
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -176,7 +181,7 @@ def order() -> Measurement:
     """Fit the order of convergence in elements per contact radius, at ORDER_LEVELS."""
     levels = np.array(ORDER_LEVELS)
     errors = np.array([_worst(int(n)) for n in levels])
-    rate = float(-np.polyfit(np.log(levels), np.log(errors), 1)[0])
+    rate = -exponent(levels, errors)
     seconds = sum(run(ORDER_LEVELS[-1]).body.seconds.values())
     return Measurement(
         f"Hertz force: observed order {rate:.2f} from {levels[0]} to {levels[-1]} elements",
@@ -229,14 +234,14 @@ def growth(seconds: dict[int, float]) -> Measurement:
     unknowns = np.array(list(seconds), dtype=float)
     cost = np.array(list(seconds.values()))
     late = unknowns >= 1e4
-    exponent = float(np.polyfit(np.log(unknowns[late]), np.log(cost[late]), 1)[0])
+    found = exponent(unknowns[late], cost[late])
     return Measurement(
         f"exponent of the cost from {unknowns[late][0]:.0f} to {unknowns[-1]:.0f} unknowns: "
-        f"{exponent:.2f}",
+        f"{found:.2f}",
         float(cost[-1]),
         "exponent 2 of dense fronts (ratio of exponents)",
         None,
-        exponent / 2.0,
+        found / 2.0,
     )
 
 

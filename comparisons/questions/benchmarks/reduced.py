@@ -7,7 +7,12 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.questions.benchmarks.yardstick import (
+    Measurement,
+    exponent,
+    interleaved,
+    measurement,
+)
 from reduced.loads import Load
 from reduced.memory.materials import kelvin_voigt
 from reduced.profiles import equivalents
@@ -168,22 +173,16 @@ def _sizes() -> list[Measurement]:
             )
         )
         seconds_by_points[points] = rows[-1].seconds
-    return [*rows, _growth(seconds_by_points)]
-
-
-def _growth(seconds: dict[int, float]) -> Measurement:
-    """Fit the exponent of the cost in N; the yardstick is that of N log N on the same sizes."""
-    sizes = np.array([n for n in seconds if n >= _EXPONENT_FROM], dtype=float)
-    cost = np.array([seconds[int(n)] for n in sizes])
-    exponent = float(np.polyfit(np.log(sizes), np.log(cost), 1)[0])
-    bound = float(np.polyfit(np.log(sizes), np.log(sizes * np.log(sizes)), 1)[0])
+    sizes = np.array([n for n in seconds_by_points if n >= _EXPONENT_FROM], dtype=float)
+    cost = np.array([seconds_by_points[int(n)] for n in sizes])
+    found, bound = exponent(sizes, cost), exponent(sizes, sizes * np.log(sizes))
     first, last = sizes[0], sizes[-1]
-    at_bound = float(cost[0] * (last / first) ** bound)
-    return Measurement(
-        f"exponent of the cost in N from {first:.0e} to {last:.0e}: {exponent:.2f}",
+    growth = Measurement(
+        f"exponent of the cost in N from {first:.0e} to {last:.0e}: {found:.2f}",
         float(cost[-1]),
         f"N log N from the same start ({bound:.2f})",
-        at_bound,
-        float((last / first) ** (exponent - bound)),
+        float(cost[0] * (last / first) ** bound),
+        float((last / first) ** (found - bound)),
         1.0,
     )
+    return [*rows, growth]

@@ -64,7 +64,13 @@ def interleaved(
     With `time.process_time` as the clock, other load on the machine does not count.
     """
     with threadpool_limits(limits=1):
-        counts = {name: _calls(task) for name, task in tasks.items()}
+        counts = {}
+        for name, task in tasks.items():
+            task()
+            start = time.perf_counter()
+            task()
+            once = time.perf_counter() - start
+            counts[name] = max(1, int(np.ceil(_LEAST_SECONDS / once)))
         times: dict[str, list[float]] = {name: [] for name in tasks}
         gc.collect()
         gc.disable()
@@ -99,15 +105,17 @@ def measurement(
     )
 
 
+def exponent(sizes: np.ndarray, costs: np.ndarray) -> float:
+    """Return the exponent of a power law fitted to costs.
+
+    >>> round(exponent(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0])), 12)
+    2.0
+    """
+    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])
+
+
 def vector_features() -> str:
     """Return the vector units that NumPy uses, on which the speed of sorting depends."""
     units = np.show_config(mode="dicts").get("SIMD Extensions", {})
     used = [*units.get("baseline", ()), *units.get("found", ())]
     return f"{', '.join(used) or 'none'} (NumPy {np.__version__})"
-
-
-def _calls(task: Callable[[], object]) -> int:
-    task()
-    start = time.perf_counter()
-    task()
-    return max(1, int(np.ceil(_LEAST_SECONDS / (time.perf_counter() - start))))

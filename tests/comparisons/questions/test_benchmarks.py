@@ -52,16 +52,6 @@ def test_a_ratio_of_measured_errors_is_written_as_json():
     assert json.loads(json.dumps(row.row()))["met"] is True
 
 
-def test_growth_is_the_exponent_of_the_fit():
-    """Cost ~ N^1.5 has exponent 1.5, above N log N; cost ~ N has 1.0, below it."""
-    sizes = reduced.SIZES
-    fast = reduced._growth({n: 1e-8 * n for n in sizes})
-    slow = reduced._growth({n: 1e-8 * n**1.5 for n in sizes})
-    assert fast.name.endswith("1.00")
-    assert slow.name.endswith("1.50")
-    assert (fast.met, slow.met) == (True, False)
-
-
 def test_the_lines_of_the_benchmark_are_rough_lines_in_partial_contact():
     """Rms height 1, and three decades of force that stay short of full contact."""
     lines = reduced.rough_lines(3, 64)
