@@ -30,22 +30,14 @@ FOLDER = "claims"  # where `roughline claims` writes, beside the folders of stud
 
 
 @dataclass(frozen=True)
-class Deciding:
-    """The deciding number of a claim: the largest error, with its bar."""
-
-    text: str
-    error: float
-    uncertainty: float
-    tolerance: float
-
-
-@dataclass(frozen=True)
 class ClaimView:
-    """The data that the template shows for one claim."""
+    """The data that the template shows for one claim; its largest error decides."""
 
     record: ClaimRecord
     anchor: str
-    deciding: Deciding
+    text: str
+    error: float
+    uncertainty: float
     figures: tuple[Figure, ...]
     measurements: Table
     openness: Table | None
@@ -83,18 +75,13 @@ def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
 
 def _view(claim: ClaimRecord) -> ClaimView:
     largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
-    nan = float("nan")
-    deciding = Deciding(
-        text=error_text(largest, claim.factor),
-        error=nan if largest.error is None else largest.error,
-        uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
-        tolerance=claim.tolerance,
-    )
     figures = [evidence(claim), boundary_map(claim), *(along(claim, n) for n in claim.nuisances)]
     return ClaimView(
         claim,
         f"claim-{claim.id}",
-        deciding,
+        error_text(largest, claim.factor),
+        float("nan") if largest.error is None else largest.error,
+        float("nan") if largest.uncertainty is None else largest.uncertainty,
         tuple(figure for figure in figures if figure is not None),
         measurements(claim),
         beyond(claim) if claim.nuisances else None,

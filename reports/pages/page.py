@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup, escape
@@ -44,22 +44,6 @@ SCRIPTS = (
 # The small scale in the heat map: error over tolerance, the tolerance in its middle.
 STRIP_DECADES = (-3.0, 3.0)
 _SUBSCRIPT = re.compile(r"(?<!\w)([^\W\d_]{1,2})_(\w{1,3})(?!\w)")
-
-
-class Judged(Protocol):
-    """An error with its bar and the requested tolerance."""
-
-    @property
-    def error(self) -> float:
-        """Relative error."""
-
-    @property
-    def uncertainty(self) -> float:
-        """Half-width of the error bar."""
-
-    @property
-    def tolerance(self) -> float:
-        """Requested relative error."""
 
 
 def render(
@@ -186,22 +170,17 @@ def _term(key: str, text: str | None = None) -> Markup:
     )
 
 
-def _strip(verdict: Judged) -> Markup:
+def _strip(error: float, uncertainty: float, tolerance: float) -> Markup:
     """Return the attributes of a cell of the heat map: places in per cent of its small scale.
 
     Error over tolerance and the ends of its bar, on a logarithmic scale; what lies beyond an
     end of the scale is an arrow there.
     """
     low, high = STRIP_DECADES
-
-    def place(value: float) -> float:
-        power = math.log10(value / verdict.tolerance) if value > 0 else -math.inf
-        return round(100 * (min(max(power, low), high) - low) / (high - low), 1)
-
-    error = abs(verdict.error)
-    bar = verdict.uncertainty if fmt.finite(verdict.uncertainty) else 0.0
-    ends = place(error - bar), place(error + bar)
-    beyond = "under" if place(error) <= 0 else "over" if place(error) >= 100 else ""
-    return Markup('data-beyond="{}" style="--e:{};--a:{};--b:{}"').format(
-        beyond, place(error), *ends
-    )
+    error, bar = abs(error), uncertainty if fmt.finite(uncertainty) else 0.0
+    places = []
+    for value in (error, error - bar, error + bar):
+        power = math.log10(value / tolerance) if value > 0 else -math.inf
+        places.append(round(100 * (min(max(power, low), high) - low) / (high - low), 1))
+    beyond = "under" if places[0] <= 0 else "over" if places[0] >= 100 else ""
+    return Markup('data-beyond="{}" style="--e:{};--a:{};--b:{}"').format(beyond, *places)
