@@ -50,7 +50,7 @@ def open_npy(path: Path, surface: MeasuredMap) -> HeightFile:
     assert surface.height_unit is not None
     try:
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError) as error:
+    except Exception as error:  # damaged headers raise various types of exceptions
         raise FileError(f"not a readable .npy file ({shorten(error)})") from error
     problems = _coordinate_problems(array)
     if problems:

@@ -342,6 +342,7 @@ def test_objects_are_never_unpickled(tmp_path):
     [
         ("m.npy", b"", "empty"),
         ("m.npy", b"no header at all", "not a readable .npy"),
+        ("m.npy", b"\x93NUMPY\x01\x00\x08\x00{'a': (\n", "not a readable .npy"),
         ("m.csv", b"\n# nothing\n", "no numbers"),
         ("m.csv", b"x,y\n1,2\n", "not a plain table"),
         ("m.csv", b"1,2\n3\n", "not a plain table"),
