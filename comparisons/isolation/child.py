@@ -11,7 +11,6 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -50,31 +49,22 @@ def _answer(folder: Path) -> None:
         # The pickle is trusted, as the parent has just written it.
         work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
         _limit_address_space(memory)
-        answer = _function(work)(*arguments)
+        module, _, name = work.partition(":")
+        answer = getattr(importlib.import_module(module), name)(*arguments)
     except MemoryError:
         _report(folder, OUT_OF_MEMORY, "no memory left for an allocation")
     except BaseException as error:
         if isinstance(error, SystemExit):
             raise
-        _report(folder, RAISED, _reason(error))
+        frames = traceback.extract_tb(error.__traceback__)
+        where = f" (in {frames[-1].name})" if len(frames) > 1 else ""
+        name, text = type(error).__name__, str(error)
+        _report(folder, RAISED, f"{name}: {text}{where}" if text else f"{name}{where}")
     else:
         try:
             _write(folder / ANSWER, answer)
         except (TypeError, ValueError) as error:
             _report(folder, MALFORMED, f"the answer cannot be transferred: {error}")
-
-
-def _function(work: str) -> Callable[..., Any]:
-    module, _, name = work.partition(":")
-    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
-    return function
-
-
-def _reason(error: BaseException) -> str:
-    frames = traceback.extract_tb(error.__traceback__)
-    where = f" (in {frames[-1].name})" if len(frames) > 1 else ""
-    name, text = type(error).__name__, str(error)
-    return f"{name}: {text}{where}" if text else f"{name}{where}"
 
 
 def _report(folder: Path, ended: Ended, reason: str) -> None:
@@ -90,17 +80,17 @@ def _write(path: Path, answer: Any) -> None:
     refused = [key for key, value in arrays.items() if value.dtype.kind not in "biufcUS"]
     if refused:
         raise TypeError(f"arrays of objects: {', '.join(refused)}")
-    plain_entries = {key: _plain(value) for key, value in answer.items() if key not in arrays}
+    plain_entries = {
+        key: value.item() if isinstance(value, np.generic) else value
+        for key, value in answer.items()
+        if key not in arrays
+    }
     members = {f"a.{key}": value for key, value in arrays.items()}
     members[DOCUMENT] = np.array(json.dumps(plain_entries))
     partial = path.with_suffix(".part")
     with partial.open("wb") as file:
         np.savez(file, allow_pickle=False, **members)
     partial.replace(path)
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _limit_address_space(memory: float | None) -> None:

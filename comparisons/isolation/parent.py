@@ -148,7 +148,15 @@ def run(
     >>> run("json:loads", "no JSON", seconds=60).ended
     'raised'
     """
-    _check(work, seconds, memory)
+    module, colon, function = work.partition(":")
+    problems = []
+    if not (colon and module and function.isidentifier()):
+        problems.append(f"work: expected 'module:function', got {work!r}")
+    for name, limit in {"seconds": seconds, "memory": memory}.items():
+        if limit is not None and not limit > 0:
+            problems.append(f"{name}: expected a positive limit, got {limit!r}")
+    if problems:
+        raise ValueError("; ".join(problems))
     process = _waiting.pop(reuse, None)
     if process is None or not process.is_ours():
         process = _Process(stays=bool(reuse))
@@ -169,18 +177,6 @@ def run(
 def address_space(memory: float) -> int:
     """Return the limit of address space in bytes for a limit of memory."""
     return int(4 * memory + _LIBRARIES)
-
-
-def _check(work: str, seconds: float | None, memory: float | None) -> None:
-    module, colon, function = work.partition(":")
-    problems = []
-    if not (colon and module and function.isidentifier()):
-        problems.append(f"work: expected 'module:function', got {work!r}")
-    for name, limit in {"seconds": seconds, "memory": memory}.items():
-        if limit is not None and not limit > 0:
-            problems.append(f"{name}: expected a positive limit, got {limit!r}")
-    if problems:
-        raise ValueError("; ".join(problems))
 
 
 class _Process:
@@ -370,7 +366,10 @@ def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any],
     if code != 0:
         return KILLED, {}, _death(code, folder / "stderr")
     try:
-        answer = _load(folder / ANSWER)
+        with np.load(folder / ANSWER, allow_pickle=False) as stored:
+            answer: dict[str, Any] = json.loads(str(stored[DOCUMENT]))
+            arrays = {name: stored[name] for name in stored.files if name != DOCUMENT}
+        answer |= {name.removeprefix("a."): value for name, value in arrays.items()}
     except FileNotFoundError:
         return MALFORMED, {}, "the process ended without an answer"
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as problem:
@@ -379,13 +378,6 @@ def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any],
     if wrong:
         return MALFORMED, {}, f"the answer is not finite: {', '.join(wrong)}"
     return ANSWERED, answer, ""
-
-
-def _load(path: Path) -> dict[str, Any]:
-    with np.load(path, allow_pickle=False) as stored:
-        answer: dict[str, Any] = json.loads(str(stored[DOCUMENT]))
-        arrays = {name: stored[name] for name in stored.files if name != DOCUMENT}
-    return answer | {name.removeprefix("a."): value for name, value in arrays.items()}
 
 
 def _is_finite(value: Any) -> bool:
