@@ -109,21 +109,17 @@ def patches(
     """
     labels, count = ndimage.label(_checked(mask, spacing))
     if periodic and count:
-        labels, count = _join_seams(labels, count)
+        # labels that meet across opposite rims are one patch
+        first = np.concatenate([labels[0, :], labels[:, 0]])
+        last = np.concatenate([labels[-1, :], labels[:, -1]])
+        meet = (first > 0) & (last > 0)
+        pairs = (np.ones(meet.sum()), (first[meet], last[meet]))
+        graph = coo_array(pairs, shape=(count + 1, count + 1))
+        _, component = connected_components(graph, directed=False)
+        # label 0 (no contact) has no neighbours and is the first component
+        labels, count = component[labels], int(component.max())
     cells = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     return Patches(labels, int(count), np.asarray(cells * float(spacing[0] * spacing[1]), float))
-
-
-def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_], int]:
-    """Merge labels that are adjacent across opposite rims."""
-    first = np.concatenate([labels[0, :], labels[:, 0]])
-    last = np.concatenate([labels[-1, :], labels[:, -1]])
-    meet = (first > 0) & (last > 0)
-    pairs = (np.ones(meet.sum()), (first[meet], last[meet]))
-    graph = coo_array(pairs, shape=(count + 1, count + 1))
-    _, component = connected_components(graph, directed=False)
-    # label 0 (no contact) has no neighbours and is the first component
-    return component[labels], int(component.max())
 
 
 @dataclass(frozen=True)

@@ -90,14 +90,9 @@ class CohesiveProblem:
         self.solid = np.isfinite(gap)
         # cells without material carry no load; any finite gap will do
         self.initial_gap = np.where(self.solid, gap, 0.0)
-        self.cell_compliance = float(operator.apply(_one_cell(operator.shape)).max())
-
-    def start(self, penetration: float) -> Field:
-        """Return the pressures without adhesion."""
-        if penetration <= 0:
-            return np.zeros(self.operator.shape)
-        gap = np.where(self.solid, self.initial_gap, np.inf)
-        return press(self.operator, gap, Load("penetration", penetration), tolerance=1e-4).pressure
+        one_cell = np.zeros(operator.shape)
+        one_cell[0, 0] = 1.0
+        self.cell_compliance = float(operator.apply(one_cell).max())
 
     def force(self, pressure: Field) -> float:
         """Return the sum of the pressures times the cell area."""
@@ -120,26 +115,23 @@ class CohesiveProblem:
         refuse(effort_faults(tolerance, max_iterations))
         fixed = Constraint(1.0, 0.0, penetration)
         if start is None:
-            start = self._load_up(penetration, fixed, max_iterations)
+            # the contact without adhesion, then the tension in steps up to nearly the full one
+            gap, start = np.where(self.solid, self.initial_gap, np.inf), np.zeros(self.solid.shape)
+            if penetration > 0:
+                load = Load("penetration", penetration)
+                start = press(self.operator, gap, load, tolerance=1e-4).pressure
+            share, step = 0.0, 0.25
+            while share < 1.0:
+                law = self.law.weakened(min(share + step, 1.0))
+                weak = CohesiveProblem(self.operator, gap, law)
+                try:
+                    start = weak.newton(start, penetration, fixed, 1e-4, max_iterations).pressure
+                    share += step
+                except ConvergenceError:
+                    step /= 2
+                    if step < _LEAST_SHARE:
+                        raise
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
-
-    def _load_up(self, penetration: float, fixed: Constraint, max_iterations: int) -> Field:
-        """Return pressures with nearly the full tension, which is increased from zero in steps."""
-        pressure, share, step = self.start(penetration), 0.0, 0.25
-        while share < 1.0:
-            law = self.law.weakened(min(share + step, 1.0))
-            problem = CohesiveProblem(
-                self.operator, np.where(self.solid, self.initial_gap, np.inf), law
-            )
-            try:
-                contact = problem.newton(pressure, penetration, fixed, 1e-4, max_iterations)
-            except ConvergenceError:
-                step /= 2
-                if step < _LEAST_SHARE:
-                    raise
-            else:
-                pressure, share = contact.pressure, share + step
-        return pressure
 
     def at_force(
         self,
@@ -169,48 +161,34 @@ class CohesiveProblem:
             missing = constraint.missing(penetration, self.force(pressure))
             history.append(max(state.error, abs(missing) / constraint.unit(self)))
             if history[-1] <= tolerance:
-                return self._answer(pressure, penetration, state, history)
+                return CohesiveContact(
+                    penetration=penetration,
+                    force=self.force(pressure),
+                    pressure=pressure,
+                    gap=np.where(self.solid, state.gap, np.inf),
+                    mask=state.contact,
+                    iterations=len(history),
+                    residual=history[-1],
+                )
             if not np.isfinite(history[-1]) or history[-1] > 1e6:
                 break
-            pressure, penetration = self._step(state, pressure, penetration, constraint, missing)
+            # the change of the penetration that satisfies the constraint
+            if constraint.of_force == 0:
+                depth = missing / constraint.of_penetration
+                pressure = pressure + state.change(depth, with_residual=True)
+            else:
+                fixed = state.change(0.0, with_residual=True)
+                per_depth = state.change(1.0, with_residual=False)
+                rate = constraint.of_penetration + constraint.of_force * self.force(per_depth)
+                depth = (missing - constraint.of_force * self.force(fixed)) / rate
+                pressure = pressure + fixed + depth * per_depth
+            penetration += depth
         raise ConvergenceError("Newton's method found no adhesive equilibrium nearby", history)
-
-    def _step(
-        self,
-        state: _Linearised,
-        pressure: Field,
-        penetration: float,
-        constraint: Constraint,
-        missing: float,
-    ) -> tuple[Field, float]:
-        if constraint.of_force == 0:
-            depth = missing / constraint.of_penetration
-            return pressure + state.change(depth, with_residual=True), penetration + depth
-        fixed, per_depth = (
-            state.change(0.0, with_residual=True),
-            state.change(1.0, with_residual=False),
-        )
-        rate = constraint.of_penetration + constraint.of_force * self.force(per_depth)
-        depth = (missing - constraint.of_force * self.force(fixed)) / rate
-        return pressure + fixed + depth * per_depth, penetration + depth
 
     def stiffness(self, contact: CohesiveContact) -> float:
         """Return dF/dd at an equilibrium, the slope of the path."""
         state = _Linearised(self, contact.pressure, contact.penetration)
         return self.force(state.change(1.0, with_residual=False))
-
-    def _answer(
-        self, pressure: Field, penetration: float, state: _Linearised, history: list[float]
-    ) -> CohesiveContact:
-        return CohesiveContact(
-            penetration=penetration,
-            force=self.force(pressure),
-            pressure=pressure,
-            gap=np.where(self.solid, state.gap, np.inf),
-            mask=state.contact,
-            iterations=len(history),
-            residual=history[-1],
-        )
 
 
 @dataclass(frozen=True)
@@ -269,26 +247,12 @@ class _Linearised:
 
         system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
         rtol = _FORCING * min(1.0, self.error) if with_residual else _DIRECTION
-        z = _solved(system, (weight * right).ravel(), max(rtol, 1e-12))
+        right = (weight * right).ravel()
+        size = float(np.linalg.norm(right))
+        z = np.zeros_like(right)
+        if size > 0:
+            # SciPy adds the norm of the right-hand side to its estimate of the matrix norm and
+            # divides the residual by it: a large one (a small unit of length) would end early
+            unit = 2.0 ** np.round(np.log2(size))
+            z = unit * minres(system, right / unit, rtol=max(rtol, 1e-12), maxiter=_ROUNDS)[0]
         return weight * z.reshape(shape) - (self.residual if with_residual else 0.0)
-
-
-def _solved(system: LinearOperator, right: Field, rtol: float) -> Field:
-    """Solve by MINRES with a right-hand side scaled to about one by a power of two.
-
-    SciPy adds the norm of the right-hand side to its estimate of the matrix norm and divides the
-    residual by it: a large right-hand side (a small unit of length) would end the iteration early.
-    """
-    size = float(np.linalg.norm(right))
-    if size == 0:
-        return np.zeros_like(right)
-    unit = 2.0 ** np.round(np.log2(size))
-    z, _ = minres(system, right / unit, rtol=rtol, maxiter=_ROUNDS)
-    return z * unit
-
-
-def _one_cell(shape: tuple[int, int]) -> Field:
-    """Return unit pressure on the first cell."""
-    pressure = np.zeros(shape)
-    pressure[0, 0] = 1.0
-    return pressure

@@ -167,21 +167,19 @@ class Adhesive:
             bounds=[(0, None)] * flat.size,
             options={**limits, "ftol": 0.0, "gtol": 0.5 * goal},
         )
-        return self._settled(least.x.reshape(shape) * reach, grip, tolerance)
+        gap = least.x.reshape(shape) * reach
+        pressed = grip.pressed(float(gap.mean()))
+        pressure = self._elastic(gap) + pressed
+        free = pressure + law.tension(gap)
+        unbalanced = float(np.where(gap > 0, np.abs(free), np.maximum(-free, 0.0)).max())
+        residual = unbalanced / law.strength
+        if not unbalanced <= tolerance * law.strength + _ROUNDED * np.abs(pressure).max():
+            raise ConvergenceError("no adhesive equilibrium of least energy", [residual])
+        force = pressed * self.operator.cell_area * gap.size
+        return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)
 
     def _elastic(self, gap: Field) -> Field:
         """Return the pressure, of zero mean, under which the half-space has these gaps."""
         waves = self._stiffness * fft.rfft2(gap - self.initial)
         pressure: Field = fft.irfft2(waves, s=self.initial.shape)
         return pressure
-
-    def _settled(self, gap: Field, grip: _Grip, tolerance: float) -> Settled:
-        pressed = grip.pressed(float(gap.mean()))
-        pressure = self._elastic(gap) + pressed
-        free = pressure + self.law.tension(gap)
-        unbalanced = float(np.where(gap > 0, np.abs(free), np.maximum(-free, 0.0)).max())
-        residual = unbalanced / self.law.strength
-        if not unbalanced <= tolerance * self.law.strength + _ROUNDED * np.abs(pressure).max():
-            raise ConvergenceError("no adhesive equilibrium of least energy", [residual])
-        force = pressed * self.operator.cell_area * gap.size
-        return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)

@@ -170,7 +170,14 @@ def trace(
     previous = problem.at_penetration(penetration - stride, first.pressure, tolerance)
     points.append(previous)
     length = 1.0
-    while not _ended(points, lowest, ending):
+    while True:
+        last, pulled = points[-1], min(point.force for point in points)
+        risen = pulled < 0 and last.force - pulled > ending.risen * abs(pulled)
+        parted = not last.mask.any() and (
+            last.penetration < lowest or abs(last.force) <= ending.parted * abs(pulled)
+        )
+        if risen or parted:
+            break
         if len(points) >= _MOST:
             raise ConvergenceError(
                 f"the path has not ended after {_MOST} points: the grid may be too coarse "
@@ -188,29 +195,6 @@ def trace(
     )
 
 
-def _ended(points: list[CohesiveContact], lowest: float, ending: Ending) -> bool:
-    last = points[-1]
-    pulled = min(point.force for point in points)
-    if pulled < 0 and last.force - pulled > ending.risen * abs(pulled):
-        return True
-    if last.mask.any():
-        return False
-    return last.penetration < lowest or abs(last.force) <= ending.parted * abs(pulled)
-
-
-def _way_behind(
-    points: list[CohesiveContact], units: tuple[float, float]
-) -> tuple[CohesiveContact, Field]:
-    """Return an earlier point far enough to define the direction, and the vector to the last."""
-    last = points[-1]
-    for before in reversed(points[:-1]):
-        moved = last.penetration - before.penetration, last.force - before.force
-        way = np.array(moved) / units
-        if np.hypot(*way) >= _CORNER:
-            break
-    return before, way
-
-
 def _next(
     problem: CohesiveProblem,
     points: list[CohesiveContact],
@@ -220,7 +204,12 @@ def _next(
 ) -> tuple[CohesiveContact, float]:
     """Return the equilibrium one step of arc length further, with bisections as needed."""
     last = points[-1]
-    before, way = _way_behind(points, units)
+    # an earlier point far enough to define the direction
+    for before in reversed(points[:-1]):
+        moved = last.penetration - before.penetration, last.force - before.force
+        way = np.array(moved) / units
+        if np.hypot(*way) >= _CORNER:
+            break
     done = float(np.hypot(*way))
     way /= done
     for _ in range(_SHRINKS):

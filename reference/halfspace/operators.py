@@ -69,7 +69,13 @@ class FreeOperator(ElasticBody):
         ):
             # more than needed, as the next window of a sweep may be larger
             size = tuple(min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
-            coefficients = self._love(*size)
+            coefficients = np.empty(size)
+
+            def fill(part: slice) -> None:  # some rows at a time
+                i, j = np.ix_(np.arange(part.start, part.stop), np.arange(size[1]))
+                coefficients[part] = kernels.love(i, j, self.spacing, self.effective_modulus)
+
+            pieces.over(size[0], pieces.rows_of(_TEMPORARIES * size[1]), fill)
             self._cache["coefficients"] = coefficients
         return coefficients[: shape[0], : shape[1]]
 
@@ -83,17 +89,6 @@ class FreeOperator(ElasticBody):
         for axis in (0, 1):
             kernel = fft.dct(kernel, type=1, axis=axis, overwrite_x=True, workers=1)
         return kernel
-
-    def _love(self, rows: int, columns: int) -> NDArray[np.float64]:
-        """Return Love's coefficients, some rows at a time."""
-        table = np.empty((rows, columns))
-
-        def fill(part: slice) -> None:
-            i, j = np.ix_(np.arange(part.start, part.stop), np.arange(columns))
-            table[part] = kernels.love(i, j, self.spacing, self.effective_modulus)
-
-        pieces.over(rows, pieces.rows_of(_TEMPORARIES * columns), fill)
-        return table
 
     def _alike(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Self:
         return type(self)(shape, spacing, self.effective_modulus)
