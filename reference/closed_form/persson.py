@@ -42,7 +42,7 @@ def persson_area(relative_load: ArrayLike) -> Any:
 
 
 @dataclass(frozen=True)
-class Rings:
+class WaveRings:
     """A surface by the rings of its waves, (m,): ascending wavenumbers, and mean square heights."""
 
     wavenumber: Array
@@ -72,7 +72,7 @@ def _pressure_below(pressure: float, limits: ArrayLike, width: float) -> Array:
     return np.asarray(there - 2 * ndtr(-pressure / width))
 
 
-class Persson(Rings):
+class Persson(WaveRings):
     """The theory for one surface.
 
     Examples
@@ -165,7 +165,7 @@ def _regular_part() -> PPoly:
     return CubicSpline(np.log(t), values).antiderivative()
 
 
-class PerssonXu(Rings):
+class PerssonXu(WaveRings):
     """The theory with the partial contact of Xu, Zhou, Mueser et al. (2024), for one surface.
 
     In `Persson` the pressure spreads by the variance V = h'^2/4 that the waves up to q have in full
