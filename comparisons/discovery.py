@@ -14,9 +14,9 @@ T = TypeVar("T")
 def files_of(room: ModuleType) -> Iterator[ModuleType]:
     """Yield the modules of a package and of its rooms, in alphabetical order.
 
-    >>> import comparisons.solving.executors as room
+    >>> import comparisons.questions.regression as room
     >>> [module.__name__.removeprefix(f"{room.__name__}.") for module in files_of(room)]
-    ['base', 'cluster', 'local']
+    ['check', 'snapshot']
     """
     for name, is_room in sorted((m.name, m.ispkg) for m in iter_modules(room.__path__)):
         module = import_module(f"{room.__name__}.{name}")
