@@ -104,8 +104,7 @@ def test_every_room_is_on_the_map_of_the_code_and_no_other():
 
 
 def test_the_readme_stays_short():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 160
-    assert len(script("claims_table").EIGHT) == 8
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 620
 
 
 def script(name: str):

@@ -1,8 +1,8 @@
 """Write the verdicts on the claims into their pages, from stored full runs.
 
-Eight stand in README.md, one for each statement of the chapter in docs/findings.md, all in
-docs/claims.md. The record of the runs comes with the package (`STORED`). A run of all claims, or of
-those that are new or changed, is put into it, and the tables between the markers are written anew::
+Five sentences stand in README.md, the others in docs/findings.md. The record of the runs comes
+with the package (`STORED`; `roughline claims --stored` writes its page). A run of all claims, or of
+those that are new or changed, is put into it, and what stands between the markers is made anew::
 
     roughline claims --full --json run.json
     python docs/examples/claims_table.py run.json
@@ -17,7 +17,7 @@ from collections import Counter
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.formatting import duration, greek
+from comparisons.formatting import duration
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
 from comparisons.questions.claims.record import (
@@ -29,47 +29,11 @@ from comparisons.questions.claims.record import (
 )
 from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.claims.wording import error_text, limit_words, value
-from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]
-PAGES = (
-    DOCS.parent / "README.md",
-    *(DOCS / name for name in ("findings.md", "claims.md", "what-we-now-know.md")),
-)
+PAGES = (DOCS.parent / "README.md", DOCS / "findings.md")
 TEXTS = tomllib.loads((DOCS / "examples" / "claims_pages.toml").read_text(encoding="utf-8"))
-BLOCK = re.compile(
-    r"(<!-- claims (eight|short|long|choices|known) -->\n).*?(<!-- end of claims -->)", re.DOTALL
-)
-# The README's eight, in words that need no chapter beside them; the verdict is on the claim itself.
-EIGHT = {
-    "half-radius-cone": "Any body of revolution may be replaced by a one-dimensional cross-section "
-    "with half its radius of curvature: a cone, force within 1 %.",
-    "transform-cone": "The cross-section that the integral transform of Popov & Heß (2015) gives, "
-    "in place of the chapter's, is exact: a cone, within 0.01 %.",
-    "punch-triangle": "A flat punch has the stiffness of a round one of equal area, with an error "
-    "of less than 3 %: a triangular punch.",
-    "partial-slip-rigid": "Springs that stick until their friction is used up give how far a "
-    "tangential force moves a ball: within 1 % for every Poisson's ratio.",
-    "adhesion-ball-force": "Springs that hold up to a given stretch give the adhesion of a ball "
-    "(Johnson, Kendall & Roberts): depth, area and pull-off force within 0.1 %.",
-    "rough-penetration": "Under the same force a rough line on springs is pressed in as deep as "
-    "the rough surface: within 10 %.",
-    "rough-area-printed": "The line has the real contact area of the rough surface, with the "
-    "numbers of the chapter's figure: within 10 %.",
-    "rubber-paraboloid": "Springs that relax give the friction of a ball that slides over rubber: "
-    "within 10 % at any speed.",
-}
-# What docs/findings.md tells of: one claim, printed or corrected, for each statement.
-SHORT = (
-    *("exact-paraboloid", "half-radius-cone", "transform-cone", "ellipsoid-force"),
-    *("punch-square", "punch-triangle", "quasi-static-energy", "size-unimportant-plane"),
-    *("line-height-printed", "line-peak-radius", "rough-area-printed", "rough-area"),
-    *("rough-area-reading-part", "rough-penetration", "rough-stiffness", "rough-mean-gap"),
-    *("stress-local-field", "first-yield-criterion"),
-    *("tangential-stiffness", "tangential-stiffness-square", "partial-slip-rigid"),
-    *("viscoelastic-unloading", "viscoelastic-again", "rubber-paraboloid", "rubber-printed-start"),
-    *("adhesion-sphere", "adhesion-elliptic-punch", "adhesion-range", "impact-ball-springs"),
-)
+BLOCK = re.compile(r"(<!-- claims (five|known) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
 
 
 # %%
@@ -115,91 +79,17 @@ def _without_details(points: list[PointRecord]) -> list[PointRecord]:
 
 
 # %%
-def largest(claim: ClaimRecord) -> str:
-    """Return the largest error, with its bar."""
-    measured = [point for point in claim.measured if point.error is not None]
-    if not measured:
-        return "–"
-    point = max(measured, key=lambda point: abs(point.error))
-    return error_text(point, claim.factor)
-
-
-def _cells(texts: tuple[str, ...]) -> list[str]:
-    return [greek(text).replace("|", "\\|").replace("\n", " ").strip() for text in texts]
-
-
-def readme_row(claim: ClaimRecord) -> tuple[str, ...]:
-    """Return what the README says of a claim, and the command that measures it."""
-    command = f"`roughline claims {claim.id} --full`"
-    return (EIGHT[claim.id], f"**{claim.verdict}**", claim.sentence, command)
-
-
-def short_row(claim: ClaimRecord) -> tuple[str, ...]:
-    """Return what docs/findings.md says of a claim."""
-    text = claim.text + (" *(as corrected)*" if claim.reading == "corrected" else "")
-    return (claim.equation, text, f"**{claim.verdict}**", claim.finding, f"`{claim.id}`")
-
-
-def long_row(claim: ClaimRecord) -> tuple[str, ...]:
-    """Return what docs/claims.md says of a claim: its text, its verdict, the decisive numbers."""
-    return (
-        *(claim.id, claim.equation, claim.author, claim.text),
-        limit_words(claim.tolerance, claim.factor)
-        + (" (chapter)" if claim.tolerance_from == "chapter" else ""),
-        *(f"**{claim.verdict}**", largest(claim), claim.finding),
-    )
-
-
-HEADS = {
-    "eight": ("the statement", "verdict", "measured", "by"),
-    "short": ("equation", "the chapter says", "verdict", "measured", "claim"),
-    "long": (
-        *("claim", "equation", "who says it", "text", "tolerance", "verdict", "largest error"),
-        "measured",
-    ),
-}
-ROWS = {"eight": readme_row, "short": short_row, "long": long_row}
-
-
-# %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
-    """Return one block of a page.
-
-    The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all, each
-    with a line that says at what cost and on what it was made; two blocks have texts of their own.
-    """
+    """Return the sentences of a block and who said what; every number is a claim's."""
     by_id = {claim.id: claim for claim in record.claims}
-    if kind == "choices":
-        return choices(by_id)
-    if kind == "known":
-        return known(by_id)
-    ids = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
-    table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in ids)])
-    cost, machine = duration(record.seconds), machine_text(record.machine)
-    origin = f"(From stored full runs, {cost} of solves in all, {machine}.)"
-    return f"{table}\n\n{tally(record)} {origin}\n"
-
-
-def choices(by_id: dict[str, ClaimRecord]) -> str:
-    """Return the verdicts that hung on a choice: what they were, what they are, why."""
-    rows = [("claim", "was", "is", "why")]
-    for row in TEXTS["choice"]:
-        claim = by_id[row["claim"]]
-        within = sum(point.word == "within" for point in claim.measured)
-        verdict = f"**{claim.verdict}**, {largest(claim)} at the worst; {within} of "
-        verdict += f"{len(claim.measured)} points within"
-        rows.append((f"`{claim.id}`", row["was"], verdict, row["why"]))
-    return markdown([rows[0], *(_cells(row) for row in rows[1:])]) + "\n"
-
-
-def known(by_id: dict[str, ClaimRecord]) -> str:
-    """Return the sentences of docs/what-we-now-know.md; every number is a claim's."""
     lines = []
-    for text in TEXTS["known"]["sentences"]:
+    for text in TEXTS[kind]["sentences"]:
         sentence, ids = _with_numbers(text, by_id)
         verdicts = ", ".join(f"`{name}`: {by_id[name].verdict}" for name in ids)
         lines.append(f"- {sentence} ({verdicts})")
-    return "\n".join(lines) + "\n"
+    origin = f"(From stored full runs, {duration(record.seconds)} of solves in all, "
+    origin += f"{machine_text(record.machine)}.)"
+    return "\n".join(lines) + f"\n\n{tally(record)} {origin}\n"
 
 
 def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[str]]:
@@ -225,7 +115,7 @@ def _with_numbers(text: str, by_id: dict[str, ClaimRecord]) -> tuple[str, list[s
 
 
 class Numbers:
-    """The numbers of a claim, as its sentence in docs/what-we-now-know.md names them."""
+    """The numbers of a claim, as its sentence in docs/findings.md names them."""
 
     def __init__(self, claim: ClaimRecord) -> None:
         stated = [point for point in claim.points if point.error is not None]

@@ -31,6 +31,7 @@ def claims(
     json: Path | None = None,
     overwrite: Flag = False,
     resume: Flag = False,
+    stored: Flag = False,
     stale: Flag = False,
     method: str | None = None,
     workers: Workers = ALONE,
@@ -54,15 +55,17 @@ def claims(
         Replace existing results.
     resume
         Continue an interrupted run.
+    stored
+        Run nothing: write the page of the full runs that come with the package.
     stale
-        Run nothing: print the ids of those claims whose verdict on the pages is older than the code
-        that it came from; exit code 1 if there are any.
+        Run nothing: print the ids of those claims whose stored verdict is older than the code that
+        it came from; exit code 1 if there are any.
     method
         Test this method instead of the reduced model, on the claims that are based on a scene.
     """
     from comparisons.files import write_named_text
     from comparisons.questions.claims.claim import about_method, load_claims
-    from comparisons.questions.claims.record import load_claims_record
+    from comparisons.questions.claims.record import STORED, load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
     from comparisons.questions.claims.stale import stale as stale_claims
     from comparisons.results.folder import held
@@ -78,6 +81,16 @@ def claims(
         old = stale_claims(chosen_claims)
         say("\n".join(old) or "No stored verdict is older than its code.")
         return FAILED if old else FINE
+    if stored:
+        names = {claim.id for claim in chosen_claims}
+        record = load_claims_record(STORED)
+        record = record.model_copy(
+            update={"claims": [claim for claim in record.claims if claim.id in names]}
+        )
+        page = (out or DEFAULT_FOLDER / "claims-stored") / "report.html"
+        write_claims_report(record, page)
+        terminal.print_claims(record, page)
+        return FINE
     directory = out or DEFAULT_FOLDER / _folder_name([claim.id for claim in chosen_claims], ids)
     run = ClaimRun(
         chosen_claims,

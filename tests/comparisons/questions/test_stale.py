@@ -56,3 +56,12 @@ def test_the_command_lists_what_is_old(stored, capsys):
     assert "No stored verdict is older" in capsys.readouterr().out
     assert run_command(["claims", *IDS, "punch-l", "--stale"]) == 1
     assert capsys.readouterr().out == "punch-l\n"
+
+
+def test_the_page_of_stored_verdicts_is_written_without_a_run(tmp_path, monkeypatch):
+    """Of the claims that are named, and no other."""
+    monkeypatch.chdir(tmp_path)
+    assert run_command(["claims", "kernel-printed", "--stored"]) == 0
+    page = (tmp_path / "roughline-results/claims-stored/report.html").read_text(encoding="utf-8")
+    assert 'id="claim-kernel-printed"' in page
+    assert 'id="claim-punch-square"' not in page
