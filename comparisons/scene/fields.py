@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BeforeValidator, ValidationInfo
@@ -36,8 +37,15 @@ def excerpt(value: Any) -> str:
 Sign = Literal["positive", "not negative", "any"]
 
 
-def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "number") -> Any:
-    """Return a pydantic validator for a finite quantity of one dimension."""
+@dataclass(frozen=True, slots=True)
+class Measured(BeforeValidator):
+    """A pydantic validator that knows the dimension of what it reads."""
+
+    dimension: Dimension = NUMBER
+
+
+def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "number") -> Measured:
+    """Return a validator for a finite quantity of one dimension."""
 
     def check(value: Any) -> float:
         try:
@@ -52,7 +60,7 @@ def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "numb
             raise fail(f"expected a {kind} of at least {sys.float_info.min:.2g}", value)
         return number
 
-    return BeforeValidator(check)
+    return Measured(check, dimension=dimension)
 
 
 Length = Annotated[float, quantity(LENGTH, kind="length")]

@@ -37,6 +37,7 @@ from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables import scene as tables
+from reports.tables.card import card
 from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
 from reports.tables.table import Cell, Head, Table, table
@@ -87,6 +88,7 @@ class SceneView:
     advice: Advice
     fastest: tuple[Setting, ...]
     truth: str
+    card: list[tuple[str, str]]
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     loads: stored.SliderSteps
@@ -117,7 +119,9 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     views = _views(record, with_pictures)
     claims = claims_beside(record.directory)
     settings = [(view.anchor, view.record, view.advice) for view in views]
-    everything, standing = speed.overview(settings), validity_map(record.scenes)
+    # Of one scene the first screen shows its card, and its section the settings.
+    everything = speed.overview(settings) if len(views) > 1 else None
+    standing = validity_map(record.scenes)
     figures = [
         (view, figure) for view in views for group in view.figures.values() for figure in group
     ]
@@ -210,6 +214,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
         advice=advice,
         fastest=tuple(advice.reaching()[:MOST_NAMED]),
         truth=_truth(scene, advice),
+        card=card(scene),
         plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],

@@ -145,11 +145,11 @@ const judgeCells = (scene) => {
 };
 
 const judgeRow = (scene, counts) => {
-  const row = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"]`);
-  if (!row) return;
   const tolerance = sceneTolerance(scene), worst = worstOf(scene.verdicts, tolerance);
   const word = worst ? wordFor(worst, tolerance) : "no result";
   counts.set(word, (counts.get(word) ?? 0) + 1);
+  const row = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"]`);
+  if (!row) return; // of one scene the page has no summary
   const badge = row.querySelector(".verdict");
   if (badge) asBadge(badge, word);
   if (question.tolerance !== null) row.querySelector(".asked-for").textContent = labelOf(tolerance);
@@ -235,11 +235,9 @@ const equipJudging = () => {
     for (const box of boxes) box.checked = !question.counted || question.counted.has(box.value);
     if (!back.hidden || form.dataset.judged) judgeAll();
     if (back.hidden && form.dataset.judged)
-      for (const scene of judging.scenes) document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`).textContent = form.dataset[scene.anchor] ?? "";
+      for (const text of document.querySelectorAll("#summary-table .asked-for")) text.textContent = text.dataset.asked;
     if (!back.hidden) form.dataset.judged = "yes";
   };
-  for (const scene of judging.scenes)
-    form.dataset[scene.anchor] = document.querySelector(`#summary-table tr[data-scene="${scene.anchor}"] .asked-for`)?.textContent ?? "";
   slider.addEventListener("input", () => { state.set("tolerance", judging.tolerances[slider.value], slider); apply(); });
   for (const box of boxes) box.addEventListener("change", () => {
     const chosen = boxes.filter((one) => one.checked).map((one) => one.value);

@@ -17,7 +17,7 @@ _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
 def _listed(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
     """Return the validator of a list of quantities, or of a single one that stands for it."""
-    check = quantity(dimension, sign=sign, kind=kind).func
+    check: Any = quantity(dimension, sign=sign, kind=kind).func
 
     def read(value: Any) -> Any:
         listed = value if isinstance(value, (list, tuple)) else [value]

@@ -1,0 +1,156 @@
+"""The card of a scene: what touches, how it is loaded, and how large the pressures are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pandas as pd
+from pydantic import BaseModel
+
+from comparisons import formatting as fmt
+from comparisons.facts.methods import CLOSED_FORM
+from comparisons.facts.quantities import quantity
+from comparisons.methods.normal.closed_form import form_of
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
+from comparisons.scene.fields import Measured
+from comparisons.scene.scene import Scene, SceneError, make_scene
+from reference.plastic.first_yield import yield_pressure
+from reports.plots.stored import stored_fields
+
+NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
+UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
+KINDS = {"shape", "kind", "model"}  # keys whose value says what the table is
+LOADS = ("penetration", "force", "mean_gap", "contact_area")
+# Dimensions whose unit takes a prefix, and what is easier to read than base units.
+PREFIXED = {"m", "s", "N", "Pa"}
+READABLE = {"kg s^-2": "J/m²", "kg m^-1 s^-1": "Pa s", "a plain number": ""}
+
+
+def card(scene: SceneRecord) -> list[tuple[str, str]]:
+    """Return the lines of a scene's card, each a heading and a text.
+
+    Bodies with their moduli; the smallest and the largest load of the reference; where nothing
+    pulls, the mean pressure F/A, and under an indenter without an edge the highest pressure that
+    the reference found; of rough surfaces the reduced load F/(E* A0 h').
+    """
+    try:
+        body = make_scene(dict(scene.tables), scene.name, Path())
+    except SceneError:
+        return _loads(scene)  # of a text that is no scene
+    lines = [*_bodies(body), *_loads(scene)]
+    peak = _peak(scene, body)
+    if peak > 0:
+        lines.append(("highest pressure, last load", fmt.with_unit(peak, "Pa")))
+        if _hertzian(body):
+            stress = fmt.with_unit(peak / yield_pressure(body.poisson_ratio), "Pa")
+            text = f"{stress}, below the surface: elastic only if the yield stress is higher"
+            lines.append(("von Mises' stress", text))
+    slope = (scene.plan.get("roughness") or {}).get("statistics", {}).get("rms_slope")
+    if slope and body.surface is not None and body.surface.size:
+        scale = body.effective_modulus * float(np.prod(body.surface.size)) * slope
+        force = selection.column(_reference_curve(scene), "force")
+        lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
+    return lines
+
+
+def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
+    """Yield each table of bodies and physics as words with units, and E*."""
+    for name in Scene.model_fields:
+        table = getattr(scene, name)
+        if name not in NO_INPUT and isinstance(table, BaseModel):
+            yield name.replace("_", " "), ", ".join(_words(table))
+    if scene.half_space.effective_modulus is None or scene.counter_body is not None:
+        yield "effective modulus E*", fmt.with_unit(scene.effective_modulus, "Pa")
+
+
+def _words(table: BaseModel) -> Iterator[str]:
+    for key, field in type(table).model_fields.items():
+        value = getattr(table, key)
+        if key not in table.model_fields_set or key in UNSAID:
+            continue
+        if key in KINDS:
+            yield str(value).replace("_", " ")
+            continue
+        unit = _unit(field)
+        texts = [_text(item, unit) for item in (value if isinstance(value, tuple) else (value,))]
+        if texts and all(texts):
+            words = (
+                key.replace("youngs", "Young's").replace("poisson", "Poisson's").replace("_", " ")
+            )
+            yield f"{words} {' × '.join(texts)}"
+
+
+def _text(value: Any, unit: str) -> str:
+    """Return a number or a word of a table; nothing for a switch or a table in a table."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return ""
+    if unit in PREFIXED:
+        return fmt.unpadded(value, unit)
+    return f"{fmt.unpadded(value, '')} {unit}".strip()
+
+
+def _unit(field: Any) -> str:
+    """Return the unit of a field of a table, from the validator that reads it."""
+    waiting = [*field.metadata, field.annotation]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, Measured):
+            return READABLE.get(str(part.dimension), str(part.dimension))
+        waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
+    return ""
+
+
+def _reference_curve(scene: SceneRecord) -> pd.DataFrame:
+    return selection.curve(scene, selection.reference(scene)[0])
+
+
+def _loads(scene: SceneRecord) -> list[tuple[str, str]]:
+    rows = _reference_curve(scene)
+    loads = {name: selection.column(rows, name) for name in LOADS}
+    lines = [
+        (quantity(name).label, _range(values, quantity(name).unit))
+        for name, values in loads.items()
+        if np.isfinite(values).any()
+    ]
+    force, area = loads["force"], loads["contact_area"]
+    pressed = (force > 0) & (area > 0)
+    if pressed.any() and not (force < 0).any():
+        lines.append(("mean pressure F/A", _range(force[pressed] / area[pressed], "Pa")))
+    return lines
+
+
+def _range(values: np.ndarray, unit: str) -> str:
+    """Return the smallest and the largest of what is known."""
+    ends = np.nanmin(values), np.nanmax(values)
+    return " to ".join(dict.fromkeys(fmt.with_unit(value, unit) for value in ends))
+
+
+def _hertzian(scene: Scene) -> bool:
+    shape = scene.indenter.shape if scene.indenter else ""
+    return shape == "paraboloid" and not scene.physics and scene.half_space.uniform
+
+
+def _peak(scene: SceneRecord, body: Scene) -> float:
+    """Return the highest pressure at the last load; 0 where it is singular or not known.
+
+    Of a closed form that on the axis, else of the reference's stored field.
+    """
+    first, _ = selection.reference(scene)
+    indenter = body.indenter
+    if indenter is None or indenter.flat or not first:
+        return 0.0
+    if first == CLOSED_FORM and not body.physics and body.half_space.uniform:
+        form = form_of(indenter, body.effective_modulus)
+        depth = selection.column(_reference_curve(scene), "penetration")
+        if form is None or form.pressure_is_singular or not len(depth):
+            return 0.0
+        return float(form.pressure(0.0, 0.0, depth[-1]))
+    for stored in stored_fields(scene, [first]):
+        return float(np.nanmax(stored.fields.get("pressure", np.zeros(1)), initial=0.0))
+    return 0.0

@@ -1,0 +1,63 @@
+"""The card of a scene: its inputs with units, its loads, its pressures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import roughline
+from comparisons import formatting as fmt
+from comparisons.scene.units import number_and_unit
+from reports.tables.card import card
+
+BALL = """
+name = "ball"
+[half_space]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[indenter]
+shape = "paraboloid"
+radius = "10 mm"
+[loading]
+penetration = { values = ["1 um", "16 um"] }
+"""
+
+
+@pytest.fixture
+def of(tmp_path):
+    def solved(text: str) -> dict[str, str]:
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        study = roughline.Study(path, tmp_path / "out", methods=["closed_form", "reduced"])
+        return dict(card(study.run().record.scenes[0]))
+
+    return solved
+
+
+def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(of):
+    """p0 = 2 E* sqrt(d/R)/pi, mean 2/3 of it, Y = p0/1.61 (Johnson 1985, eq. 4.24 and 6.6)."""
+    told = of(BALL)
+    modulus = 210e9 / (1 - 0.3**2)
+    peak = 2 * modulus * np.sqrt(16e-6 / 10e-3) / np.pi
+    assert told["half space"] == "Young's modulus 210\u202fGPa, Poisson's ratio 0.3"
+    assert told["indenter"] == "paraboloid, radius 10\u202fmm"
+    assert told["effective modulus E*"] == fmt.with_unit(modulus, "Pa")
+    assert told["penetration depth"] == "1.00\u202fµm to 16.0\u202fµm"
+    assert told["mean pressure F/A"].endswith(fmt.with_unit(2 / 3 * peak, "Pa"))
+    assert told["highest pressure, last load"] == fmt.with_unit(peak, "Pa")
+    # The constant is printed with three digits in the book: 1.60 for the nu of 0.3.
+    number, unit = number_and_unit(told["von Mises' stress"].split(",")[0])
+    assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
+
+
+def test_a_force_that_pulls_has_no_mean_pressure(of):
+    pulled = BALL.replace('{ values = ["1 um", "16 um"] }', '["0 um", "4 um", "-0.1 um"]')
+    told = of(pulled + '[adhesion]\nwork = "50 mJ/m^2"\n')
+    assert told["adhesion"] == "work 0.05 J/m²"
+    assert "mean pressure F/A" not in told
+
+
+def test_a_sharp_edge_has_no_highest_pressure(of):
+    told = of(BALL.replace('"paraboloid"', '"cylinder"'))
+    assert told["mean pressure F/A"]
+    assert "highest pressure, last load" not in told
