@@ -63,7 +63,8 @@ class Plan:
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
         """The independent solves, cheap methods first."""
-        pictured = "pressure" in self.scene.compare.quantities
+        scene = self.scene
+        pictured = "pressure" in scene.compare.quantities or not (scene.rough or scene.physics)
         return tuple(
             task_of(
                 self,

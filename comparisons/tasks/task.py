@@ -48,8 +48,8 @@ class Task(Generic[G]):
 
     @property
     def wants_pressure(self) -> bool:
-        """Whether pressure fields are asked for."""
-        return "pressure" in self.quantities
+        """Whether pressure fields are asked for: to be compared, or for the picture."""
+        return "pressure" in self.quantities or self.with_body
 
     @cached_property
     def key(self) -> str:
