@@ -15,6 +15,7 @@ from comparisons.judging.proofs import in_words
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
+from comparisons.results.curves import curves
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
@@ -124,6 +125,13 @@ class Comparison:
         """Return one row per method, resolution, realisation and load step, as in results.csv."""
         rows = self.record.rows
         return rows[rows["step"].notna()].reset_index(drop=True)
+
+    def curves(self) -> pd.DataFrame:
+        """Return one row per load, a column per method and quantity with its unit (SI).
+
+        Each method at its finest resolution; of random surfaces the means. As in curves.csv.
+        """
+        return curves(self.record).drop(columns="scene")
 
     @property
     def plots(self) -> list[str]:

@@ -14,10 +14,11 @@ from comparisons.errors import InputError, ResultsError
 from comparisons.facts.methods import METHODS, NOT_ASKED
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
-from comparisons.questions.study import Study
+from comparisons.questions.study import Study, solve_task
 from comparisons.results.folder import filled
 from comparisons.results.runs import MOVED
-from comparisons.results.store import FIELDS, STUDY, StudyRecord, load_study, save_study
+from comparisons.results.selection import converged, setting_rows
+from comparisons.results.store import FIELDS, STUDY, StudyRecord, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.solving.planning import plan_from
@@ -120,7 +121,10 @@ def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
             try:
                 solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
             except ResultsError:
-                continue  # in another run, or lost, which is reported at the end
+                rows = setting_rows(record, task.method, task.resolution)
+                if run.part or run.interrupted or rows.empty or not converged(rows).all():
+                    continue  # in another run, or lost, which is reported at the end
+                solution = solve_task(task)  # it was not kept, because that is soon done
             _add(task, solution, str(run.directory), merged)
 
 
@@ -246,4 +250,4 @@ def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
     seconds = spent + time.perf_counter() - started
     # An interrupted run lists only the scenes that it had started; there may be more.
     interrupted = any(run.interrupted for run in runs)
-    save_study(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))
+    study.save(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

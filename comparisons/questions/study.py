@@ -7,11 +7,15 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
+import pandas as pd
+
 from comparisons.errors import ResultsError
+from comparisons.files import write_table
 from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
+from comparisons.results.curves import curves
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.results.record import record_scene
@@ -34,6 +38,7 @@ from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.archive import save_solution
+from comparisons.tasks.shown_loads import drawn_in_single
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
@@ -41,6 +46,8 @@ from comparisons.tasks.task import Task
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
+CURVES = "curves.csv"
+SOON_SOLVED = 1.0  # seconds: a shorter solve of surfaces that no page shows is not kept
 
 
 class Study(Campaign[Plan, StudyRecord]):
@@ -58,7 +65,7 @@ class Study(Campaign[Plan, StudyRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, PAGE), FIELDS)
+    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, CURVES, PAGE), FIELDS)
 
     def __init__(
         self,
@@ -148,8 +155,21 @@ class Study(Campaign[Plan, StudyRecord]):
         )
 
     def save(self, record: StudyRecord) -> None:
-        """Write the tables and study.json."""
+        """Write the tables, the curves to take away, and study.json.
+
+        Of a whole run later surfaces of an ensemble are kept only where they are not soon solved
+        again, as `--resume` and `merge` do; parts wait to be merged.
+        """
         save_study(record)
+        tables = [curves(scene) for scene in record.scenes]
+        if tables:
+            write_table(self.directory / CURVES, pd.concat(tables, ignore_index=True))
+        tasks = [task for plan in self.plans for task in plan.tasks]
+        if record.interrupted or not all(task.key in self._solutions for task in tasks):
+            return
+        for task in tasks:
+            if task.realisations[0] > 0 and self._solutions[task.key].seconds < SOON_SOLVED:
+                self._path(task).unlink(missing_ok=True)
 
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
@@ -274,6 +294,5 @@ def solve_task(task: Task) -> Solution:
     first = task.realisations[0] == 0
     solution = execute(task) if first else execute(task, repeats=1)
     solution.compile_seconds += apart
-    if not first:
-        solution.fields.clear()
+    solution.fields = drawn_in_single(solution.fields) if first else {}
     return solution

@@ -19,6 +19,7 @@ MOST_POINTS = 2**20
 # Of a contact that rolls: the traction over its bound, and its direction.
 SLIP = ("friction_used", "traction_x", "traction_y")
 NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape", *SLIP)
+DRAWN = ("mesh_", "displacement", "gap", "heights")
 _KEY = re.compile(rf"step\.(\d{{1,6}})\.({'|'.join(NAMES)})")
 
 Fields = Mapping[str, np.ndarray]
@@ -67,6 +68,14 @@ def earlier_fields(
             if name not in last or not np.array_equal(fields[name], last[name]):
                 arrays[f"step.{step}.{name}"] = _single(fields[name])
     return arrays
+
+
+def drawn_in_single(fields: Fields) -> dict[str, np.ndarray]:
+    """Return fields with those that are only drawn, and never compared, in single precision."""
+    return {
+        name: _single(values) if name.startswith(DRAWN) else values
+        for name, values in fields.items()
+    }
 
 
 def _single(values: np.ndarray) -> np.ndarray:

@@ -83,13 +83,28 @@ def parts(solved, tmp_path):
 
 def test_three_parts_are_the_whole(parts, tmp_path):
     whole, folders = parts
-    solved = [len(list((folder / FIELDS).glob("*.npz"))) for folder in folders]
-    assert sum(solved) == len(list((whole / FIELDS).glob("*.npz"))) + 2 * FIRST
+    names = [{path.name for path in (folder / FIELDS).glob("*.npz")} for folder in folders]
+    solved = [len(own) for own in names]
+    assert sum(solved) == len(set.union(*names)) + 2 * FIRST
     assert max(solved) - min(solved) <= 1
     study = merge(folders, tmp_path / "merged")
     assert study.lost() == []
     same(whole, tmp_path / "merged")
+    # What is soon solved again is not kept, of the one run as of the merged one.
+    kept = [{path.name for path in (f / FIELDS).iterdir()} for f in (whole, tmp_path / "merged")]
+    assert kept[0] == kept[1] < set.union(*names)
     assert len(load_study(tmp_path / "merged").runs) == 3
+
+
+def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
+    """They are solved again: of two methods, each solved by a run, both have all surfaces."""
+    for name in ("reduced", "bem_fft"):
+        run(ensemble(rough, methods=[name]), tmp_path / name)
+    run(ensemble(rough), tmp_path / "both")
+    assert merge([tmp_path / "reduced", tmp_path / "bem_fft"], tmp_path / "merged").lost() == []
+    rows = [table(tmp_path / name) for name in ("both", "merged")]
+    values = [r.sort_values(["method", "resolution", "realisation"])["force"] for r in rows]
+    assert values[0].tolist() == values[1].tolist()
 
 
 def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
@@ -177,11 +192,11 @@ def test_other_versions_or_sources_are_listed(parts, tmp_path):
 def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     whole, _ = parts
     shutil.copytree(whole, tmp_path / "other")
-    path = next((tmp_path / "other" / FIELDS).glob("*-bem_fft-16-25-*.npz"))
+    path = next((tmp_path / "other" / FIELDS).glob("*-bem_fft-16-0-*.npz"))
     solution = load_solution(path)
     solution.quantities["force" if "force" in solution.quantities else "contact_area"] *= 1.01
     save_solution(path, solution)
-    with pytest.raises(InputError, match=r"bem_fft 16, realisations from 25: .* differ by 1.0e-02"):
+    with pytest.raises(InputError, match=r"bem_fft 16, realisations from 0: .* differ by 1.0e-02"):
         merge([whole, tmp_path / "other"], tmp_path / "merged")
     assert [item.name for item in tmp_path.iterdir() if "merged" in item.name] == []
 
@@ -243,7 +258,7 @@ def test_a_torn_solution_counts_as_missing(parts, tmp_path):
 
 
 def test_equal_solutions_differ_by_nothing(parts):
-    path = next((parts[0] / FIELDS).glob("*-bem_fft-16-25-*.npz"))
+    path = next((parts[0] / FIELDS).glob("*-bem_fft-16-0-*.npz"))
     one = load_solution(path)
     assert merging._difference(one, load_solution(path)) == 0.0
     assert np.isfinite(merging._difference(one, one))
