@@ -15,7 +15,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerns
 from comparisons.questions import study as study_module
-from comparisons.questions.study import Study
+from comparisons.questions.study import CURVES, Study
 from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -85,7 +85,7 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     directory = tmp_path / "out"
     record = Study(ball, directory, command="roughline run test.toml", paraview=True).run()
     names = {path.name for path in directory.iterdir()}
-    assert names == {RESULTS, MEASURES, STUDY, FIELDS}
+    assert names == {RESULTS, MEASURES, CURVES, STUDY, FIELDS}
     assert len(list((directory / FIELDS).glob("*.npz"))) == 5
     assert len(list((directory / FIELDS).glob("*.vtu"))) == 2  # the grids
     assert not record.interrupted
