@@ -211,14 +211,3 @@ def test_the_shipped_map_is_the_one_its_script_makes():
     shipped = np.genfromtxt(builtin_folder() / "measured-map.csv", delimiter=",")
     # Two decimals are written; another FFT build may round the last one differently.
     np.testing.assert_allclose(shipped, script("stand_in_map").ground_surface(), atol=0.011)
-
-
-def test_the_sentences_of_the_chapter_have_their_claims():
-    """Every claim that is the chapter's stands beside a sentence of it, and no other name does."""
-    page = (ROOT / "docs" / "sentences.md").read_text(encoding="utf-8")
-    rows = [line for line in page.splitlines() if line.startswith("| ")][1:]
-    named = {name for row in rows for name in re.findall(r"`([a-z0-9-]+)`", row)}
-    claims = load_claims()
-    assert named <= {claim.id for claim in claims}
-    assert {claim.id for claim in claims if claim.says == "chapter"} <= named
-    assert all("`" in row or " none: " in row for row in rows)
