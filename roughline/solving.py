@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -100,6 +100,39 @@ class Solution:
             lacking = f"{self.method} computes none here" if asked else "solve with fields=True"
             raise InputError(f"pressure: {lacking}")
         return stored
+
+    def pressure_along(self, axis: Literal["x", "y"] = "x") -> pd.DataFrame:
+        """Return the pressure at the last load along a line through the middle of the contact.
+
+        Columns are the place ``x / m`` (or ``y / m``), increasing, and ``p / Pa``. Of a circular
+        contact the radius to both sides; of cells the mean of the rows next to the line; of a mesh
+        its points on the line.
+
+        Raises
+        ------
+        InputError
+            As `pressure`.
+
+        Examples
+        --------
+        >>> line = solve("paraboloid", "closed_form", fields=True).pressure_along("x")
+        >>> bool(abs(line["x / m"][line["p / Pa"].idxmax()]) < 1e-6)
+        True
+        """
+        field = self.pressure
+        if "r" in field:
+            inside = field["r"] > 0
+            place = np.concatenate([-field["r"][inside][::-1], field["r"]])
+            p = np.concatenate([field["p"][inside][::-1], field["p"]])
+        else:
+            place, across = field[axis], field["y" if axis == "x" else "x"]
+            # An indenter's axis is the origin, from which a rough patch begins.
+            middle = 0.0 if across.min() < 0 else (across.min() + across.max()) / 2
+            away = np.abs(across - middle)
+            near = away <= away.min() + 1e-9 * np.ptp(across)
+            place, p = place[near], field["p"][near]
+        line = pd.DataFrame({f"{axis} / m": place, "p / Pa": p})
+        return line.groupby(f"{axis} / m", as_index=False).mean()
 
     def table(self) -> pd.DataFrame:
         """Return one row per load step, in SI units."""

@@ -258,7 +258,7 @@ def plan_all(
     sources: Iterable[Source],
     overrides: Mapping[str, Any],
     effort: Effort,
-    origin: str = "--methods, --tolerance, --quantities, --option",
+    origin: str = "--methods, --tolerance, --quantities, --loads, --option",
     brought: Sequence[str] = (),
 ) -> list[Plan]:
     """Load and plan all scenes and suites.

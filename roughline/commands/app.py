@@ -48,6 +48,8 @@ for _group, _commands in {
     for _command in _commands:
         app.command(_command, name=_command.__name__.strip("_").replace("_", "-"), group=_group)
 
+app.register_install_completion_command(help="Complete commands and options in your shell.")
+
 
 def run_command(arguments: list[str]) -> int:
     """Run a command and report every expected error as one clear message.

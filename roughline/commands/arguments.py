@@ -68,6 +68,7 @@ def overrides_of(
     options: tuple[str, ...] = (),
     tolerance: str | None = None,
     quantities: str | None = None,
+    loads: str | None = None,
 ) -> dict[str, Any]:
     """Turn options of the command line into keys of the scene, to be validated with it."""
     import tomllib
@@ -80,6 +81,12 @@ def overrides_of(
             overrides[f"compare.{key}"] = [name.strip() for name in names.split(",")]
     if tolerance is not None:
         overrides["compare.tolerance"] = share(tolerance)
+    if loads is not None:
+        control, equals, values = loads.partition("=")
+        if not equals:
+            raise InputError(f"--loads: expected CONTROL=VALUE,VALUE,..., got {loads!r}")
+        listed = [value.strip() for value in values.split(",")]
+        overrides["loading"] = {control.strip(): {"values": listed}}
     for text in options:
         key, equals, value = text.partition("=")
         if not equals or key.count(".") != 1:

@@ -56,6 +56,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     methods: str | None = None,
     tolerance: str | None = None,
     quantities: str | None = None,
+    loads: str | None = None,
     option: tuple[str, ...] = (),
     full: Full = False,
     plan: Flag = False,
@@ -82,6 +83,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Acceptable relative error, such as 5% or 0.05; default: that of each scene.
     quantities
         Comma-separated quantities to compare; default: those of each scene.
+    loads
+        CONTROL=VALUE,VALUE,... in place of the loads of each scene, such as "force=1 N,10 N,50 N".
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
@@ -114,7 +117,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     brought = method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
-    overrides = overrides_of(methods, option, tolerance, quantities)
+    overrides = overrides_of(methods, option, tolerance, quantities, loads)
     plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
     if plan:
         terminal.print_plans(plans)

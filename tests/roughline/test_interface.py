@@ -180,6 +180,31 @@ def test_pressures_are_those_of_the_whole_contact_at_every_load():
     solution.plot("pressure")
 
 
+@pytest.mark.parametrize(
+    ("scene", "method"),
+    [("paraboloid", "closed_form"), ("paraboloid", "bem_fft"), ("paraboloid", "fem")],
+)
+def test_the_pressure_along_a_line_is_hertz_and_symmetric(scene, method):
+    """p0 sqrt(1 - (x/a)^2): to 2 % of p0 inside 0.9 a, whose rim cells of the grid cut."""
+    solution = roughline.solve(scene, method, fields=True)
+    line = solution.pressure_along("y")
+    y, p = line.to_numpy().T
+    assert (np.diff(y) > 0).all()
+    np.testing.assert_allclose(y + y[::-1], 0.0, atol=1e-9 * np.ptp(y))
+    force, a = solution["force"][-1], np.sqrt(solution["contact_area"][-1] / np.pi)
+    peak, inside = 1.5 * force / (np.pi * a**2), np.abs(y) < 0.9 * a
+    exact = peak * np.sqrt(1 - (y[inside] / a) ** 2)
+    np.testing.assert_allclose(p[inside], exact, atol=0.02 * peak)
+
+
+def test_the_line_of_a_rough_patch_goes_through_its_middle():
+    """Cells next to the middle of a patch: two of its rows, whose mean it is."""
+    solution = roughline.solve("rough-patch", "bem_fft", 16, fields=True)
+    p = solution.pressure["p"].reshape(16, 16)
+    line = solution.pressure_along("x")["p / Pa"].to_numpy()
+    np.testing.assert_allclose(line, p[:, 7:9].mean(axis=1), rtol=1e-12)
+
+
 # --- comparisons ------------------------------------------------------------------------------
 
 

@@ -133,6 +133,18 @@ def test_a_new_scene_file_can_be_planned_and_is_never_overwritten(roughline, tmp
     assert (again.code, again.err) == (2, f"{kind}.toml: exists; choose another name\n")
 
 
+def test_run_takes_other_loads_than_those_of_the_scene(roughline, tmp_path, ball):
+    run = ("run", ball, "--methods", "closed_form", "--out", "o", "--no-pictures")
+    assert roughline(*run, "--loads", "force=1 N, 10 N").code == 0
+    (loaded,) = load_study(tmp_path / "o").scenes
+    assert loaded.control == "force"
+    assert loaded.rows["force"].dropna().tolist() == pytest.approx([1.0, 10.0], rel=1e-12)
+    wrong = roughline(*run, "--loads", "forse=1 N", "--overwrite")
+    assert wrong.code == 2
+    assert "loading.forse: unknown key; did you mean force" in wrong.err
+    assert "CONTROL=VALUE" in roughline(*run, "--loads", "1 N", "--overwrite").err
+
+
 def test_run_judges_by_the_tolerance_and_quantities_of_the_command(roughline, tmp_path, ball):
     asked = ("--tolerance", "2%", "--quantities", "contact_area")
     methods = ("--methods", "closed_form,reduced")
