@@ -19,7 +19,7 @@ from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import Measured
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from reference.plastic.first_yield import yield_pressure
-from reports.plots.stored import stored_fields
+from reports.plots.stored import finest_fields, stored_fields
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
@@ -49,11 +49,21 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             stress = fmt.with_unit(peak / yield_pressure(body.poisson_ratio), "Pa")
             text = f"{stress}, below the surface: elastic only if the yield stress is higher"
             lines.append(("von Mises' stress", text))
-    slope = (scene.plan.get("roughness") or {}).get("statistics", {}).get("rms_slope")
-    if slope and body.surface is not None and body.surface.size:
-        scale = body.effective_modulus * float(np.prod(body.surface.size)) * slope
-        force = selection.column(_reference_curve(scene), "force")
-        lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
+    statistics = (scene.plan.get("roughness") or {}).get("statistics", {})
+    if "rms_slope" in statistics:
+        height = fmt.with_unit(statistics["rms_height"], "m")
+        lines.append(
+            (
+                "roughness",
+                f"rms height {height}, rms slope h' {fmt.number(statistics['rms_slope'])}",
+            )
+        )
+        sized = finest_fields(scene, "size")
+        if sized is not None:
+            area = float(np.prod(sized.fields["size"]))
+            force = selection.column(_reference_curve(scene), "force")
+            scale = body.effective_modulus * area * statistics["rms_slope"]
+            lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
     return lines
 
 
@@ -139,7 +149,7 @@ def _hertzian(scene: Scene) -> bool:
 def _peak(scene: SceneRecord, body: Scene) -> float:
     """Return the highest pressure at the last load; 0 where it is singular or not known.
 
-    Of a closed form that on the axis, else of the reference's stored field.
+    Of a closed form along its longer axis, else of the reference's stored field.
     """
     first, _ = selection.reference(scene)
     indenter = body.indenter
@@ -150,7 +160,9 @@ def _peak(scene: SceneRecord, body: Scene) -> float:
         depth = selection.column(_reference_curve(scene), "penetration")
         if form is None or form.pressure_is_singular or not len(depth):
             return 0.0
-        return float(form.pressure(0.0, 0.0, depth[-1]))
+        half = float(form.semi_axes(depth[-1])[0])
+        # Blunter shapes than a paraboloid press hardest off their axis.
+        return float(np.max(form.pressure(half * np.linspace(0, 1, 1000), 0.0, depth[-1])))
     for stored in stored_fields(scene, [first]):
         return float(np.nanmax(stored.fields.get("pressure", np.zeros(1)), initial=0.0))
     return 0.0

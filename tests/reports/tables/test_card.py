@@ -50,6 +50,20 @@ def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(
     assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
 
 
+def test_a_blunt_body_presses_hardest_off_its_axis(of):
+    """Of f = c r^4 p ~ (1 + 2 x^2) (1 - x^2)^(1/2), x = r/a, is 2^(1/2) at x^2 = 1/2."""
+    blunt = BALL.replace('"paraboloid"', '"power_law"').replace(
+        'radius = "10 mm"', 'exponent = 4\ncoefficient = "4e7 m^-3"'
+    )
+    told = of(blunt)
+    mean, peak = (
+        number_and_unit(told[name].split(" to ")[-1])[0]
+        for name in ("mean pressure F/A", "highest pressure, last load")
+    )
+    # int 2 x (1 + 2 x^2) (1 - x^2)^(1/2) dx = 2/3 + 8/15 = 6/5, of a peak 2^(1/2); three digits
+    assert peak / mean == pytest.approx(2**0.5 / 1.2, rel=6e-3)
+
+
 def test_a_force_that_pulls_has_no_mean_pressure(of):
     pulled = BALL.replace('{ values = ["1 um", "16 um"] }', '["0 um", "4 um", "-0.1 um"]')
     told = of(pulled + '[adhesion]\nwork = "50 mJ/m^2"\n')
