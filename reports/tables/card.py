@@ -52,17 +52,13 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     statistics = (scene.plan.get("roughness") or {}).get("statistics", {})
     if "rms_slope" in statistics:
         height = fmt.with_unit(statistics["rms_height"], "m")
-        lines.append(
-            (
-                "roughness",
-                f"rms height {height}, rms slope h' {fmt.number(statistics['rms_slope'])}",
-            )
-        )
+        slope = statistics["rms_slope"]
+        lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
         sized = finest_fields(scene, "size")
-        if sized is not None:
+        force = selection.column(_reference_curve(scene), "force")
+        if sized is not None and np.isfinite(force).any():
             area = float(np.prod(sized.fields["size"]))
-            force = selection.column(_reference_curve(scene), "force")
-            scale = body.effective_modulus * area * statistics["rms_slope"]
+            scale = body.effective_modulus * area * slope
             lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
     return lines
 
@@ -142,8 +138,10 @@ def _range(values: np.ndarray, unit: str) -> str:
 
 
 def _hertzian(scene: Scene) -> bool:
-    shape = scene.indenter.shape if scene.indenter else ""
-    return shape == "paraboloid" and not scene.physics and scene.half_space.uniform
+    """Tell whether a closed form says where the half-space first yields, for a known nu."""
+    body, shape = scene.half_space, scene.indenter.shape if scene.indenter else ""
+    known = body.uniform and body.poisson_ratio is not None
+    return shape == "paraboloid" and known and not scene.physics
 
 
 def _peak(scene: SceneRecord, body: Scene) -> float:
@@ -164,5 +162,6 @@ def _peak(scene: SceneRecord, body: Scene) -> float:
         # Blunter shapes than a paraboloid press hardest off their axis.
         return float(np.max(form.pressure(half * np.linspace(0, 1, 1000), 0.0, depth[-1])))
     for stored in stored_fields(scene, [first]):
-        return float(np.nanmax(stored.fields.get("pressure", np.zeros(1)), initial=0.0))
+        pressure = stored.fields.get("pressure", np.empty(0))
+        return float(np.max(pressure[np.isfinite(pressure)], initial=0.0))
     return 0.0
