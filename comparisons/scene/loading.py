@@ -11,11 +11,11 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.reasons import near
-from comparisons.scene.fields import excerpt, fail, flagged, quantity
+from comparisons.scene.fields import Measured, excerpt, fail, flagged, quantity
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
 
 Control = Literal[
@@ -56,7 +56,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
     def read(value: Any, info: ValidationInfo) -> Any:
         return read_range(value, dimension, order or ("path" if flagged(info, PATH) else "loads"))
 
-    return BeforeValidator(read)
+    return Measured(read, dimension=dimension)
 
 
 class Loading(BaseModel):

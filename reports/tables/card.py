@@ -17,6 +17,7 @@ from comparisons.methods.normal.closed_form import form_of
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import Measured
+from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from reference.plastic.first_yield import yield_pressure
 from reports.plots.stored import finest_fields, stored_fields
@@ -24,10 +25,18 @@ from reports.plots.stored import finest_fields, stored_fields
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
 KINDS = {"shape", "kind", "model"}  # keys whose value says what the table is
+SIDES = {"size", "points"}
 LOADS = ("penetration", "force", "mean_gap", "contact_area")
 # Dimensions whose unit takes a prefix, and what is easier to read than base units.
 PREFIXED = {"m", "s", "N", "Pa"}
-READABLE = {"kg s^-2": "J/m²", "kg m^-1 s^-1": "Pa s", "a plain number": ""}
+READABLE = {
+    "a plain number": "",
+    "kg s^-2": "J/m²",
+    "kg m^-1 s^-1": "Pa s",
+    "kg^-1 m s^2": "1/Pa",
+    "m s^-1": "m/s",
+    "m^-1": "1/m",
+}
 
 
 def card(scene: SceneRecord) -> list[tuple[str, str]]:
@@ -67,13 +76,15 @@ def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:
     """Yield each table of bodies and physics as words with units, and E*."""
     for name in Scene.model_fields:
         table = getattr(scene, name)
-        if name not in NO_INPUT and isinstance(table, BaseModel):
-            yield name.replace("_", " "), ", ".join(_words(table))
+        words = list(_words(table)) if isinstance(table, BaseModel) else []
+        if words and name not in NO_INPUT:
+            yield name.replace("_", " "), ", ".join(words)
     if scene.half_space.effective_modulus is None or scene.counter_body is not None:
         yield "effective modulus E*", fmt.with_unit(scene.effective_modulus, "Pa")
 
 
 def _words(table: BaseModel) -> Iterator[str]:
+    """Yield what a table says, key by key, with units; tables in it in brackets."""
     for key, field in type(table).model_fields.items():
         value = getattr(table, key)
         if key not in table.model_fields_set or key in UNSAID:
@@ -82,18 +93,28 @@ def _words(table: BaseModel) -> Iterator[str]:
             yield str(value).replace("_", " ")
             continue
         unit = _unit(field)
-        texts = [_text(item, unit) for item in (value if isinstance(value, tuple) else (value,))]
+        if isinstance(value, LoadRange):
+            texts = [
+                _text(end, unit)
+                for end in dict.fromkeys(value.values[:: len(value.values) - 1 or 1])
+            ]
+            joint = " to "
+        else:
+            several = value if isinstance(value, tuple) else (value,)
+            texts, joint = [_text(item, unit) for item in several], " × " if key in SIDES else " / "
         if texts and all(texts):
             words = (
                 key.replace("youngs", "Young's").replace("poisson", "Poisson's").replace("_", " ")
             )
-            yield f"{words} {' × '.join(texts)}"
+            yield f"{words} {joint.join(texts)}"
 
 
 def _text(value: Any, unit: str) -> str:
-    """Return a number or a word of a table; nothing for a switch or a table in a table."""
+    """Return a number, a word or a table of a table; nothing for a switch."""
     if isinstance(value, str):
         return value
+    if isinstance(value, BaseModel):
+        return f"({', '.join(_words(value))})"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return ""
     if unit in PREFIXED:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import roughline
 from comparisons import formatting as fmt
+from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.scene.units import number_and_unit
-from reports.tables.card import card
+from reports.tables.card import _bodies, card
 
 BALL = """
 name = "ball"
@@ -75,3 +78,13 @@ def test_a_sharp_edge_has_no_highest_pressure(of):
     told = of(BALL.replace('"paraboloid"', '"cylinder"'))
     assert told["mean pressure F/A"]
     assert "highest pressure, last load" not in told
+
+
+def test_every_built_in_scene_tells_its_inputs_with_units():
+    """No base units where a reader knows a shorter name, and no list without its unit."""
+    for name in builtin_names():
+        told = dict(_bodies(load_scene(name)))
+        assert not re.search(r"kg|\^-| s\^", " ".join(told.values()).replace(" kg", "")), name
+    told = dict(_bodies(load_scene("rubber-ball")))
+    assert "1\u202fs / 100\u202fms / 10\u202fms" in told["viscoelastic"]
+    assert "(thickness 4\u202fµm" in dict(_bodies(load_scene("coated-ball")))["half space"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Sign, fail, quantity
+from comparisons.scene.fields import Measured, Sign, fail, quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
@@ -25,7 +25,7 @@ def _listed(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
             raise fail(f"expected a {kind}, or a list of them, got an empty list")
         return tuple(check(entry) for entry in listed)
 
-    return BeforeValidator(read)
+    return Measured(read, dimension=dimension)
 
 
 class Viscoelastic(PhysicsTable):
