@@ -154,7 +154,8 @@ def folder(tmp_path_factory):
     (scene,) = re.findall(r"```toml\n(name = .*?)```", readme, re.DOTALL)
     # What makes it quick: two methods, one quantity.
     scene += '[compare]\nmethods = ["closed_form", "reduced"]\nquantities = ["force"]\n'
-    (home / "my-scene.toml").write_text(scene, encoding="utf-8")
+    for name in ("my-scene.toml", "steel-ball.toml"):
+        (home / name).write_text(scene, encoding="utf-8")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "winkler.py")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "mine.py")
     claims = (DOCS / "claims.md").read_text(encoding="utf-8")

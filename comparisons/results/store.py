@@ -152,6 +152,10 @@ class SceneRecord:
         except tomllib.TOMLDecodeError:
             return {"text": self.text}
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out what is derived: another process derives it again."""
+        return {name: value for name, value in vars(self).items() if name != "_answers"}
+
     @property
     def along(self) -> str:
         """The column along which steps are compared."""

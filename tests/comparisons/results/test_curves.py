@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pandas as pd
 
@@ -34,3 +36,6 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
         force, area = (table[f"{method}:{n}"] for n in ("force / N", "contact_area / m2"))
         np.testing.assert_allclose(force, 4 / 3 * 1e9 * 1e-3**0.5 * depth**1.5, rtol=tolerance)
         np.testing.assert_allclose(area, np.pi * 1e-3 * depth, rtol=tolerance)
+    # What was derived does not keep a record from another process.
+    again = pickle.loads(pickle.dumps(comparison.record))
+    pd.testing.assert_frame_equal(again.rows, comparison.record.rows)
