@@ -6,7 +6,6 @@ All times are measured at the resolutions that were run, without interpolation.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -177,25 +176,17 @@ class Advice:
         cheapest = {}
         for method in dict.fromkeys(setting.method for setting in self.settings):
             settings = [setting for setting in self.settings if setting.method == method]
-            truth = [setting for setting in settings if setting.is_truth and setting.holds(error)]
-            sure = [*self._sure(settings, error)] or truth
+            finest_level, sure = self.finest.get(method, -1), []
+            for setting in sorted(settings, key=lambda one: one.resolution, reverse=True):
+                if setting.is_truth or setting.resolution > finest_level:
+                    continue
+                if setting.holds(error):
+                    sure.append(setting)
+                elif setting.verdict != NO_RESULT or setting.resolution == finest_level:
+                    break
+            sure = sure or [one for one in settings if one.is_truth and one.holds(error)]
             cheapest[method] = min(sure, key=_by_time) if sure else None
         return cheapest
-
-    def _sure(self, settings: list[Setting], error: float) -> Iterable[Setting]:
-        compared = [
-            s for s in settings if not s.is_truth and s.resolution <= self._finest_of(s.method)
-        ]
-        for setting in sorted(compared, key=lambda s: s.resolution, reverse=True):
-            if setting.holds(error):
-                yield setting
-            elif setting.verdict != NO_RESULT or setting.resolution == self._finest_of(
-                setting.method
-            ):
-                return
-
-    def _finest_of(self, method: str) -> int:
-        return self.finest.get(method, -1)
 
     def document(self, scene: str) -> dict[str, Any]:
         """Return the advice as plain data for JSON; what is not known is None."""
@@ -245,33 +236,33 @@ def advise(record: SceneRecord) -> Advice:
     what its own bar is within.
     """
     nothing = unanswered(record)
-    judged_quantities = tuple(name for name in record.quantities if name not in nothing)
-    settings = tuple(sorted(_settings(record), key=_by_time))
+    truth, finest_truth = selection.reference(record)
+    settings = [
+        Setting(
+            method,
+            level,
+            cost(record, method, level),
+            setting_verdicts(record, method, level),
+            judges_itself=method == truth,
+            called=selection.title(record, method),
+        )
+        for method in selection.methods(record)
+        for level in levels(record, method)
+    ]
+    if truth and math.isfinite(finest_truth):
+        bars = tuple(_truth_verdict(record, name) for name in record.quantities)
+        called = selection.title(record, truth)
+        spent = cost(record, truth, finest_truth)
+        settings.append(Setting(truth, int(finest_truth), spent, bars, True, True, called))
     depths = {name: finest(record, name) for name in selection.methods(record)}
-    deepest = {name: level for name, level in depths.items() if level is not None}
-    advice = Advice(judged_quantities, record.tolerance, settings, "", deepest, nothing)
+    advice = Advice(
+        tuple(name for name in record.quantities if name not in nothing),
+        record.tolerance,
+        tuple(sorted(settings, key=_by_time)),
+        finest={name: level for name, level in depths.items() if level is not None},
+        unanswered=nothing,
+    )
     return replace(advice, sentence=_sentence(record, advice), single=_single(record))
-
-
-def _settings(record: SceneRecord) -> Iterable[Setting]:
-    for method in selection.methods(record):
-        for level in levels(record, method):
-            judgements = setting_verdicts(record, method, level)
-            own = method == selection.reference(record)[0]
-            spent, called = cost(record, method, level), selection.title(record, method)
-            yield Setting(method, level, spent, judgements, judges_itself=own, called=called)
-    truth = _truth(record)
-    if truth is not None:
-        yield truth
-
-
-def _truth(record: SceneRecord) -> Setting | None:
-    method, resolution = selection.reference(record)
-    if not method or not math.isfinite(resolution):
-        return None
-    bars = tuple(_truth_verdict(record, name) for name in record.quantities)
-    spent, called = cost(record, method, resolution), selection.title(record, method)
-    return Setting(method, int(resolution), spent, bars, True, True, called)
 
 
 def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
@@ -307,19 +298,17 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
         return "No 3-D method finished, so no reference is available."
     if all(setting.is_truth for setting in advice.settings):
         return f"{text} Nothing else was run, so there is nothing to compare."
-    left = _left_over(advice.unanswered)
+    reasons = [f"{quantity(name).label} ({why})" for name, why in advice.unanswered.items()]
+    left = f"; not judged: {', '.join(reasons)}" if reasons else ""
     if not advice.quantities:
         return f"None of the requested quantities can be judged{left}."
-    advice_text = f"For {tolerance(record.tolerance)} in {_enumeration(advice.quantities)}: "
+    labels = [quantity(name).label for name in advice.quantities]
+    named = " and ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
+    advice_text = f"For {tolerance(record.tolerance)} in {named}: "
     advice_text += _ranked(advice.reaching()) or "no setting that was run is within tolerance"
     for word, methods in _failing(advice).items():
         advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
     return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."
-
-
-def _left_over(nothing: dict[str, str]) -> str:
-    reasons = [f"{quantity(name).label} ({reason})" for name, reason in nothing.items()]
-    return f"; not judged: {', '.join(reasons)}" if reasons else ""
 
 
 def _ranked(settings: list[Setting]) -> str:
@@ -361,16 +350,16 @@ def _single(record: SceneRecord) -> str:
     level = int(known[0].resolution)
     spent = cost(record, method, level)
     noun = "line" if METHODS[method].dimension == 1 else "surface"
-    errors = [f"{quantity(v.quantity).label} {v.single}{_at(v)}" for v in known]
+    errors = [
+        f"{quantity(v.quantity).label} {v.single}"
+        + (f" (load step {v.single_step + 1})" if v.single_step >= 0 else "")
+        for v in known
+    ]
     title = selection.title(record, method)
     return (
         f"One {noun} of the {title} takes {duration(spent.single_seconds)} (N = {level}); 90 % of "
         f"the {count(spent.surfaces)} {noun}s err within: {', '.join(errors)}."
     )
-
-
-def _at(verdict: Verdict) -> str:
-    return f" (load step {verdict.single_step + 1})" if verdict.single_step >= 0 else ""
 
 
 def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
@@ -400,20 +389,12 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     if method == CLOSED_FORM:
         return "closed form"
     bar = truth_known_to(record, quantities)
-    accuracy = f"known to {relative(bar)}" if math.isfinite(bar) else _unknown(record, method)
+    accuracy = f"known to {relative(bar)}"
+    if not math.isfinite(bar):
+        grids = set(selection.column(selection.solved_rows(record, method), "resolution"))
+        alone = ": only one resolution was run" if len(grids) == 1 else ""
+        accuracy = f"its error is not known{alone}"
     level = f"N = {record.reference['resolution']}"
     if ensemble := cost(record, method, record.reference["resolution"]).solves:
         level += f", mean over {ensemble}"
     return f"{selection.title(record, method)} ({level}), {accuracy}"
-
-
-def _unknown(record: SceneRecord, method: str) -> str:
-    """Return that an error is not known, and why."""
-    grids = set(selection.column(selection.solved_rows(record, method), "resolution"))
-    alone = ": only one resolution was run" if len(grids) == 1 else ""
-    return f"its error is not known{alone}"
-
-
-def _enumeration(names: tuple[str, ...]) -> str:
-    labels = [quantity(name).label for name in names]
-    return " and ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
