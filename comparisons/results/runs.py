@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from comparisons.formatting import duration, number, relative
+from comparisons.formatting import duration, finite, number, relative
+from comparisons.results import selection
 from comparisons.results.store import SceneRecord, StudyRecord
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
@@ -32,14 +32,6 @@ SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
 # What a comparison fails on; the rest is told. A time alone is no worse answer.
 BAD = (CHANGED, LOST, VERDICT)
 TIMED = (SLOW, FAST)
-
-
-@dataclass(frozen=True)
-class _Counts:
-    """What counts: a relative change of a quantity, and a ratio of times."""
-
-    moved: float
-    slower: float
 
 
 @dataclass(frozen=True)
@@ -136,12 +128,18 @@ def compare_runs(
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
     notes = list(_notes(before, after, old, new))
-    counts = _Counts(moved, slower if before.machine == after.machine else float("inf"))
+    slower = slower if before.machine == after.machine else float("inf")
     changes: list[Change] = []
     for name in [*old, *(name for name in new if name not in old)]:
         was, now = old.get(name), new.get(name)
-        keys = {key: None for scene in (was, now) if scene is not None for key in _solves(scene)}
-        changes += [_change(name, key, was, now, counts) for key in keys]
+        scenes = [scene for scene in (was, now) if scene is not None]
+        solves = dict.fromkeys(
+            (method, int(n))
+            for scene in scenes
+            for method in dict.fromkeys(selection.texts(scene.rows, "method"))
+            for n in selection.run_at(scene, method)
+        )
+        changes += [_change(name, *solve, was, now, moved, slower) for solve in solves]
     return RunComparison(before, after, tuple(changes), tuple(notes))
 
 
@@ -170,100 +168,93 @@ def _notes(
             continue
         if scene.tables != scene_after.tables:
             yield f"{name}: the scene itself differs"
-        yield from _truth_notes(name, scene, scene_after)
+        truths = [
+            f"{run.reference['method']} {run.reference['resolution']}" if run.reference else "none"
+            for run in (scene, scene_after)
+        ]
+        if truths[0] != truths[1]:
+            yield f"{name}: the reference was {truths[0]}, now {truths[1]}"
+        for text in scene_after.disagreements:
+            if text not in scene.disagreements:
+                yield f"{name}: {text}"
     yield from (f"{name}: in the second run only" for name in new if name not in old)
-
-
-def _truth_notes(name: str, was: SceneRecord, now: SceneRecord) -> Iterator[str]:
-    truths = [
-        f"{scene.reference['method']} {scene.reference['resolution']}"
-        if scene.reference
-        else "none"
-        for scene in (was, now)
-    ]
-    if truths[0] != truths[1]:
-        yield f"{name}: the reference was {truths[0]}, now {truths[1]}"
-    for text in now.disagreements:
-        if text not in was.disagreements:
-            yield f"{name}: {text}"
-
-
-def _solves(scene: SceneRecord) -> list[tuple[str, int]]:
-    """Return what was solved; refusals have no resolution."""
-    rows = scene.rows
-    if not len(rows):
-        return []
-    solved = rows[rows["resolution"].notna()]
-    pairs = solved[["method", "resolution"]].drop_duplicates()
-    return [(str(m), int(n)) for m, n in pairs.itertuples(index=False)]
-
-
-def _rows(scene: SceneRecord | None, method: str, resolution: int) -> pd.DataFrame:
-    if scene is None or not len(scene.rows):
-        return pd.DataFrame()
-    rows = scene.rows
-    return rows[(rows["method"] == method) & (rows["resolution"] == resolution)]
 
 
 def _change(
     name: str,
-    solved: tuple[str, int],
+    method: str,
+    resolution: int,
     was: SceneRecord | None,
     now: SceneRecord | None,
-    counts: _Counts,
+    moved: float,
+    slower: float,
 ) -> Change:
     """Return what became of one solve: a method at a resolution."""
-    method, resolution = solved
-    old, new = _rows(was, method, resolution), _rows(now, method, resolution)
+    old, new = (
+        pd.DataFrame() if scene is None else selection.setting_rows(scene, method, resolution)
+        for scene in (was, now)
+    )
     if was is None or now is None or not len(old) or not len(new):
-        ordinal = "first" if len(old) else "second"
-        text = f"in the {ordinal} run only"
+        text = f"in the {'first' if len(old) else 'second'} run only"
         return Change(name, method, resolution, (ONE_SIDED,), text=text)
-    both = old.merge(new, on=["realisation", "step"], suffixes=("", "_after"))
-    lost = int((_true(both["converged"]) & ~_true(both["converged_after"])).sum())
-    lost += max(len(old) - len(both), 0)
-    recovered = int((~_true(both["converged"]) & _true(both["converged_after"])).sum())
-    both = both[_true(both["converged"]) & _true(both["converged_after"])]
-    quantity, change = _largest(both, now)
-    verdicts = _verdicts(was, now, method, resolution)
-    seconds = _seconds(old), _seconds(new)
     kinds: dict[str, str] = {}
+
+    # answers, and how far they moved
+    both = old.merge(new, on=["realisation", "step"], suffixes=("", "_after"))
+    solved, again = (
+        both[column].astype(str) == "True" for column in ("converged", "converged_after")
+    )
+    lost = int((solved & ~again).sum()) + max(len(old) - len(both), 0)
     if lost:
-        kinds[LOST] = f"{lost} of {len(old)} answers lost: {_reason(new)}"
-    if recovered:
+        reasons = [reason for reason in selection.texts(new, "reason") if reason]
+        why = reasons[0] if reasons else "no reason given"
+        kinds[LOST] = f"{lost} of {len(old)} answers lost: {why}"
+    if recovered := int((~solved & again).sum()):
         kinds[RECOVERED] = f"{recovered} lost answers recovered"
-    if abs(change) > counts.moved:
+    quantity, change = _largest(both[solved & again], now)
+    if abs(change) > moved:
         sign = "+" if change > 0 else "\N{MINUS SIGN}"
         kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"
-    if verdicts:
-        kinds[VERDICT] = "; ".join(verdicts)
-    kinds |= _time_words(seconds, counts.slower)
-    errors = _error(was, method, resolution), _error(now, method, resolution)
-    text = "; ".join(kinds.values()) or "same"
-    all_kinds = tuple(kinds) or (SAME,)
-    return Change(name, method, resolution, all_kinds, quantity, change, errors, seconds, text)
 
+    # verdicts, and the largest error of the solve
+    sides = [
+        {
+            (str(row["quantity"]), str(row["at"])): row
+            for row in scene.measures.to_dict("records")
+            if (row.get("method"), row.get("resolution")) == (method, resolution)
+        }
+        for scene in (was, now)
+    ]
+    told = [
+        f"{which[0].replace('_', ' ')} at equal {which[1].replace('_', ' ')} was "
+        f"{row['verdict']}, is {sides[1][which]['verdict']}"
+        for which, row in sides[0].items()
+        if which in sides[1] and sides[1][which]["verdict"] != row["verdict"]
+    ]
+    if told:
+        kinds[VERDICT] = "; ".join(told)
+    maxima = [[abs(row["maximum"]) for row in side.values()] for side in sides]
+    errors = tuple(max((e for e in side if finite(e)), default=float("nan")) for side in maxima)
 
-def _true(column: pd.Series[Any]) -> pd.Series[bool]:
-    return column.astype(str) == "True"
-
-
-def _seconds(rows: pd.DataFrame) -> float:
-    """Return the time of one solve: its rows share it."""
-    values = pd.to_numeric(rows["seconds"], errors="coerce").to_numpy(dtype=float)
-    return float(values[0]) if len(values) and np.isfinite(values[0]) else float("nan")
-
-
-def _time_words(seconds: tuple[float, float], slower: float) -> dict[str, str]:
-    before, after = seconds
-    if not (before > 0 and after > 0) or max(seconds) < SHORTEST:
-        return {}
-    times = f"{duration(before)} before, {duration(after)} after"
-    if after > slower * before:
-        return {SLOW: f"{number(after / before, 2)} times slower ({times})"}
-    if before > slower * after:
-        return {FAST: f"{number(before / after, 2)} times faster ({times})"}
-    return {}
+    # times, which all rows of a solve share
+    first, second = (float(selection.column(rows, "seconds")[0]) for rows in (old, new))
+    times = f"{duration(first)} before, {duration(second)} after"
+    if min(first, second) > 0 and max(first, second) >= SHORTEST:
+        if second > slower * first:
+            kinds[SLOW] = f"{number(second / first, 2)} times slower ({times})"
+        elif first > slower * second:
+            kinds[FAST] = f"{number(first / second, 2)} times faster ({times})"
+    return Change(
+        name,
+        method,
+        resolution,
+        tuple(kinds) or (SAME,),
+        quantity,
+        change,
+        (errors[0], errors[1]),
+        (first, second),
+        "; ".join(kinds.values()) or "same",
+    )
 
 
 def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
@@ -272,8 +263,7 @@ def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
     for name in scene.quantities:
         if name not in both or f"{name}_after" not in both:
             continue
-        old = pd.to_numeric(both[name], errors="coerce").to_numpy(dtype=float)
-        new = pd.to_numeric(both[f"{name}_after"], errors="coerce").to_numpy(dtype=float)
+        old, new = (selection.column(both, column) for column in (name, f"{name}_after"))
         differing = np.isfinite(old) & np.isfinite(new) & (old != new)
         if not differing.any():
             continue
@@ -286,41 +276,3 @@ def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
         if abs(most) > abs(worst[1]):
             worst = name, most
     return worst
-
-
-def _measures(scene: SceneRecord, method: str, resolution: int) -> pd.DataFrame:
-    table = scene.measures
-    if not len(table) or "method" not in table:
-        return pd.DataFrame()
-    return table[(table["method"] == method) & (table["resolution"] == resolution)]
-
-
-def _error(scene: SceneRecord, method: str, resolution: int) -> float:
-    measures = _measures(scene, method, resolution)
-    if not len(measures):
-        return float("nan")
-    values = pd.to_numeric(measures["maximum"], errors="coerce").abs().to_numpy(dtype=float)
-    return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
-
-
-def _verdicts(was: SceneRecord, now: SceneRecord, method: str, resolution: int) -> list[str]:
-    """Return the verdicts that changed, in words."""
-    sides = [_measures(scene, method, resolution) for scene in (was, now)]
-    if not all(len(side) for side in sides):
-        return []
-
-    old, new = (
-        {(str(row.quantity), str(row.at)): str(row.verdict) for row in side.itertuples()}
-        for side in sides
-    )
-    return [
-        f"{name[0].replace('_', ' ')} at equal {name[1].replace('_', ' ')} was {verdict}, "
-        f"is {new[name]}"
-        for name, verdict in old.items()
-        if name in new and new[name] != verdict
-    ]
-
-
-def _reason(rows: pd.DataFrame) -> str:
-    reasons = [str(reason) for reason in rows["reason"].dropna() if str(reason)]
-    return reasons[0] if reasons else "no reason given"
