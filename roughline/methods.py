@@ -11,7 +11,7 @@ from comparisons.methods.registry import add_class
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_methods, names_in
 from reports.tables import lists
-from reports.tables.frames import frame
+from reports.tables.written import frame
 
 
 def list_methods() -> pd.DataFrame:

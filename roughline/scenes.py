@@ -13,9 +13,9 @@ from comparisons.scene.scene import Scene, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
 from comparisons.solving.plan import Plan as ScenePlan
 from comparisons.solving.planning import Source, plan_scene
-from reports.tables.frames import frame
 from reports.tables.lists import scenes
 from reports.tables.plans import plan as plan_table
+from reports.tables.written import frame
 from roughline import notebook
 
 

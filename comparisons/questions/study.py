@@ -15,6 +15,7 @@ from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
+from comparisons.results.checks import parse_study
 from comparisons.results.curves import curves
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
@@ -29,7 +30,6 @@ from comparisons.results.store import (
     StudyRecord,
     save_study,
 )
-from comparisons.results.study_checks import parse_study
 from comparisons.results.vtu import write_fields
 from comparisons.solving.answers import solve_job
 from comparisons.solving.compilation import compile_apart

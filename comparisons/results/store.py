@@ -30,8 +30,7 @@ import pandas as pd
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_table, write_text
-from comparisons.results.checks import field_problems, table_problems, with_columns
-from comparisons.results.study_checks import parse_study
+from comparisons.results.checks import field_problems, parse_study, table_problems, with_columns
 from comparisons.scene.physics.absolute_loads import PATHS
 
 RESULTS = "results.csv"

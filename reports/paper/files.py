@@ -20,9 +20,8 @@ from reports.paper.figures import file_name, overview, panels, single, verdict_f
 from reports.paper.style import FORMATS, PAGE, PaperFigure
 from reports.plots.verdict_map import CAPTION as VERDICT_CAPTION
 from reports.tables.judged import finding_table, printed_verdicts
-from reports.tables.notation import markdown, tex
 from reports.tables.scene import printed_settings
-from reports.tables.written import in_markdown, latex
+from reports.tables.written import in_markdown, latex, markdown, tex
 
 CHOSEN = ("verdicts", "*-overview")
 SHOWN = ("png", "svg")  # formats that Markdown shows in place

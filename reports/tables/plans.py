@@ -39,18 +39,15 @@ def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
     for method in selection.methods(scene):
         item = planned.get(method, {})
         levels = item.get("resolutions") or selection.resolutions(scene, method)
+        ensemble = ensemble_text(method, item.get("numbers", []), item.get("resolutions", []))
+        modelled = "; ".join(filter(None, [str(item.get("modelled") or ""), ensemble]))
         rows.append(
             {
                 "method": method,
                 "label": look(method, scene).label,
                 "supported": method not in refused,
-                "text": refused.get(method) or _modelled(method, item),
+                "text": refused.get(method) or modelled,
                 "resolutions": ", ".join(fmt.count(level) for level in levels),
             }
         )
     return rows
-
-
-def _modelled(method: str, item: dict[str, Any]) -> str:
-    ensemble = ensemble_text(method, item.get("numbers", []), item.get("resolutions", []))
-    return "; ".join(filter(None, [str(item.get("modelled") or ""), ensemble]))

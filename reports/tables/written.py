@@ -1,11 +1,47 @@
-"""Tables in files: LaTeX with booktabs rules, and Markdown."""
+"""Tables in files: data frames, LaTeX with booktabs rules, and Markdown."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Iterable
 
-from reports.tables.notation import markdown, tex
+import pandas as pd
+
+from comparisons import formatting as fmt
 from reports.tables.table import Table
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "_": r"\_",
+    "%": r"\%",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    fmt.THIN: r"\,",
+    "\u00a0": "~",
+    "\N{PLUS-MINUS SIGN}": r"$\pm$",
+    "\N{MINUS SIGN}": r"$-$",
+    "\N{MULTIPLICATION SIGN}": r"$\times$",
+    "\N{SQUARE ROOT}": r"$\surd$",
+    "µ": r"\textmu{}",
+    "π": r"$\pi$",
+    "–": "--",
+}
+_SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_POWER = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+
+
+def frame(table: Table) -> pd.DataFrame:
+    """Return a data frame of sort keys, a row per table row; numbers stay numeric."""
+    columns = [head.csv or head.text for head in table.heads]
+    rows = [[cell.key if cell.key != "" else cell.text for cell in row] for row in table.rows]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def latex(table: Table, label: str) -> str:
@@ -17,9 +53,9 @@ def latex(table: Table, label: str) -> str:
         rf"  \label{{tab:{label}}}",
         rf"  \begin{{tabular}}{{@{{}}{alignment(table)}@{{}}}}",
         r"    \toprule",
-        f"    {_row(_heads(table), tex)}",
+        f"    {_row(_heads(table))}",
         r"    \midrule",
-        *(f"    {_row((cell.text for cell in row), tex)}" for row in table.rows),
+        *(f"    {_row(cell.text for cell in row)}" for row in table.rows),
         r"    \bottomrule",
         r"  \end{tabular}",
         r"\end{table}",
@@ -51,9 +87,49 @@ def _heads(table: Table) -> list[str]:
     return [head.short or head.text for head in table.heads]
 
 
-def _row(cells: Iterable[str], escaped: Callable[[str], str]) -> str:
-    return " & ".join(escaped(cell) for cell in cells) + r" \\"
+def _row(cells: Iterable[str]) -> str:
+    return " & ".join(map(tex, cells)) + r" \\"
 
 
 def _bars(cells: Iterable[str]) -> str:
     return f"| {' | '.join(cells)} |"
+
+
+def tex(text: str) -> str:
+    r"""Return report text as LaTeX: special characters escaped, numbers in math mode.
+
+    Examples
+    --------
+    >>> print(tex("(−1.2 ± 0.1)\u202f%"), tex("3×10⁻⁹"), tex("a_b & c\\d"))
+    ($-$1.2 $\pm$ 0.1)\,\% 3$\times$10$^{-9}$ a\_b \& c\textbackslash{}d
+    """
+    pieces, end = [], 0
+    for power in _POWER.finditer(text):
+        pieces += [_escaped(text[end : power.start()]), _power(power[0])]
+        end = power.end()
+    return "".join([*pieces, _escaped(text[end:])])
+
+
+def _escaped(text: str) -> str:
+    printable = "".join(c if c.isprintable() or c in _SPECIAL else " " for c in text)
+    return "".join(_SPECIAL.get(c, c) for c in printable)
+
+
+def _power(text: str) -> str:
+    return f"$^{{{text.translate(_SUPERSCRIPTS)}}}$"
+
+
+def markdown(text: str) -> str:
+    r"""Return text as a cell of a Markdown table, with all markup escaped.
+
+    Examples
+    --------
+    >>> markdown("a|b <i> *c*")
+    'a\\|b &lt;i&gt; \\*c\\*'
+    """
+    line = " ".join(text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").split(" "))
+    return re.sub(
+        r"([\\|*_`\[\]])",
+        r"\\\1",
+        "".join(c if c.isprintable() or c == fmt.THIN else " " for c in line),
+    )

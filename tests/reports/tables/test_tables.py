@@ -8,10 +8,9 @@ from rich.console import Console
 from reports.pages.page import environment
 from reports.tables import cells
 from reports.tables.documents import rewrite
-from reports.tables.frames import frame
 from reports.tables.table import table, tone
 from reports.tables.terminal import drawn
-from reports.tables.written import alignment, in_markdown, latex
+from reports.tables.written import alignment, frame, in_markdown, latex
 from roughline import notebook
 
 HOSTILE = "a|b [bold] <i> $x"
