@@ -48,12 +48,11 @@ class Cost:
 def cost(record: SceneRecord, method: str, resolution: float) -> Cost:
     """Return the cost of a setting, from the rows of results.csv."""
     surfaces = int(_first(record, method, resolution, "surfaces", 1.0))
-    single, setup = (_first(record, method, resolution, f"{s}seconds") for s in ("", "setup_"))
-    # Folders older than these two columns have the times of one surface only.
     return Cost(
-        _first(record, method, resolution, "seconds_all", single * surfaces),
-        _first(record, method, resolution, "setup_seconds_all", setup * surfaces),
-        single,
+        *(
+            _first(record, method, resolution, name)
+            for name in ("seconds_all", "setup_seconds_all", "seconds")
+        ),
         surfaces,
         _solves(record, method, resolution) if surfaces > 1 else "",
     )

@@ -43,7 +43,7 @@ class Verdict:
     error, uncertainty : float
         The error at that step and the 95 % half-width of its bar (NaN: no result; bar not known).
     signed, ratio : bool
-        Whether `error` has its sign, or is a size (norms, folders older than signs); and whether it
+        Whether `error` has its sign, or is a size (norms); and whether it
         is a ratio minus 1 (along paths errors are relative to the largest value).
     low, high : float
         The largest |e| - u and |e| + u over the load steps; NaN where unknown.
@@ -310,7 +310,10 @@ def _is_setting(table: pd.DataFrame, method: str, resolution: int) -> np.ndarray
 
 def verdict_of(record: SceneRecord, row: dict) -> Verdict:
     """Return the verdict in a row of measures.csv."""
-    word, low, high = _decided(record, row)
+    word, low, high = str(row.get("verdict") or NO_RESULT), NAN, NAN
+    if word != NO_RESULT:  # the tolerance may be another one than that of the run
+        low, high = _float(row.get("low")), _float(row.get("high"))
+        word = word_for(low, high, record.tolerance)
     error = _float(row.get("error"))
     signed = math.isfinite(error)
     return Verdict(
@@ -332,25 +335,6 @@ def verdict_of(record: SceneRecord, row: dict) -> Verdict:
         single_high=_float(row.get("single_high")),
         single_step=_step(row.get("single_step")),
     )
-
-
-def _decided(record: SceneRecord, row: dict) -> tuple[str, float, float]:
-    """Return the word, and the ends of what the error may be, of a row of measures.csv.
-
-    Folders older than these ends hold one error with its bar; their word is kept, unless that bar
-    contradicts it.
-    """
-    word = str(row.get("verdict") or NO_RESULT)
-    if word == NO_RESULT:
-        return word, NAN, NAN
-    if "high" in row:
-        low, high = _float(row.get("low")), _float(row["high"])
-        return word_for(low, high, record.tolerance), low, high
-    error, bar = _float(row.get("maximum")), _float(row.get("uncertainty"))
-    low, high = error - bar, error + bar
-    if word != WITHIN:
-        return word, low, high if high > record.tolerance else NAN
-    return word_for(low, high, record.tolerance), low, high
 
 
 def _no_result(

@@ -34,6 +34,7 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
     solved = table[["method", "resolution", "seconds"]].drop_duplicates()
     solved = solved.assign(step=0, converged=True, force=1.0)
     truth = {"method": method, "resolution": 64, "seconds": 2.0, "step": 0, "converged": True}
+    solved = pd.concat([solved, pd.DataFrame([truth])], ignore_index=True)
     return SceneRecord(
         name="scene",
         title="Scene",
@@ -51,7 +52,7 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
         },
         answer="",
         disagreements=(),
-        rows=pd.concat([solved, pd.DataFrame([truth])], ignore_index=True),
+        rows=solved.assign(seconds_all=solved["seconds"]),
         measures=measures,
     )
 

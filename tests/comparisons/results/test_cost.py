@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -81,9 +79,3 @@ def test_elements_that_repeat_from_cell_to_cell_have_a_name_of_their_own(record)
     assert titles["fem"] == ""  # the usual one, FEM
     assert selection.title(record, "fem") == "FFT FEM"
     assert "FFT FEM 42\u202fs" in advise(record).sentence
-
-
-def test_an_older_folder_has_the_time_of_all_its_surfaces(record):
-    """It knows seconds of one surface and their number, and nothing of coarser grids' share."""
-    old = record.rows.drop(columns=["seconds_all", "setup_seconds_all"])
-    assert cost(replace(record, rows=old), "bem_fft", 32).seconds == 10.0

@@ -281,7 +281,7 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     """Contact area at equal penetration is within; at equal force it would be outside."""
     scene = study.scenes[0]
     area = scene.measures[scene.measures["quantity"] == "contact_area"]
-    other = area.assign(at="force", maximum=0.5, verdict="outside")
+    other = area.assign(at="force", maximum=0.5, low=0.5, high=0.5, verdict="outside")
     both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
     (area,) = [item for item in verdicts(both) if item.quantity == "contact_area"]
     assert (area.at, area.word) == ("penetration", "within")

@@ -27,9 +27,10 @@ def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRec
         frame = frame.assign(realisation="0", converged=True, reason="", step=range(len(values)))
         frame[f"error_{name}"] = (factor - 1) * values / scale if level > 1 else np.nan
         frame[f"reference_uncertainty_{name}"] = bar
-        frames.append(frame.assign(seconds=1e-3, setup_seconds=0.0))
+        frames.append(frame.assign(seconds=1e-3, seconds_all=1e-3, setup_seconds=0.0))
     measure = {"scene": "s", "method": "reduced", "resolution": 40, "quantity": name, "at": axis}
     measure |= {"maximum": 0.01, "rms": 0.005, "uncertainty": bar, "seconds": 1e-3}
+    measure |= {"low": 0.01 - bar, "high": 0.01 + bar}
     return SceneRecord(
         *("s", "S", "", control, (name,), 0.05, {"methods": []}),
         {"method": "closed_form", "resolution": 1, "text": "", "uncertainty": {name: bar}},
