@@ -7,6 +7,7 @@ the time of one surface, or line, belongs to the errors of single ones.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -47,14 +48,14 @@ class Cost:
 @once
 def cost(record: SceneRecord, method: str, resolution: float) -> Cost:
     """Return the cost of a setting, from the rows of results.csv."""
-    surfaces = int(_first(record, method, resolution, "surfaces", 1.0))
+    first = partial(_first, record, method, resolution)
+    surfaces = int(first("surfaces", 1.0))
     return Cost(
-        *(
-            _first(record, method, resolution, name)
-            for name in ("seconds_all", "setup_seconds_all", "seconds")
-        ),
-        surfaces,
-        _solves(record, method, resolution) if surfaces > 1 else "",
+        seconds=first("seconds_all"),
+        setup_seconds=first("setup_seconds_all"),
+        single_seconds=first("seconds"),
+        surfaces=surfaces,
+        solves=_solves(record, method, resolution) if surfaces > 1 else "",
     )
 
 
