@@ -19,8 +19,7 @@ from reference import closed_form
 from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.cohesive import CohesiveProblem
-from reference.halfspace.cohesive_laws import CohesiveLaw, dugdale, exponential
+from reference.halfspace.cohesive import CohesiveLaw, CohesiveProblem, dugdale, exponential
 from reference.halfspace.cohesive_path import CohesivePath, trace
 from reference.halfspace.detachment import Peeling, peel
 from reports.tables.documents import rewrite

@@ -30,8 +30,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linprog, minimize
 
-from reference.bounds.elliptic_integrals import complete, first_kind_above
-from reference.bounds.interval import EPSILON, Interval, above, below
+from reference.bounds.interval import EPSILON, Interval, above, below, complete, first_kind_above
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.bounds.duality import Pressures, least_above
-from reference.bounds.elliptic_integrals import complete
-from reference.bounds.interval import EPSILON
+from reference.bounds.interval import EPSILON, complete
 from reference.bounds.outlines import Outline
 from reference.bounds.quadrangles import areas, fan_cells, mutual_integrals
 

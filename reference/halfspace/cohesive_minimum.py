@@ -24,7 +24,7 @@ from reference.arguments import refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
 from reference.errors import ConvergenceError
-from reference.halfspace.cohesive_laws import CohesiveLaw
+from reference.halfspace.cohesive import CohesiveLaw
 
 Field = NDArray[np.float64]
 

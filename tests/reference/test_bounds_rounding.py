@@ -8,8 +8,7 @@ import pytest
 from numba import njit
 from scipy import fft
 
-from reference.bounds.elliptic_integrals import complete, first_kind_above
-from reference.bounds.interval import EPSILON
+from reference.bounds.interval import EPSILON, complete, first_kind_above
 from reference.bounds.pressures import mutual_energies
 from reference.bounds.trigonometric import transform_rounding
 

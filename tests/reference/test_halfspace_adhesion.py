@@ -12,8 +12,7 @@ from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.contact.press import press
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
-from reference.halfspace.cohesive import CohesiveProblem
-from reference.halfspace.cohesive_laws import dugdale, exponential
+from reference.halfspace.cohesive import CohesiveProblem, dugdale, exponential
 from reference.halfspace.cohesive_minimum import Adhesive
 from reference.halfspace.cohesive_path import Ending, trace
 from reference.halfspace.detachment import RULES, letting_go, peel

@@ -13,8 +13,7 @@ from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.adhesion import Adhesion
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem
-from reference.halfspace.cohesive_laws import dugdale
+from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, dugdale
 from reference.halfspace.cohesive_path import CohesivePath, trace
 from reference.halfspace.detachment import Peeling, peel
 

@@ -23,9 +23,8 @@ from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact
 from reference.halfspace import areas as area_measures
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.contact_line import located_area, on_whole_patch, reaches_rim
 from reference.halfspace.edge_cells import respond
-from reference.halfspace.patch_rim import on_whole_patch, reaches_rim
 
 AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 Sweep = Callable[[np.ndarray], Iterator[Contact]]
@@ -265,7 +264,7 @@ def contact_quantities(
 ) -> dict[str, float]:
     """Return the quantities of one load step; the costly ones only if asked for.
 
-    Of an elastic contact on a free patch they are those of the whole patch (`patch_rim`).
+    Of an elastic contact on a free patch they are those of the whole patch (`on_whole_patch`).
     """
     mask = contact.pressure > 0
     quantities = set(task.quantities)

@@ -35,7 +35,7 @@ from reduced.loads import Load
 from reduced.rough import ensemble
 from reduced.rough.press import press as press_lines
 from reference.halfspace import Contact
-from reference.halfspace.cohesive_laws import CohesiveLaw, exponential
+from reference.halfspace.cohesive import CohesiveLaw, exponential
 from reference.halfspace.cohesive_minimum import Adhesive
 from reference.surfaces import SelfAffine, amplitude_spectrum
 
