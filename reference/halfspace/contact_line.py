@@ -20,8 +20,8 @@ Pressures through the cells' values and finite elements answer a wave of a few c
 less than cells do, and the same law puts their rim a few hundredths of a cell too far out or in:
 every operator knows how far (`rim_excess`, measured on Hertz likewise), and that is taken away.
 
-Where contact reaches the rim of a free patch, `on_whole_patch` says how much of the cells there is not
-counted; on rough patches it is half and more of the error otherwise left.
+Where contact reaches the rim of a free patch, `on_whole_patch` says how much of the cells there is
+not counted; on rough patches it is half and more of the error otherwise left.
 
 The shift of the rim from cell edges to this position, for an outline with curvature, changes the
 area by a sum over the crossings and a constant per closed outline, 0.41 h^2 (Hertz contacts of 1 to
