@@ -249,8 +249,9 @@ def save_study(record: StudyRecord) -> None:
     root = record.directory
     for name, kind in TABLES.items():
         table = _stacked(record.scenes, kind)
-        # Eight digits of errors, bars and times do, and make a quarter of the file less.
-        short = [column for column in table if column.startswith(SHORT)]
+        # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
+        # ones are beyond the range of single precision.
+        short = [c for c in table if c.startswith(SHORT) and not (table[c].abs() > 1e37).any()]
         table = table.astype(dict.fromkeys(short, np.float32))
         if len(table) or name != DISTRIBUTIONS:
             write_table(root / name, table)

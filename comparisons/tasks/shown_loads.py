@@ -79,7 +79,11 @@ def drawn_in_single(fields: Fields) -> dict[str, np.ndarray]:
 
 
 def _single(values: np.ndarray) -> np.ndarray:
-    return values.astype(np.float32) if values.dtype == np.float64 else values
+    """Return numbers in single precision where its range has room for them."""
+    if values.dtype != np.float64:
+        return values
+    largest = np.max(np.abs(values), where=np.isfinite(values), initial=0.0)
+    return values.astype(np.float32) if largest == 0 or 1e-30 < largest < 1e37 else values
 
 
 def stored_steps(fields: Fields) -> list[int]:

@@ -31,6 +31,8 @@ NOW = Look("load of the slider", INK)
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
     """Return the one-dimensional model: the profile or the rough line, and its springs."""
+    if not selection.resolutions(scene, MODEL):  # no load has an answer
+        return None
     fields = next((item.fields for item in stored_fields(scene, [MODEL])), {})
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
         return _line_figure(scene, fields)
@@ -97,8 +99,7 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
 def _earlier_depths(scene: SceneRecord) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = selection.solved_rows(scene, MODEL)
-    level = selection.column(rows, "resolution")
-    rows = rows[level == np.nanmax(level)]
+    rows = rows[selection.column(rows, "resolution") == selection.resolutions(scene, MODEL)[-1]]
     rows = rows[[name != selection.MEAN for name in selection.texts(rows, "realisation")]]
     steps, depth = selection.column(rows, "step"), selection.column(rows, "penetration")
     # The first realisation stands first.

@@ -145,6 +145,14 @@ def test_run_takes_other_loads_than_those_of_the_scene(roughline, tmp_path, ball
     assert "CONTROL=VALUE" in roughline(*run, "--loads", "1 N", "--overwrite").err
 
 
+def test_loads_that_no_method_answers_still_make_a_page(roughline, tmp_path, ball):
+    """10^300 m: every solve is lost, told, and the exit code says so."""
+    told = roughline("run", ball, "--loads", "penetration=1e300 m", "--out", "o", "--no-pictures")
+    assert told.code == 1
+    assert "Traceback" not in told.err
+    assert (tmp_path / "o" / "report.html").exists()
+
+
 def test_run_judges_by_the_tolerance_and_quantities_of_the_command(roughline, tmp_path, ball):
     asked = ("--tolerance", "2%", "--quantities", "contact_area")
     methods = ("--methods", "closed_form,reduced")
