@@ -93,6 +93,8 @@ def _words(table: BaseModel) -> Iterator[str]:
             yield str(value).replace("_", " ")
             continue
         unit = _unit(field)
+        if key == "coefficient" and hasattr(table, "exponent"):  # of f = c r^n
+            unit = f"1/m^{table.exponent - 1:g}"
         if isinstance(value, LoadRange):
             texts = [
                 _text(end, unit)
