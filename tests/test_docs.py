@@ -20,7 +20,6 @@ from comparisons.tasks.task import Task
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-PAGES += sorted((ROOT / "docs" / "methods").glob("*.md"))
 
 
 def blocks(page: Path, language: str) -> list[str]:
@@ -41,6 +40,16 @@ def test_links_between_the_pages_lead_somewhere(page):
         # The site's gallery is made of the tutorials.
         source = re.sub(r"^gallery/(.*)\.rst$", r"tutorials/\1.py", target)
         assert (page.parent / source).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_tables_of_a_page_are_those_of_a_script_that_it_names(page):
+    """A table between markers is written by a script, and so is one that `NAME` calls for."""
+    text = page.read_text(encoding="utf-8")
+    scripts = [ROOT / path for path in re.findall(r"docs/examples/\w+\.py", text)]
+    known = "".join(path.read_text(encoding="utf-8") for path in scripts)
+    names = re.findall(r"<!-- table: (.*?) -->", text) + re.findall(r"\btable `([a-z-]+)`", text)
+    assert [name for name in names if f'"{name}"' not in known] == []
 
 
 PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")

@@ -1,4 +1,4 @@
-"""Make the tables of docs/experiments.md: readings of Fig. 19.8, load curves, costs, constants.
+"""Make the tables of docs/reduced-model.md: readings of Fig. 19.8, load curves, costs, constants.
 
 Run from the repository's root (a quarter of an hour on one core); the tables between the markers of
 the page are written anew::
@@ -23,7 +23,7 @@ from reference.dynamics.wave_impact import rayleigh_share, wave_impact
 from reference.fem.section import press_section
 from reports.tables.documents import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "experiments.md"
+PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
 
 # %% [markdown]

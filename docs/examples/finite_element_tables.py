@@ -50,7 +50,7 @@ from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_a
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
-LAYERS = PAGE.with_name("layers.md")
+LAYERS = PAGE.with_name("half-space.md")
 RATIOS = (0.0, 0.3, 0.49, 0.4999)
 LEVELS = (2, 4, 6)
 Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -463,7 +463,7 @@ def body_table() -> list[list[str]]:
 
 
 # %% [markdown]
-# Incompressible layers that are thin against a cell, on a rigid base (docs/layers.md).
+# Incompressible layers that are thin against a cell, on a rigid base (docs/half-space.md).
 
 
 # %%

@@ -1,4 +1,4 @@
-"""The table of docs/flat-punches.md: stiffness of flat faces against cells, and its bar.
+"""The table of docs/half-space.md: stiffness of flat faces against cells, and its bar.
 
 python docs/examples/flat_punches.py
 """

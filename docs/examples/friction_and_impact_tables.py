@@ -8,6 +8,7 @@ page are written anew::
 
 # %%
 import math
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -370,4 +371,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -1,4 +1,4 @@
-"""Make the tables of docs/particles.md: accuracy of cellular automata, their cost, their memory.
+"""Make the tables of docs/methods.md: accuracy of cellular automata, their cost, their memory.
 
 Run from the repository's root (ten minutes on one core; the table of memory alone takes several);
 the tables between the markers of the page are written anew, all or those that are named::
@@ -26,7 +26,7 @@ from reference.particles import Domain, Elastic, ParticleHalfSpace, mprgp
 from reference.particles.automata import wave_speeds
 from reports.tables.documents import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "particles.md"
+PAGE = Path(__file__).resolve().parents[1] / "methods.md"
 NUMBERS = (2, 3, 4, 5, 6)
 EXACT = ("closed_form", "bem_fft")
 COUNTS = (3, 4, 5)

@@ -7,6 +7,7 @@ are written anew::
 """
 
 # %%
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -228,4 +229,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

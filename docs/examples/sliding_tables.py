@@ -7,6 +7,7 @@ between the markers of the page are written anew::
 """
 
 # %%
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -274,4 +275,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -7,6 +7,7 @@ are written anew::
 """
 
 # %%
+import sys
 import time
 from pathlib import Path
 
@@ -440,4 +441,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -1,6 +1,6 @@
 """The contact patch test and two-body Hertz, mortar and node-to-surface side by side.
 
-``python docs/examples/two_bodies.py`` prints the table of docs/bodies.md (half a minute).
+``python docs/examples/two_bodies.py`` prints the table of docs/finite-elements.md (half a minute).
 """
 
 from __future__ import annotations

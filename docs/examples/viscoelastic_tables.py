@@ -7,6 +7,7 @@ are written anew::
 """
 
 # %%
+import sys
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -270,4 +271,4 @@ TABLES = {
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -25,14 +26,20 @@ def markdown(rows: Rows) -> str:
 def rewrite(
     page: Path, tables: Mapping[str, Callable[[], Rows]], names: Collection[str] = ()
 ) -> None:
-    """Rewrite the tables of a page between their markers: all, or only those with these names."""
+    """Rewrite tables of a page between their markers, and print those that it does not show.
+
+    All tables, or only those with these names.
+    """
     text = page.read_text(encoding="utf-8")
     for name, make in tables.items():
         if names and name not in names:
             continue
         block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
         table = markdown(make())
-        text = block.sub(partial(_with_table, table), text)
+        if block.search(text):
+            text = block.sub(partial(_with_table, table), text)
+        else:
+            sys.stdout.write(f"{name}\n\n{table}\n\n")
     page.write_text(text, encoding="utf-8")
 
 

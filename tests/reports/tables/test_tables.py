@@ -74,12 +74,14 @@ def test_columns_are_chosen_by_their_heads(judged):
     assert len(judged.first(1).rows) == 1
 
 
-def test_only_the_tables_between_markers_are_made_anew(tmp_path):
+def test_tables_between_markers_are_made_anew_and_others_are_printed(tmp_path, capsys):
     page = tmp_path / "page.md"
     page.write_text(
         "a\n<!-- table: x -->\nold\n<!-- end -->\nb\n<!-- table: y -->\nz\n<!-- end -->\n"
     )
-    rewrite(page, {"x": lambda: [["h"], ["1"]], "y": lambda: [["h"], ["2"]]}, ["x"])
+    tables = {name: lambda: [["h"], ["1"]] for name in "xyz"}
+    rewrite(page, tables, ["x", "z"])
     text = page.read_text()
     assert "a\n<!-- table: x -->\n| h |\n|---|\n| 1 |\n<!-- end -->\nb\n" in text
     assert "<!-- table: y -->\nz\n" in text
+    assert capsys.readouterr().out == "z\n\n| h |\n|---|\n| 1 |\n\n"

@@ -38,7 +38,7 @@ def stiffness(plan, resolution: int) -> tuple[float, int]:
 
 @pytest.mark.slow
 def test_an_l_shape_has_mesh_lines_on_all_its_sides():
-    """k/E* = 1.0356 sides from the boundary elements (docs/flat-punches.md).
+    """k/E* = 1.0356 sides from the boundary elements (docs/half-space.md).
 
     From above, as contact in nodes of a Ritz method: 2.7, 1.2 and 0.8 % at 3, 4 and 5 elements, and
     at least second order: corners are crowded by the square.

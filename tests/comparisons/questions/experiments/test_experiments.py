@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import math
 import os
-import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,7 +20,6 @@ from comparisons.questions.experiments.experiment import Experiment, Finding
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.loads import Load
-from reports.tables.documents import markdown
 
 ROOT = Path(__file__).parents[4]
 
@@ -398,30 +396,11 @@ def test_quick_verdicts_are_those_of_the_full_run_or_open(tmp_path):
     assert told == []
 
 
-@pytest.fixture
-def tables():
-    """Return the script that makes the tables of the page, by which they are named."""
+def test_the_readings_of_the_script_are_those_that_the_experiment_knows(monkeypatch):
     path = ROOT / "docs" / "examples" / "experiment_tables.py"
     spec = importlib.util.spec_from_file_location(path.stem, path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def on_the_page(name):
-    page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
-    (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
-    return block
-
-
-def test_every_table_of_the_script_stands_on_the_page(tables, monkeypatch):
-    """And its readings are those that the experiment knows."""
-    assert all(len(on_the_page(name).splitlines()) > 3 for name in tables.TABLES)
+    tables = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tables)
     monkeypatch.setattr(tables, "LOADS", (0.01,))
     rows = tables.readings(realisations=3, effort="quick")
     assert len(rows) == 1 + len(tables.READINGS)
-
-
-@pytest.mark.slow
-def test_the_constants_on_the_page_are_those_that_its_script_makes(tables):
-    assert markdown(tables.constants()) == on_the_page("constants")
