@@ -149,7 +149,7 @@ class Claim(Table):
         """Who says it: the chapter as printed or as corrected, the literature, or we."""
         if self.says == "chapter":
             return f"chapter, {self.reading}"
-        return self.citation or self.says
+        return self.citation if self.says == "literature" else self.says
 
     @property
     def as_stated(self) -> dict[str, float]:

@@ -220,4 +220,4 @@ def kinetic_energy(
     if quantity == "reduction":
         stated, true = 1 - stated, 1 - float(true)
         return Finding(stated, true, abs(stated / true) * float(bar / abs(true)), details)
-    return Finding(stated, float(true), float(bar / true), details)
+    return Finding(stated, float(true), float(stated / true * bar / true), details)

@@ -288,7 +288,10 @@ def contact_ends(
     exponent: float = 1.0,
     hurst: float = 0.8,
 ) -> Finding:
-    """Compare the exponent of a density near zero with the stated one, relative to one.
+    """Compare exponents of a density near zero: the difference, of one.
+
+    Of a surface: the stated `exponent` against the one measured; of the line: its own against the
+    `exponent` of a surface.
 
     Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
     change from grids half as fine and with the place of the interval, and the scatter of surfaces.
@@ -307,4 +310,6 @@ def contact_ends(
         parts = {"interval": moved, "grid": abs(here - before), "surfaces": scatter}
     bar = max(float(combined(*parts.values())), _LEAST_BAR)
     bars = {f"bar: {name}": part for name, part in parts.items()}
-    return Finding(some[0], exponent, bar, {"exponent": some[0], "before": some[1], **bars}, of=1)
+    stated, true = (exponent, some[0]) if model == "surface" else (some[0], exponent)
+    details = {"exponent": some[0], "before": some[1]}
+    return Finding(stated, true, bar, {**details, **bars}, of=1)

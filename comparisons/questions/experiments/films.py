@@ -128,7 +128,7 @@ def film_wave(effort: Effort, *, wavelength: Annotated[float, Above(0)] = 0.5) -
         film = (sides[0].film_central + sides[1].film_central) / 2
         linear = wave_amplitude(2 * np.pi / length, 1e6, 1.0, 1e-2, film).real
     coarse, fine = changes
-    return Finding(linear, fine, abs(fine - coarse) / abs(fine), {})
+    return Finding(linear, fine, abs(linear / fine - linear / coarse), {})
 
 
 # Surfaces, and lines for each: in groups, whose gaps are pooled.

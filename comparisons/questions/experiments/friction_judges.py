@@ -98,7 +98,7 @@ def torsion(
         return Finding(torque, exact, 1e-6, {"springs stick to": stuck})
     grids = (12, 24) if effort == "quick" else (24, 48)
     coarse, fine = (_torque(angle, 0.25, poisson_ratio, n) for n in grids)
-    bar = SAFE * abs(fine - coarse) / fine
+    bar = exact / fine * SAFE * abs(fine - coarse) / fine
     return Finding(exact, fine, bar, {"angle": angle})
 
 
@@ -148,7 +148,7 @@ def pressing_with_friction(
         for grid in ((cells, steps // 2), (cells, steps), (cells // 2, steps))
     )
     true = 2 * fine - half
-    bar = float(np.hypot(fine - half, fine - other)) / true
+    bar = stated / true * float(np.hypot(fine - half, fine - other)) / true
     return Finding(stated, true, bar, {})
 
 

@@ -25,7 +25,6 @@ from reference.closed_form.asperities import line_peaks, surface_peaks
 from reference.surfaces import hessian, summits
 
 MOMENTS = (
-    "height",
     "mean_square_height",
     "slope",
     "section_slope",
@@ -37,7 +36,7 @@ PEAKS = ("mean_radius", "mean_curvature")
 
 @experiment(
     "line-moments",
-    "Root mean square heights, slopes and curvatures of line and surface",
+    "Mean square heights, rms slopes and curvatures of line and surface",
     "points",
     "points per side",
 )
@@ -45,13 +44,13 @@ def line_moments(
     effort: str,
     *,
     points: float = 64,
-    quantity: Annotated[str, OneOf(*MOMENTS)] = "height",
+    quantity: Annotated[str, OneOf(*MOMENTS)] = "mean_square_height",
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 2.0,
     rule: str = "printed",
 ) -> Finding:
-    """Compare root mean squares of line and surface, (19.27) = (19.28) and footnote 7.
+    """Compare moments of line and surface, (19.27) = (19.28) and footnote 7; slopes as their rms.
 
     ``"slope"`` is that of the full gradient, ``"section_slope"`` that of a measured profile;
     ``"curvature_product"`` is footnote 7, kappa^2 = kappa1 kappa2, ``"curvature_laplacian"`` what
@@ -64,12 +63,10 @@ def line_moments(
         surface.points, 1.0, surface_spectrum.SelfAffine(**surface.recipe)
     )
     stated = {
-        "height": line.rms_height,
         "mean_square_height": line.rms_height**2,
         "curvature_laplacian": line.rms_curvature,
     }
     true = {
-        "height": spectrum.rms_height,
         "mean_square_height": spectrum.rms_height**2,
         "slope": spectrum.rms_slope,
         "section_slope": spectrum.rms_slope / np.sqrt(2),

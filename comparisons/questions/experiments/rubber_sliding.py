@@ -79,9 +79,10 @@ def printed_rubber(
 
     `per_wave`: points to the shortest wave of the lines; `load`: F/(G L), with rms slopes of 0.1.
 
-    ``"friction"``: its friction against the exact steady state. ``"work"``: the work of its forces
-    on the moving springs against the dissipated energy. ``"start"``: the fraction of lines without
-    contact at its start, 3 rms from the zero line.
+    ``"friction"``: its friction over that of the exact steady state, mean over the lines.
+    ``"work"``: the work of its forces on the moving springs over what is dissipated in the exact
+    steady state. ``"start"``: the fraction of lines without contact at its start, 3 rms from the
+    zero line.
     """
     rough = _rough_lines(20 if effort == "full" else 6, per_wave)
     points = rough.heights.shape[1]

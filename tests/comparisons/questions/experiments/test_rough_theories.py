@@ -46,6 +46,7 @@ def test_the_line_s_densities_start_as_constants():
     for quantity in ("pressure", "gap"):
         measured = measure("contact-ends", 0.02, quantity=quantity, model="line", exponent=0.0)
         assert abs(measured.error) < 0.1
+        assert measured.details["true"] == 0.0
 
 
 @pytest.mark.slow
@@ -55,6 +56,7 @@ def test_the_surface_s_densities_start_as_the_edges_of_contacts_say():
             0.02, "full", quantity=quantity, exponent=exponent
         )
         assert abs(measured.error) < width
+        assert measured.details["stated"] == exponent  # the surface is the truth
 
 
 @pytest.mark.slow
