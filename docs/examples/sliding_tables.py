@@ -1,4 +1,4 @@
-"""Make the tables of docs/rubber-sliding.md: Problem 1 as printed and corrected, and in 3-D.
+"""Make the tables of docs/viscoelastic.md: Problem 1 as printed and corrected, and in 3-D.
 
 Run from the repository's root (a minute of one core, seven where others use it too); the tables
 between the markers of the page are written anew::
@@ -30,7 +30,7 @@ from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reports.tables.documents import rewrite
 
-PAGE = Path(__file__).resolve().parents[1] / "rubber-sliding.md"
+PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
 LOAD = 3e-3
 SPECTRUM = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
 RUBBER = kelvin_voigt(1.0, 1.0)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,7 +15,6 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.closed_form import stiffness_ratio
 
-ROOT = Path(__file__).resolve().parents[4]
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 PULL = {"force": "1 N", "tangential_force": ["0.2 N", "-0.2 N"], "substeps": 2}
 
@@ -172,15 +167,3 @@ def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch)
     drawing = Drawing(points=192)
     full, less = (line_samples(surface, f, 200, drawing)["penetration"] for f in (0.02, stuck))
     assert lines == pytest.approx(ratio * (full - less), rel=1e-9)
-
-
-def test_the_page_shows_the_tables_of_its_script():
-    """Every table of the script stands on the page, and the cheap one is made anew."""
-    script = ROOT / "docs" / "examples" / "tangential_tables.py"
-    spec = importlib.util.spec_from_file_location(script.stem, script)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    page = (ROOT / "docs" / "tangential-contact.md").read_text(encoding="utf-8")
-    for name in module.TABLES:
-        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
-        assert len(block.splitlines()) > 3, name
