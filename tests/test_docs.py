@@ -112,6 +112,23 @@ def test_every_room_is_on_the_map_of_the_code_and_no_other():
         assert re.search(rf"\b(def|class|function|const) {name}\b", text), f"{path}: {name}"
 
 
+def test_the_page_of_nine_files_names_what_they_define_and_its_example_runs():
+    page = ROOT / "docs" / "reading.md"
+    row = r"^\| \d \| `([\w/]+\.py)` \| (.*?) \|"
+    files = re.findall(row, page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(files) == 9
+    length = 0
+    for path, named in files:
+        text = (ROOT / path).read_text(encoding="utf-8")
+        length += len(text.splitlines())
+        for name in re.findall(r"`(\w+)`", named):
+            assert re.search(rf"^(def|class) {name}\b", text, re.MULTILINE), f"{path}: {name}"
+    assert length < 1800
+    names: dict = {}
+    exec(*blocks(page, "python"), names)
+    assert names["judged"](names["error"], names["uncertainty"], 0.01).word == "within"
+
+
 def test_the_readme_stays_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 620
 
