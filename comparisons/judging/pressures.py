@@ -36,6 +36,16 @@ class TruePressure:
         """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
         return self._formula is not None or "pressure" in self.truth.solution.fields
 
+    def peak(self) -> float:
+        """Return the largest one; infinite where a closed form is singular."""
+        if self._formula is None:
+            return float(np.max(self.truth.solution.fields["pressure"]))
+        if self._formula.pressure_is_singular:
+            return np.inf
+        half_length = float(self._formula.semi_axes(self._penetration)[0])
+        x = np.linspace(0, half_length, 1000, endpoint=False)
+        return float(np.max(self._formula.pressure(x, np.zeros(x.shape), self._penetration)))
+
     @property
     def _penetration(self) -> float:
         return float(self.truth.curves["penetration"][-1])

@@ -293,6 +293,12 @@ def truths(solved: Solved, axis: str) -> list[Truth]:
     ]
 
 
+def solution_of(solved: Solved, method: str, axis: str) -> Truth | None:
+    """Return the finest solution of a named method with its bars; None where it has none."""
+    levels = Levels.of(solved, method)
+    return None if levels.finest is None else _candidate(levels, levels.finest, axis)
+
+
 def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
     curves = levels.curves(resolution)
     sources = {name: _sources(levels, resolution, name) for name in curves}

@@ -125,6 +125,15 @@ def number_and_unit(text: str) -> tuple[float, str]:
     return float(match[1].replace("_", "")), match[2]
 
 
+def dimension_of(unit: str) -> Dimension:
+    """Return the dimension of a unit.
+
+    >>> str(dimension_of("mN/m2"))
+    'Pa'
+    """
+    return _unit(unit, NUMBER)[1]
+
+
 def _expectation(dimension: Dimension) -> str:
     if dimension == NUMBER:
         return "expected a number"

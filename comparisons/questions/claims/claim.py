@@ -1,8 +1,10 @@
 """Claims: precise, refutable statements about the reduced model (files: `families`).
 
-A claim consists of either a scene (with a method and a quantity) or an experiment, optionally a
-parameter along which the statement is tested, and a tolerance. The same statement may occur twice,
-literally as printed and as corrected, which ``reading`` distinguishes.
+A claim has two sides, what is stated and what is true, optionally a parameter along which the
+statement is tested, and a tolerance. A side is a scene that is solved, or a number with its source;
+by default the stated side is the judged method on the claim's scene, and the true side the best
+reference there. What no scene can test is an experiment, which returns both sides. The same
+statement may occur twice, literally as printed and as corrected, which ``reading`` distinguishes.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from comparisons.questions.claims.parameters import (
     Nuisance,
     Premise,
     Prose,
+    Side,
     Table,
     Vary,
 )
@@ -75,6 +78,8 @@ class Claim(Table):
     confirmed_by: Literal[VERDICTS] = HOLDS  # type: ignore[valid-type]
     scene: Name | None = None
     changes: dict[str, Any] = Field(default_factory=dict)
+    stated: Side = Side()
+    true: Side = Side()
     experiment: Name | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)
     vary: Vary | None = None
@@ -120,6 +125,11 @@ class Claim(Table):
             raise fail("expected a map of vary and a nuisance parameter", self.map.up)
         if self.factor is not None and self.tolerance != self.factor - 1:
             raise fail("expected either a factor or a tolerance")
+        if self.stated.method is not None:
+            raise fail("stated.method: expected none, the judged method is the claim's own")
+        for side in (self.stated, self.true):
+            if side.number is not None:
+                side.in_si(self.quantity)
         return self
 
     @field_validator("id")
@@ -137,12 +147,21 @@ class Claim(Table):
             raise fail(f"expected quantities among {', '.join(CLAIMED)}", unknown)
         return value
 
-    @property
-    def source(self) -> str | Path:
-        """The scene as an argument of `load_scene`: a file beside the claim, or a built-in name."""
-        assert self.scene is not None
-        beside = Path(self.directory) / self.scene
-        return beside if beside.is_file() else self.scene
+    def sides(self, number: float | None = None) -> tuple[Side, Side]:
+        """Return what is stated and what is true at a value of the claim's parameter.
+
+        Each with what the claim says of both; what a side sets itself does not vary.
+        """
+        changes = dict(self.changes)
+        if self.vary is not None and number is not None:
+            changes |= {k: self.vary.value(number) for k in self.vary.path if k != RESOLUTION}
+        stated, true = (
+            side.model_copy(
+                update={"scene": side.scene or self.scene, "changes": {**changes, **side.changes}}
+            )
+            for side in (self.stated, self.true)
+        )
+        return stated.model_copy(update={"method": self.method}), true
 
     @property
     def author(self) -> str:
@@ -189,7 +208,7 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
     about = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims
-        if claim.scene is not None and claim.method == MODEL
+        if claim.experiment is None and claim.stated.number is None and claim.method == MODEL
     ]
     if not about:
         raise ClaimError([f"--method: no claim here is about a scene that {method} could solve"])
@@ -236,8 +255,8 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
     problems = _key_problems(data)
     try:
         claim = Claim.model_validate({**data, "directory": str(directory)})
-        if claim.scene is not None:
-            problems += _scene_problems(claim)
+        if claim.experiment is None:
+            problems += [p for which in (0, 1) for p in _scene_problems(claim, which)]
     except ValidationError as error:
         problems = in_file(error, Claim) + problems
     if problems:
@@ -248,8 +267,10 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
 def _key_problems(data: dict[str, Any]) -> list[str]:
     """Return problems between keys, even if single keys are invalid."""
     problems = ["directory: unknown key"] if "directory" in data else []
+    sides = [data.get(key) for key in ("stated", "true")]
+    whole = [isinstance(side, dict) and not {"scene", "number"}.isdisjoint(side) for side in sides]
     kinds = [key for key in ("scene", "experiment") if key in data]
-    if len(kinds) != 1:
+    if len(kinds) != 1 and not (all(whole) and not kinds):
         came = " and ".join(kinds) or "none"
         return [*problems, f"expected exactly one of scene and experiment, got {came}"]
     if kinds == ["experiment"]:
@@ -259,16 +280,20 @@ def _key_problems(data: dict[str, Any]) -> list[str]:
             problems.append(
                 f"experiment: expected one of {experiments}, got {data['experiment']!r}"
             )
-        return problems + [f"{key}: only with a scene" for key in ("changes", "at") if key in data]
+        of_scenes = ("changes", "at", "stated", "true")
+        return problems + [f"{key}: only with a scene" for key in of_scenes if key in data]
     vary, nuisances, changes = (data.get(key) for key in ("vary", "nuisance", "changes"))
     if isinstance(vary, dict) and not vary.get("path"):
         problems.append("vary.path: expected, but missing: which key of the scene varies")
     if "quantity" not in data:
         problems.append("quantity: expected, but missing")
+    if "at" in data and any(sides):
+        problems.append("at: expected nothing where the sides are apart")
     open_keys = [vary, *(nuisances if isinstance(nuisances, list) else ())]
     paths = [table.get("path") for table in open_keys if isinstance(table, dict)]
     keys = {str(k) for path in paths for k in (path if isinstance(path, list) else [path])}
-    keys |= set(changes) if isinstance(changes, dict) else set()
+    tables = [changes, *(side.get("changes") for side in sides if isinstance(side, dict))]
+    keys |= {key for table in tables if isinstance(table, dict) for key in table}
     problems += [
         f"{key}: expected no value, because the claim's own key `{_SET_BY[key]}` sets it"
         for key in _SET_BY
@@ -277,22 +302,27 @@ def _key_problems(data: dict[str, Any]) -> list[str]:
     return problems + [f"{key}: only with an experiment" for key in ("parameters",) if key in data]
 
 
-def _scene_problems(claim: Claim) -> list[str]:
-    """Return the problems of the scene as modified by the claim, at the ends of its ranges."""
+def _scene_problems(claim: Claim, which: int) -> list[str]:
+    """Return the problems of a side's scene as the claim changes it, at the ends of its ranges."""
+    stated, true = claim.sides()
+    side = (stated, true)[which]
+    if not side.solved or side.scene is None or (which and true.same_scene(stated)):
+        return []
     problems: list[str] = []
 
-    def scene_of(setting: Mapping[str, float], number: float | None) -> Scene | None:
+    def at(setting: Mapping[str, float], number: float | None) -> Scene | None:
+        there = claim.under(setting)
         try:
-            return load_scene(claim.source, overrides(claim.under(setting), number))
+            return scene_of(there, there.sides(number)[which])
         except InputError as error:
             problems.append(f"scene: {error}")
             return None
 
     ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
-    scenes = [scene_of(claim.as_stated, end) for end in ends]
+    scenes = [at(claim.as_stated, end) for end in ends]
     for nuisance in claim.nuisance:
         others = [
-            scene_of({**claim.as_stated, nuisance.key: number}, ends[0])
+            at({**claim.as_stated, nuisance.key: number}, ends[0])
             for number in nuisance.numbers()
             if number != nuisance.stated_number
         ]
@@ -301,18 +331,24 @@ def _scene_problems(claim: Claim) -> list[str]:
     if claim.at is not None and any(scene is not None and scene.physics for scene in scenes):
         problems.append("at: expected nothing, steps of this scene are no loads to interpolate at")
     same = len(scenes) == 2 and scenes[0] is not None and scenes[0] == scenes[1]
-    if same and claim.vary is not None and claim.vary.path != (RESOLUTION,):
+    if same and not which and claim.vary is not None and claim.vary.path != (RESOLUTION,):
         problems.append(f"vary.path: {', '.join(claim.vary.path)} changes nothing in the scene")
     return problems
 
 
-def overrides(claim: Claim, number: float | None) -> dict[str, Any]:
-    """Return the keys that a claim sets in its scene at a value of its parameter."""
-    changed = dict(claim.changes)
-    if claim.vary is not None and number is not None:
-        changed |= {key: claim.vary.value(number) for key in claim.vary.path if key != RESOLUTION}
+def scene_of(claim: Claim, side: Side, more: Mapping[str, Any] | None = None) -> Scene:
+    """Return the scene of a side, with further keys changed.
+
+    It is a file beside the claim, or a built-in one.
+    """
+    assert side.scene is not None
+    beside = Path(claim.directory) / side.scene
     computed = {AREA_FROM_STIFFNESS: "stiffness"}
     computed |= {name: "pressure" for name in FIELDS if name not in DISTRIBUTIONS}
-    changed["compare.quantities"] = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
-    changed["compare.tolerance"] = min(claim.tolerance, 0.5)
-    return changed
+    quantities = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
+    compared = {
+        "compare.quantities": quantities,
+        "compare.tolerance": min(claim.tolerance, 0.5),
+    }
+    source = beside if beside.is_file() else side.scene
+    return load_scene(source, {**side.changes, **compared, **(more or {})})

@@ -1,7 +1,8 @@
-"""Parameters of a claim: the one that it is tested along, and those that it leaves open."""
+"""Tables of a claim: its sides, what it is tested along, and what it leaves open."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -14,8 +15,9 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.scene.fields import Finite, fail
-from comparisons.scene.units import number_and_unit
+from comparisons.facts.quantities import quantity
+from comparisons.scene.fields import Finite, KnownMethod, fail
+from comparisons.scene.units import dimension_of, number_and_unit, to_si
 
 RESOLUTION = "resolution"
 MOST_STEPS = 200
@@ -36,6 +38,65 @@ Name = Annotated[str, Field(min_length=1, max_length=200)]
 Prose = Annotated[str, Field(min_length=1, max_length=2000)]
 Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1)]
 Choice = bool | float | str
+
+
+class Side(Table):
+    """What is stated, or what is true: a scene that is solved, or a number that is known already.
+
+    scene, changes: where they differ from the claim's own.
+    method: of the true side; by default the best reference there is.
+    number, unit, source: in place of a scene; uncertainty: half of its last digit, in its unit.
+    """
+
+    scene: Name | None = None
+    changes: dict[str, Any] = Field(default_factory=dict)
+    method: KnownMethod | None = None
+    number: Finite | None = None
+    unit: Annotated[str, Field(max_length=40)] = ""
+    uncertainty: Annotated[Finite, Field(ge=0)] = 0.0
+    source: Annotated[str, Field(max_length=300)] = ""
+
+    @model_validator(mode="after")
+    def _a_scene_or_a_number(self) -> Side:
+        if self.number is None and (self.unit or self.uncertainty or self.source):
+            raise fail("expected a number beside unit, uncertainty and source")
+        if self.number is not None:
+            if self.scene or self.changes or self.method:
+                raise fail("expected either a number or a scene")
+            if not self.number or not self.source:
+                raise fail("expected a number other than zero, and its source")
+        return self
+
+    @property
+    def solved(self) -> bool:
+        """Whether it is a scene."""
+        return self.number is None
+
+    def same_scene(self, other: Side) -> bool:
+        """Whether both sides are solved on one scene."""
+        both = self.solved and other.solved
+        return both and (self.scene, self.changes) == (other.scene, other.changes)
+
+    def in_si(self, quantities: Iterable[str]) -> tuple[float, float]:
+        """Return the number of these quantities, and its half-width, in their unit."""
+        units = {dimension_of(quantity(name).unit) for name in quantities}
+        try:
+            (dimension,) = units
+            number, width = (
+                to_si(f"{value!r} {self.unit}", dimension)
+                for value in (self.number, self.uncertainty)
+            )
+        except ValueError as error:
+            raise fail(f"expected a unit of the quantity ({error})", self.unit) from error
+        return number, width
+
+    @property
+    def words(self) -> str:
+        """What it is, for the page of a claim."""
+        if not self.solved:
+            return f"{self.number:g} {self.unit} ({self.source})"
+        options = "".join(f", {key} = {value}" for key, value in self.changes.items())
+        return f"the scene {self.scene}{options}"
 
 
 class Span(Table):

@@ -14,6 +14,7 @@ from typing import Any, Unpack
 import numpy as np
 
 from comparisons.errors import LostWorkError, ResultsError
+from comparisons.facts.methods import METHODS
 from comparisons.files import plain, write_text
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import user_methods
@@ -288,5 +289,8 @@ def _subject(claim: Claim) -> str:
         return EXPERIMENTS[claim.experiment].title
     names = " and ".join(name.replace("_", " ") for name in claim.quantity)
     at = f" at equal {claim.at}" if claim.at else ""
-    options = [f"{key} = {value}" for key, value in claim.changes.items()]
-    return f"{names}{at} on the scene {claim.scene}" + "".join(f", {option}" for option in options)
+    stated, true = claim.sides()
+    parts = [] if true.same_scene(stated) else [true.words]
+    parts += [METHODS[true.method].title] if true.method else []
+    against = f", against {' by '.join(parts)}" if parts else ""
+    return f"{names}{at} on {stated.words}{against}"

@@ -1,8 +1,10 @@
-"""Measurement of a claim on its scene: the error of the judged method, and its uncertainty."""
+"""Measurement of a claim on its scenes: the error of what is stated, and its uncertainty."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -12,17 +14,18 @@ from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.fields import field_measures
 from comparisons.judging.levels import Levels
-from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.metrics import relative_error, rms_and_maximum
+from comparisons.judging.pressures import TruePressure
 from comparisons.judging.refinement import SHARE, refinements
-from comparisons.judging.truth import Truth, choose_truth
+from comparisons.judging.truth import Sources, Truth, choose_truth, solution_of
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge, judged, severity
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, overrides
+from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, scene_of
+from comparisons.questions.claims.parameters import Side
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.experiment import Effort
-from comparisons.scene.scene import load_scene
 from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.plan import MethodPlan, Plan
 from comparisons.solving.planning import plan_scene, refusal
@@ -46,7 +49,7 @@ def measure_scene(
     *,
     independent: bool,
 ) -> Inquiry[Measurement]:
-    """Solve a claim's scene at one value of its parameter and measure the claim's error.
+    """Solve a claim's sides at one value of its parameter and measure the claim's error.
 
     Parameters
     ----------
@@ -63,9 +66,12 @@ def measure_scene(
     Raises
     ------
     InputError
-        If the scene cannot be prepared at this value.
+        If a scene cannot be prepared at this value.
     """
-    plan = _plan(claim, value, effort, independent)
+    stated, true = claim.sides(value)
+    if not true.same_scene(stated):
+        return (yield from _measure_apart(claim, value, effort, independent=independent))
+    plan = _plan(claim, value, true, effort, judged=[claim.method], independent=independent)
     if effort == "full":
         solved: Solved = yield from curves(plan)
         plan, solved = yield from _truth_refined(plan, solved)
@@ -82,7 +88,7 @@ def measure_scene(
 
 def _judged(claim: Claim, value: float | None, plan: Plan, solved: Solved) -> Inquiry[Measurement]:
     """Return the error of the judged method by the solves there are, with springs refined."""
-    truth = choose_truth(solved, plan.loads.axis, plan.compared)
+    truth = _truth(claim.true, plan, solved)
     if truth is not None and not _fixed(claim):
         solved = yield from _springs_refined(claim, plan, solved)
     judged_at = Levels.of(solved, claim.method).finest
@@ -110,36 +116,107 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
     return min(measured, key=rank)
 
 
-def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
-    """Plan the judged method and the references that the measurement needs.
+def _measure_apart(
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool
+) -> Inquiry[Measurement]:
+    """Measure a claim whose sides are of two scenes, or one of them a number."""
+    known: list[dict[str, tuple[np.ndarray, Sources]]] = []
+    details: dict[str, float | str] = {}
+    seconds, path = 0.0, False
+    stated, true = claim.sides(value)
+    for side, word in ((stated, "stated"), (true, "true")):
+        if not side.solved:
+            number, width = side.in_si(claim.quantity)
+            digits = {"digits of the number": np.array([width / abs(number)])}
+            known.append(dict.fromkeys(claim.quantity, (np.array([number]), digits)))
+            details[f"source of the {word} value"] = side.source
+            continue
+        plan = _plan(claim, value, side, effort, independent=independent)
+        solved: Solved = yield from curves(plan)
+        if side is stated:
+            solved = yield from _springs_refined(claim, plan, solved)
+        elif effort == "full":
+            plan, solved = yield from _truth_refined(plan, solved)
+        seconds += float(np.nansum([solution.seconds for solution in solved.values()]))
+        found = _truth(side, plan, solved)
+        if found is None:
+            reasons = [reason for s in solved.values() for reason in s.reasons.values()]
+            nothing = next(iter(reasons), "nothing was solved")
+            return Measurement(value, np.nan, np.nan, {"no result": nothing}, seconds)
+        known.append({name: _known(plan, found, name) for name in claim.quantity})
+        details[word if side is stated else "truth"] = found.label
+        path = path or found.path
+
+    def compared(name: str) -> Measured:
+        (ours, of_ours), (theirs, of_theirs) = (values[name] for values in known)
+        errors = relative_error(ours, theirs, path=path)
+        scale = np.ones(errors.shape) if path else np.abs(1 + errors)
+        parts = {f"{source}, stated": part * scale for source, part in of_ours.items()}
+        parts |= {f"{source}, true": part * scale for source, part in of_theirs.items()}
+        error, bar, told = interval(claim, name, errors, parts)
+        if errors.size == 1:
+            told |= {"value stated": float(ours[0]), "value true": float(theirs[0])}
+        return error, bar, told
+
+    error, bar, deciding = _deciding([compared(name) for name in claim.quantity], claim.tolerance)
+    return Measurement(value, error, bar, deciding | details, seconds)
+
+
+def _truth(side: Side, plan: Plan, solved: Solved) -> Truth | None:
+    """Return the solution that a side is: of its method, else of the best reference."""
+    if side.method is not None:
+        return solution_of(solved, side.method, plan.loads.axis)
+    return choose_truth(solved, plan.loads.axis, plan.compared)
+
+
+def _known(plan: Plan, found: Truth, name: str) -> tuple[np.ndarray, Sources]:
+    """Return the values of a quantity, and what is not known of them."""
+    if name == "pressure_peak":
+        pressure = TruePressure(plan, found)
+        return np.array([pressure.peak()]), {"field": np.array([pressure.bar()])}
+    if not found.knows(name):
+        raise InputError(f"{found.label}: {name} is not known here")
+    sources = found.bar_sources(name, main_axis(found.axis, name))
+    return found.curves[name], {**sources, DISPUTE: found.disputed(name)}
+
+
+def _plan(
+    claim: Claim,
+    value: float | None,
+    side: Side,
+    effort: Effort,
+    *,
+    judged: Sequence[str] = (),
+    independent: bool,
+) -> Plan:
+    """Plan what is judged and what a side needs: its own method, or references.
 
     Beside a closed form, coarse grids suffice as a check. At quick effort, methods that only check
     (also finite elements with friction beside the half-space) omit their finest grid.
     """
-    changed = overrides(claim, value)
-    scene = load_scene(claim.source, changed)
+    scene = scene_of(claim, side)
     exact = not isinstance(solver_for(CLOSED_FORM, scene), Refusal)
-    methods = [claim.method, CLOSED_FORM]
-    if independent or not exact:
-        methods.append(GRID)
-    if independent and (effort == "full" or not exact):
-        methods += INDEPENDENT
-    if scene.physics and not exact:
-        # Another grid method may be the only half-space with this physics.
-        grids = [name for name in references() if METHODS[name].grid]
-        methods += grids
-        if all(isinstance(solver_for(name, scene), Refusal) for name in grids):
-            methods += INDEPENDENT  # no half-space has it: at every value, not at the first alone
-    if exact:
-        changed["compare.tolerance"] = CHECKING
-    changed["compare.methods"] = list(dict.fromkeys(methods))
-    (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
-    if effort == "quick":
-        checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)} - {
-            claim.method
-        }
+    methods = [*judged, side.method or CLOSED_FORM]
+    if side.method is None:
+        if independent or not exact:
+            methods.append(GRID)
+        if independent and (effort == "full" or not exact):
+            methods += INDEPENDENT
+        if scene.physics and not exact:
+            # Another grid method may be the only half-space with this physics.
+            grids = [name for name in references() if METHODS[name].grid]
+            methods += grids
+            if all(isinstance(solver_for(name, scene), Refusal) for name in grids):
+                methods += INDEPENDENT  # no half-space has it: at every value
+    more: dict[str, Any] = {"compare.methods": list(dict.fromkeys(methods))}
+    if exact and side.method is None:
+        more["compare.tolerance"] = CHECKING
+    (plan, *_) = plan_scene(scene_of(claim, side, more), effort)
+    if effort == "quick" and side.method is None:
+        checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)}
+        checks -= {claim.method}
         plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
-    if not _fixed(claim):
+    if not _fixed(claim) or claim.method not in methods:
         return plan
     assert value is not None
     reason = refusal(plan, claim.method, int(value))

@@ -17,10 +17,9 @@ from comparisons.facts.methods import METHODS
 from comparisons.machine import OWN_PACKAGES
 from comparisons.methods import registry
 from comparisons.methods.solver import Refusal
-from comparisons.questions.claims.claim import Claim, overrides
+from comparisons.questions.claims.claim import Claim, scene_of
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.scene import load_scene
 
 _HOME = Path(__file__).resolve().parents[3]
 # What moves no number: words, who says it, and the verdict that is expected.
@@ -46,10 +45,12 @@ def digest_of(claim: Claim) -> str:
             starts += [maker.__module__ for makers in registry.SOLVERS.values() for maker in makers]
     else:
         first = None if claim.vary is None else claim.vary.start
-        scene = load_scene(claim.source, overrides(claim.under(claim.as_stated), first))
-        keys += scene.text
-        concerned = (n for n in METHODS if n == claim.method or METHODS[n].dimension == 3)
-        solvers = (registry.solver_for(name, scene) for name in concerned)
+        sides = claim.under(claim.as_stated).sides(first)
+        scenes = [scene_of(claim, side) for side in sides if side.solved]
+        keys += "".join(dict.fromkeys(scene.text for scene in scenes))
+        judged = {side.method for side in sides}
+        concerned = [n for n in METHODS if n in judged or METHODS[n].dimension == 3]
+        solvers = (registry.solver_for(name, scene) for scene in scenes for name in concerned)
         starts = [type(s).__module__ for s in solvers if not isinstance(s, Refusal)]
         starts.append("comparisons.questions.claims.scenes")
     digest = hashlib.sha256(keys.encode())

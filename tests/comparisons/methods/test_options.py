@@ -6,7 +6,7 @@ import pytest
 
 from comparisons.methods import Solver
 from comparisons.methods.registry import SOLVERS, solver_for
-from comparisons.questions.claims.claim import load_claims, overrides
+from comparisons.questions.claims.claim import load_claims, scene_of
 from comparisons.scene.options import MethodOptions
 from comparisons.scene.scene import load_scene
 
@@ -118,5 +118,5 @@ def test_claims_set_only_options_that_act():
     for claim in load_claims():
         if claim.scene is None or not any(key.startswith("methods.") for key in claim.changes):
             continue
-        solver = solver_for(claim.method, load_scene(claim.source, overrides(claim, None)))
+        solver = solver_for(claim.method, scene_of(claim, claim.sides()[0]))
         assert "nothing here" not in getattr(solver, "reason", ""), claim.id

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, overrides
+from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, scene_of
 from comparisons.questions.claims.families import HERE, SHARED, read_family
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
-from comparisons.scene.scene import load_scene
 from comparisons.scene.toml_files import read_toml
 
 RIGHT = {
@@ -127,6 +126,33 @@ def test_no_other_load_is_held_equal_where_steps_are_speeds_or_a_path():
     ]
 
 
+NUMBER = {"number": 3.5, "unit": "kN", "source": "a book"}
+
+
+@pytest.mark.parametrize(
+    ("sides", "fault"),
+    [
+        ({"true": {"number": 3.5, "unit": "kN"}}, "true: expected a number other than zero, and"),
+        ({"true": NUMBER | {"number": 0}}, "true: expected a number other than zero, and"),
+        ({"true": {"unit": "kN"}}, "true: expected a number beside unit, uncertainty and source"),
+        ({"true": NUMBER | {"scene": "cone"}}, "true: expected either a number or a scene"),
+        ({"true": NUMBER | {"unit": "mm"}}, "expected a unit of the quantity"),
+        ({"true": {"scene": "no-such"}}, "scene: no-such"),
+        ({"true": {"changes": {"compare.methods": []}}}, "the claim's own key `method` sets it"),
+        ({"true": {"colour": 1}}, "true.colour: unknown key"),
+        ({"stated": {"method": "fem"}}, "stated.method: expected none"),
+        ({"true": NUMBER, "at": "force"}, "at: expected nothing where the sides are apart"),
+        ({"true": NUMBER, "scene": None}, "expected exactly one of scene and experiment, got none"),
+        (
+            {"true": NUMBER, "scene": None, "experiment": "far-field", "vary": None},
+            "true: only with a scene",
+        ),
+    ],
+)
+def test_a_side_is_a_scene_or_a_number_with_its_source(sides, fault):
+    assert fault in "\n".join(problems(**sides))
+
+
 def test_a_range_that_runs_backwards_is_refused():
     faults = problems(vary=RIGHT["vary"] | {"from": 9})
     assert "expected from < to" in faults[0]
@@ -181,7 +207,7 @@ def test_missing_files_and_files_that_are_not_toml_are_told_together(tmp_path):
 
 def test_the_parameter_stands_in_the_scene_with_its_unit():
     claim = make_claim(RIGHT, "a.toml", Path())
-    scene = load_scene(claim.source, overrides(claim, 3.0))
+    scene = scene_of(claim, claim.sides(3.0)[0])
     assert scene.indenter.radius_x == 0.03
     assert scene.compare.quantities == ("force",)
     assert scene.compare.tolerance == claim.tolerance
@@ -190,7 +216,7 @@ def test_the_parameter_stands_in_the_scene_with_its_unit():
 def test_a_parameter_may_stand_inside_a_list():
     triangle = {"path": "indenter.vertices.2.1", "from": 1, "to": 3, "steps": 2, "unit": "1 mm"}
     claim = make_claim(RIGHT | {"scene": "triangle-punch", "vary": triangle}, "a.toml", Path())
-    scene = load_scene(claim.source, overrides(claim, 2.0))
+    scene = scene_of(claim, claim.sides(2.0)[0])
     assert scene.indenter.vertices[2] == (0.001, 0.002)
 
 

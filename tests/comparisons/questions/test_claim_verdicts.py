@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from comparisons.errors import ResultsError
 from comparisons.judging.verdicts import NOT_RESOLVED
 from comparisons.questions.claims.claim import Vary, load_claims, make_claim
+from comparisons.questions.claims.families import HERE
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
@@ -358,12 +359,61 @@ def test_the_gaussian_radius_errs_as_the_exact_ellipse_says():
     assert measured.uncertainty < 1e-10
 
 
+DEPTHS = {"path": "loading.penetration.0", "from": 1, "to": 50, "steps": 2, "unit": "1 um"}
+
+
+def two_sided(**more):
+    data = {
+        "id": "two-sided",
+        "text": "Both are equal.",
+        "equation": "(1)",
+        "scene": "scenes/unit-paraboloid.toml",
+        "method": "closed_form",
+        "quantity": "force",
+        "tolerance": TOLERANCE,
+    }
+    return make_claim(data | more, "a.toml", HERE)
+
+
+def test_sides_of_two_scenes_are_compared_at_every_value_of_the_parameter():
+    """F goes with R^(1/2): a ball of a fourth of the radius has half of the force at any depth."""
+    claim = two_sided(true={"changes": {"indenter.radius": "40 mm"}}, vary=DEPTHS)
+    record = judge_claim(claim, "quick")
+    assert [point.error for point in record.points] == [pytest.approx(-0.5, abs=1e-12)] * 2
+    assert "against the scene scenes/unit-paraboloid.toml, indenter.radius = 40 mm" in record.what
+
+
+def test_a_method_on_the_true_side_takes_the_place_of_the_best_reference():
+    """Twice as stiff springs against the closed form; the other way round the error is -1/2."""
+    claim = two_sided(method="reduced", true={"method": "closed_form"})
+    found = answer_of(measure_scene(claim, None, "quick", independent=False))
+    default = two_sided(method="reduced")
+    usual = answer_of(measure_scene(default, None, "quick", independent=False))
+    assert (found.error, found.uncertainty) == (usual.error, usual.uncertainty)
+
+
+@pytest.mark.parametrize("side", ["stated", "true"])
+def test_a_number_of_either_side_counts_with_half_of_its_last_digit(side):
+    """A force of 12.5 N in kN, known to 4 %, against twice the force of a scene."""
+    force = answer_of(measure_scene(two_sided(), None, "quick", independent=False))
+    assert force.error == 0
+    modulus, depth, radius = 210e9 / (1 - 0.3**2), 10e-6, 10e-3
+    exact = 4 / 3 * modulus * radius**0.5 * depth**1.5
+    number = {"number": exact / 2e3, "unit": "kN", "uncertainty": 0.02e-3 * exact, "source": "mine"}
+    found = judge_claim(two_sided(**{side: number}), "quick").points[0]
+    error, bar = (-0.5, 0.02) if side == "stated" else (1.0, 0.08)
+    assert found.error == pytest.approx(error, abs=1e-10)
+    assert found.uncertainty == pytest.approx(bar, rel=1e-9)
+    assert found.details[f"source of the {side} value"] == "mine"
+
+
 def test_what_only_checks_a_closed_form_is_coarser_at_quick_effort():
     """The peeled grids under a JKR ball: 6 and 12 cells instead of 24, whose way costs 16 times."""
     (claim,) = load_claims(("adhesion-ball-force",))
     grids = {}
     for effort in ("quick", "full"):
-        plan = _plan(claim, None, effort, independent=True)
+        both = {"judged": [claim.method], "independent": True}
+        plan = _plan(claim, None, claim.sides()[1], effort, **both)
         grids[effort] = {method.method: method.resolutions for method in plan.methods}
     assert grids["quick"]["bem_fft"] == (6, 12)
     assert grids["full"]["bem_fft"] == (6, 12, 24)
@@ -394,7 +444,8 @@ def test_where_no_half_space_has_the_physics_elements_are_the_truth_at_every_val
     """First yield: grids do not yield below one indenter, and Hertz ends where yielding starts."""
     claim = load_claims(("plastic-first-yield",))[0]
     for first in (True, False):
-        plan = _plan(claim, 0.45, "quick", independent=first)
+        true = claim.sides(0.45)[1]
+        plan = _plan(claim, 0.45, true, "quick", judged=[claim.method], independent=first)
         truths = [m.method for m in plan.methods if m.supported and m.method != claim.method]
         assert truths == ["fem"]
 
