@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import cached_property
-from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -44,8 +43,6 @@ from comparisons.scene.surface import SelfAffine, Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
 MOST_PROBLEMS = 50
-# Moduli that a user rounds in two tables are the same if they agree so well.
-SAME_MODULUS = 1e-3
 
 
 class SceneError(InputError):
@@ -194,23 +191,9 @@ class Scene(_Physics):
         return self
 
     @model_validator(mode="after")
-    def _one_modulus(self) -> Scene:
-        """Let moduli that stand twice agree: those of [viscoelastic] count."""
-        material, body = self.viscoelastic, self.half_space
-        if material is None or not body.has_modulus:
-            return self
-        modulus = 0.5 * body.modulus * (1 - self.poisson_ratio)
-        moduli = (material.long_term_modulus, material.instantaneous_modulus)
-        if not any(
-            abs(modulus - known_modulus) <= SAME_MODULUS * known_modulus
-            for known_modulus in moduli
-            if 0 < known_modulus < inf
-        ):
-            either = " or ".join(f"{choice:g} Pa" for choice in moduli if 0 < choice < inf)
-            raise fail(
-                f"half_space: expected poisson_ratio alone, or a shear modulus of {either} as in "
-                f"[viscoelastic], got {modulus:g} Pa"
-            )
+    def _physics_that_fits(self) -> Scene:
+        for name in self.physics:
+            getattr(self, name).check(self)
         return self
 
     @model_validator(mode="after")
@@ -234,26 +217,6 @@ class Scene(_Physics):
                 "loading.pressure: expected a [surface] or a flat face, whose area makes it a "
                 "force: prescribe force"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _an_impact(self) -> Scene:
-        """Ask for a force on a mass at rest, and for a single impact in time."""
-        if self.dynamics is None:
-            return self
-        timed = self.loading.time is not None
-        if timed and len(self.dynamics.velocity.values) > 1:
-            raise fail("dynamics.velocity: expected one velocity with loading.time")
-        if self.dynamics.at_rest and not self.loading.forces:
-            raise fail("dynamics.velocity: expected above zero, or a loading.force with its times")
-        return self
-
-    @model_validator(mode="after")
-    def _one_load_that_wears(self) -> Scene:
-        count = len(self.loading.range.values) if self.wear is not None else 1
-        if count > 1:
-            name = self.loading.control
-            raise fail(f"loading.{name}: expected one load with [wear], which is held, got {count}")
         return self
 
     @model_validator(mode="after")

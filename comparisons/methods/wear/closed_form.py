@@ -31,7 +31,7 @@ class ClosedFormWear(ClosedForm):
             float(self.indenter.parameters["radius"]), self.modulus, Motion.of(scene).coefficient
         )
         assert scene.wear is not None
-        travelled = scene.wear.progress[1].values[0] * self.punch.coefficient * self.modulus
+        travelled = scene.wear.varied[1][0] * self.punch.coefficient * self.modulus
         if travelled < _SHORTEST * self.punch.radius:
             raise Refused(f"the series needs k E* s/b of {_SHORTEST:g} and more")
         self.note = "Galin; Goryacheva 1998, ch. 7"

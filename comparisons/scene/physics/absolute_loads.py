@@ -75,8 +75,6 @@ def loads_of(scene: Scene, unit: float | None = None) -> AbsoluteLoads:
     """
     loading, face = scene.loading, scene.indenter and scene.indenter.face_area
     unit = loading.unit(face or 1.0, 1.0) if unit is None else unit
-    if scene.dynamics is not None and loading.time is None:
-        return AbsoluteLoads("velocity", np.array(scene.dynamics.velocity.values))
     if loading.time is not None:
         times = loading.along("time")
         if scene.dynamics is not None and not loading.forces:
@@ -84,20 +82,15 @@ def loads_of(scene: Scene, unit: float | None = None) -> AbsoluteLoads:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.remembers and loading.tangential is None:
         return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
-    drawn = None if scene.lubrication is None else scene.lubrication.speed
-    steady = (scene.rolling, scene.sliding, scene.wear, drawn, loading.tangential)
-    if all(part is None for part in steady):
+    varied = next((found for name in scene.physics if (found := getattr(scene, name).varied)), None)
+    if varied is None and loading.tangential is None:
         return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)
-    normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
-    if scene.rolling is not None:
-        return AbsoluteLoads(scene.rolling.varied, np.array(scene.rolling.steps), normal=normal)
-    if drawn is not None:
-        return AbsoluteLoads("speed", np.array(drawn.values), normal=normal)
-    if scene.sliding is not None:
-        return AbsoluteLoads("speed", np.array(scene.sliding.speed.values), normal=normal)
-    if scene.wear is not None:
-        along, distances = scene.wear.progress
-        return AbsoluteLoads(along, np.array(distances.values), normal=normal)
+    normal = None  # an impact has none
+    if scene.dynamics is None:
+        normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
+    if varied is not None:
+        along, values = varied
+        return AbsoluteLoads(along, np.array(values), normal=normal)
     assert loading.tangential is not None
     path = loading.along(loading.tangential, start=0.0)
     return AbsoluteLoads(loading.tangential, path, "step", normal=normal)

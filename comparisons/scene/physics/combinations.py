@@ -81,91 +81,40 @@ def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
                 yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
 
 
+# Loads that only some tables of physics have a use for, and why.
+_ACTS_ON = {
+    "tangential_force": (("friction",), "a [friction] table, which transmits tangential loads"),
+    "tangential_displacement": (
+        ("friction",),
+        "a [friction] table, which transmits tangential loads",
+    ),
+    "squeeze_speed": (("lubrication",), "a [lubrication] table: there is no film"),
+    "time": (
+        ("viscoelastic", "dynamics"),
+        "[viscoelastic] or [dynamics]: nothing else depends on time",
+    ),
+}
+
+
 def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     """Yield which loads are missing, and which have nothing to act on."""
     loading = data.get("loading", {})
     if not isinstance(loading, dict):
         return
-    # a nominal pressure is a force
-    normal = ["force" if n == "pressure" else n for n in PRESCRIBED if n in loading]
-    tangential = [name for name in TANGENTIAL if name in loading]
     if "loading" not in data and "dynamics" not in tables:
         yield "loading: expected, but missing"
-    if tables and "mean_gap" in normal:
+    if tables and "mean_gap" in loading:
         yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
-    if "rolling" in tables:
-        yield from _rolls(data, tables, tangential)
-    elif "wear" in tables:
-        yield from _wears(data, tangential)
-    elif "friction" in tables and not tangential:
-        yield "friction: expected loading.tangential_force or loading.tangential_displacement"
-    if "friction" not in tables:
-        for name in tangential:
-            yield f"loading.{name}: expected a [friction] table, which transmits tangential loads"
-    yield from _lubricated(data, normal)
-    if "sliding" in tables and "viscoelastic" not in tables:
-        yield "sliding: expected [viscoelastic]: an elastic body slides without loss"
-    yield from _times(loading, tables, normal)
-    if "substeps" in loading and not (tangential or walks_a_path(data)):
-        yield "loading.substeps: expected a path of loads; increasing loads are already steps"
-
-
-def _rolls(
-    data: Mapping[str, Any], tables: tuple[str, ...], tangential: list[str]
-) -> Iterator[str]:
-    if "friction" not in tables:
-        yield "rolling: expected [friction], which transmits tangential forces"
-    for name in tangential if "friction" in tables else ():
-        yield f"loading.{name}: expected none with [rolling], whose creep is prescribed"
-    if "surface" in data:
-        yield "rolling: expected an [indenter]: a rough roller has no steady state"
-
-
-def _wears(data: Mapping[str, Any], tangential: list[str]) -> Iterator[str]:
-    table, friction = data.get("wear"), data.get("friction")
-    swings = isinstance(table, dict) and "amplitude" in table
-    if swings and friction is None:
-        yield "wear.amplitude: expected [friction], which lets the middle of the contact stick"
-    if swings and "surface" in data:
-        yield "wear.amplitude: expected an [indenter]: fretting of rough surfaces is not modelled"
-    if friction is not None and not swings:
-        yield "friction: expected none with wear.sliding_distance: all of the contact slips"
-    if swings and isinstance(friction, dict) and friction.get("coupling", "full") != "none":
-        yield 'friction.coupling: expected "none" with [wear]: no method here wears with coupling'
-    for name in tangential:
-        yield f"loading.{name}: expected none with [wear], whose motion is in its own table"
-
-
-def _lubricated(data: Mapping[str, Any], normal: list[str]) -> Iterator[str]:
-    table, loading = data.get("lubrication"), data.get("loading", {})
-    squeezed = "squeeze_speed" in loading
-    if "lubrication" not in data:
-        if squeezed:
-            yield "loading.squeeze_speed: expected a [lubrication] table: there is no film"
-        return
-    if normal and normal != ["force"]:
-        yield f"loading.{normal[0]}: expected a force with [lubrication], which the film carries"
-    if isinstance(table, dict) and ("speed" in table) == squeezed:
-        came = "both" if squeezed else "none"
-        yield f"lubrication: expected speed or loading.squeeze_speed, got {came}"
-    if "surface" in data:
-        yield "lubrication: expected an [indenter]: rough films are not modelled"
-
-
-def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str]) -> Iterator[str]:
-    timed = "time" in loading
-    if timed and not {"viscoelastic", "dynamics"} & set(tables):
-        yield "loading.time: expected [viscoelastic] or [dynamics]: nothing else depends on time"
-    if timed and "sliding" in tables:
-        yield "loading.time: expected none with [sliding], which is steady"
-    if timed and not normal and "dynamics" not in tables:
+    for name, (needed, text) in _ACTS_ON.items():
+        if name in loading and not set(needed) & set(tables):
+            yield f"loading.{name}: expected {text}"
+    for name in tables:
+        yield from TABLES[name].misfits(data, loading)
+    pressed = any(name in loading for name in PRESCRIBED)
+    if "time" in loading and not pressed and "dynamics" not in tables:
         yield "loading: expected exactly one of penetration and force for each time, got none"
-    if "viscoelastic" in tables and not timed and not {"sliding", "dynamics"} & set(tables):
-        yield "viscoelastic: expected loading.time, the time of each load: the material relaxes"
-    if "dynamics" in tables and normal and not timed:
-        yield f"loading.{normal[0]}: expected its times (loading.time) with [dynamics]"
-    if "dynamics" in tables and "penetration" in normal:
-        yield "loading.penetration: expected a force or nothing: the motion of the mass is computed"
+    if "substeps" in loading and not (set(TANGENTIAL) & set(loading) or walks_a_path(data)):
+        yield "loading.substeps: expected a path of loads; increasing loads are already steps"
 
 
 def _either(names: tuple[str, ...] | list[str]) -> str:

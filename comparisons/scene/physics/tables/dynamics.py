@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import quantity
-from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.fields import fail, quantity
+from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import MASS, SPEED, to_si
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
 
 
 def _velocities(value: Any) -> Any:
@@ -44,6 +48,31 @@ class Dynamics(PhysicsTable):
         if isinstance(value, dict) and "velocity" in value:
             return value | {"velocity": _velocities(value["velocity"])}
         return value
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect no normal load but a force in time."""
+        normal = [name for name in PRESCRIBED if name in loading]
+        if normal and "time" not in loading:
+            name = "force" if normal[0] == "pressure" else normal[0]
+            yield f"loading.{name}: expected its times (loading.time) with [dynamics]"
+        if "penetration" in normal:
+            yield (
+                "loading.penetration: expected a force or nothing: the motion of the mass is "
+                "computed"
+            )
+
+    def check(self, scene: Scene) -> None:
+        """Expect a force on a mass at rest, and a single impact in time."""
+        if scene.loading.time is not None and len(self.velocity.values) > 1:
+            raise fail("dynamics.velocity: expected one velocity with loading.time")
+        if self.at_rest and not scene.loading.forces:
+            raise fail("dynamics.velocity: expected above zero, or a loading.force with its times")
+
+    @property
+    def varied(self) -> tuple[Control, tuple[float, ...]]:
+        """The velocities of the impacts."""
+        return "velocity", self.velocity.values
 
     @property
     def at_rest(self) -> bool:

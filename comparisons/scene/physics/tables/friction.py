@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Literal
 
+from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Positive
 from comparisons.scene.physics.tables.table import PhysicsTable
@@ -29,6 +31,12 @@ class Friction(PhysicsTable):
 
     coefficient: Positive
     coupling: Literal["full", "none"] = "full"
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect a tangential load, unless a roller or an oscillation makes it."""
+        if not {"rolling", "wear"} & set(data) and not any(name in loading for name in TANGENTIAL):
+            yield "friction: expected loading.tangential_force or loading.tangential_displacement"
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""

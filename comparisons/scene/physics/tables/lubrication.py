@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Finite, Length, fail, quantity
-from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
 
@@ -88,6 +89,24 @@ class Lubrication(PhysicsTable):
         if self.slide_to_roll != 2:
             raise fail("slide_to_roll: expected 2: a rough ball that moves has no steady film")
         return self
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect a force on an indenter, which is drawn or approaches."""
+        for name in PRESCRIBED:
+            if name in loading and name not in ("force", "pressure"):
+                yield f"loading.{name}: expected a force with [lubrication], which the film carries"
+        table, squeezed = data["lubrication"], "squeeze_speed" in loading
+        if isinstance(table, dict) and ("speed" in table) == squeezed:
+            came = "both" if squeezed else "none"
+            yield f"lubrication: expected speed or loading.squeeze_speed, got {came}"
+        if "surface" in data:
+            yield "lubrication: expected an [indenter]: rough films are not modelled"
+
+    @property
+    def varied(self) -> tuple[Control, tuple[float, ...]] | None:
+        """The speed of entrainment; None of bodies that approach."""
+        return None if self.speed is None else ("speed", self.speed.values)
 
     @property
     def rough(self) -> bool:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import field_validator, model_validator
 
+from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
@@ -55,27 +57,35 @@ class Rolling(PhysicsTable):
             raise fail("lateral_creep: expected one value beside several of creep")
         return self
 
-    @property
-    def varied(self) -> Literal["creep", "lateral_creep"]:
-        """Along which creep the steps are."""
-        return "lateral_creep" if len(self.lateral_creep.values) > 1 else "creep"
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect friction and an indenter, and no other tangential load."""
+        if "friction" not in data:
+            yield "rolling: expected [friction], which transmits tangential forces"
+        else:
+            for name in (name for name in TANGENTIAL if name in loading):
+                yield f"loading.{name}: expected none with [rolling], whose creep is prescribed"
+        if "surface" in data:
+            yield "rolling: expected an [indenter]: a rough roller has no steady state"
 
     @property
-    def steps(self) -> tuple[float, ...]:
-        """Values of the creep that is varied."""
-        chosen: LoadRange = getattr(self, self.varied)
-        return chosen.values
+    def varied(self) -> tuple[Literal["creep", "lateral_creep"], tuple[float, ...]]:
+        """The creep that has several values, else the longitudinal one."""
+        if len(self.lateral_creep.values) > 1:
+            return "lateral_creep", self.lateral_creep.values
+        return "creep", self.creep.values
 
     def both(self, value: float) -> tuple[float, float]:
         """Return creep and lateral creep at a step, from the one that is varied."""
-        if self.varied == "creep":
+        if self.varied[0] == "creep":
             return value, self.lateral_creep.values[0]
         return self.creep.values[0], value
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
-        held = "creep" if self.varied == "lateral_creep" else "lateral_creep"
+        varied, _ = self.varied
+        held = "creep" if varied == "lateral_creep" else "lateral_creep"
         other = getattr(self, held).values[0]
         beside = f", {held.replace('_', ' ')} {unpadded(other, '')}" if other else ""
         beside += f", spin {self.spin:.4g} per m" if self.spin else ""
-        return "steady rolling", f"steady state at each {self.varied.replace('_', ' ')}{beside}"
+        return "steady rolling", f"steady state at each {varied.replace('_', ' ')}{beside}"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar
 
-from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import SPEED
 
@@ -19,6 +20,19 @@ class Sliding(PhysicsTable):
     one_body = True
 
     speed: Annotated[LoadRange, ranged(SPEED, "loads")]
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect a body that relaxes, and no times."""
+        if "viscoelastic" not in data:
+            yield "sliding: expected [viscoelastic]: an elastic body slides without loss"
+        if "time" in loading:
+            yield "loading.time: expected none with [sliding], which is steady"
+
+    @property
+    def varied(self) -> tuple[Control, tuple[float, ...]]:
+        """The speed of sliding."""
+        return "speed", self.speed.values
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""

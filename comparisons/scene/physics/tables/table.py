@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import ClassVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
+
+from comparisons.scene.loading import Control
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
 
 
 class PhysicsTable(BaseModel):
@@ -44,6 +49,19 @@ class PhysicsTable(BaseModel):
     two_constants: ClassVar[str] = ""
     remembers: ClassVar[bool] = False
     one_body: ClassVar[bool] = False
+
+    @property
+    def varied(self) -> tuple[Control, tuple[float, ...]] | None:
+        """Along what a scene is solved, and its values, in place of the normal loads; or None."""
+        return None
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Yield what in the raw tables of a scene does not go with this one, or is missing."""
+        yield from ()
+
+    def check(self, scene: Scene) -> None:
+        """Raise what is wrong with this table in a scene whose single tables are right."""
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say in the plan what acts, and how; by default the docstring and the keys."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import model_validator
 
@@ -12,6 +13,11 @@ from comparisons.scene.fields import Measured, Sign, fail, quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+# Moduli that a user rounds in two tables are the same if they agree so well.
+SAME_MODULUS = 1e-3
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
 
@@ -70,6 +76,26 @@ class Viscoelastic(PhysicsTable):
         if problems:
             raise fail("; ".join(problems))
         return self
+
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect the times of the loads, unless the motion gives them."""
+        if "time" not in loading and not {"sliding", "dynamics"} & set(data):
+            yield "viscoelastic: expected loading.time, the time of each load: the material relaxes"
+
+    def check(self, scene: Scene) -> None:
+        """Let moduli that stand in [half_space], too, agree: those of this table count."""
+        if not scene.half_space.has_modulus:
+            return
+        modulus = 0.5 * scene.half_space.modulus * (1 - scene.poisson_ratio)
+        moduli = (self.long_term_modulus, self.instantaneous_modulus)
+        known = [choice for choice in moduli if 0 < choice < math.inf]
+        if not any(abs(modulus - choice) <= SAME_MODULUS * choice for choice in known):
+            either = " or ".join(f"{choice:g} Pa" for choice in known)
+            raise fail(
+                f"half_space: expected poisson_ratio alone, or a shear modulus of {either} as in "
+                f"[viscoelastic], got {modulus:g} Pa"
+            )
 
     @property
     def dashpot_viscosity(self) -> float:

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import model_validator
 
+from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import number, unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import Control, LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, NUMBER, Dimension
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
 
 _WEAR_COEFFICIENT = Dimension(-1, 1, 2)
 
@@ -56,13 +61,36 @@ class Wear(PhysicsTable):
             )
         return self
 
+    @classmethod
+    def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:
+        """Expect friction with an oscillation of an indenter, and none with sliding."""
+        table, friction = data["wear"], data.get("friction")
+        swings = isinstance(table, dict) and "amplitude" in table
+        if swings and friction is None:
+            yield "wear.amplitude: expected [friction], which lets the middle of the contact stick"
+        if swings and "surface" in data:
+            yield "wear.amplitude: expected an [indenter]: rough fretting is not modelled"
+        if friction is not None and not swings:
+            yield "friction: expected none with wear.sliding_distance: all of the contact slips"
+        if swings and isinstance(friction, dict) and friction.get("coupling", "full") != "none":
+            yield 'friction.coupling: expected "none" with [wear]: no method wears with coupling'
+        for name in (name for name in TANGENTIAL if name in loading):
+            yield f"loading.{name}: expected none with [wear], whose motion is in its own table"
+
+    def check(self, scene: Scene) -> None:
+        """Expect one load, which is held."""
+        count = len(scene.loading.range.values)
+        if count > 1:
+            name = scene.loading.control
+            raise fail(f"loading.{name}: expected one load with [wear], which is held, got {count}")
+
     @property
-    def progress(self) -> tuple[Control, LoadRange]:
-        """What wear goes on along: sliding_distance or cycles, and its values."""
+    def varied(self) -> tuple[Control, tuple[float, ...]]:
+        """What wear goes on along: the sliding distance or the cycles."""
         if self.sliding_distance is not None:
-            return "sliding_distance", self.sliding_distance
+            return "sliding_distance", self.sliding_distance.values
         assert self.cycles is not None
-        return "cycles", self.cycles
+        return "cycles", self.cycles.values
 
     def description(self, poisson_ratio: float) -> tuple[str, str]:
         """Say what acts, and how."""
