@@ -19,8 +19,7 @@ from comparisons.geometry.reading import FileError
 from comparisons.scene.body import AXES, Body
 from comparisons.scene.fields import excerpt
 from comparisons.scene.scene import Scene, SceneError
-from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import contact_nodes, free_motions
+from reference.fem.solid_mesh import SolidMesh, contact_nodes, free_motions
 
 # Contact is linearised about the direction of the indenter: at this slope the surface normal
 # deviates by 30 degrees, and forces along it by one seventh.

@@ -39,9 +39,9 @@ from reference.fem import (
 )
 from reference.fem.column_elements import ELEMENTS
 from reference.fem.columns import Layers, compliance, of_smooth_pressure
+from reference.fem.condensed_body import supported_body
 from reference.fem.grid_body import PeriodicBody
-from reference.fem.solid_mesh import KINDS, SolidMesh
-from reference.fem.supported_body import SupportedMesh, supported_body
+from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.halfspace import PeriodicOperator, kernels
 from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area

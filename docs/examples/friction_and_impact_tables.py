@@ -32,9 +32,8 @@ from reduced.profiles.equivalents import (
 from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import collision, coulomb, vibration
-from reference.dynamics.coulomb import stick_slip
+from reference.dynamics.coulomb import march, stick_slip
 from reference.dynamics.event_driven import follow
-from reference.dynamics.moreau_jean import march
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "friction-and-impact.md"

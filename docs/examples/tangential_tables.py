@@ -25,7 +25,7 @@ from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.contact.press import press
 from reference.fem import Material, friction
-from reference.fem.half_space import frictional_body
+from reference.fem.friction import frictional_body
 from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness

@@ -10,9 +10,8 @@ from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
 from reference.fem import Material, TensorMesh, half_space_body
-from reference.fem.condensed_body import CondensedBody
-from reference.fem.solid_mesh import KINDS, SolidMesh
-from reference.fem.supported_body import SupportedMesh, supported_body
+from reference.fem.condensed_body import CondensedBody, supported_body
+from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.fem.two_bodies import couple
 from reference.loads import Load
 

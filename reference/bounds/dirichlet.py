@@ -28,8 +28,7 @@ from skfem.helpers import dot, grad
 
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, nested
-from reference.fem.linear_system import LinearSystem
-from reference.fem.nested_dissection import Front, Shift, condense, expand
+from reference.fem.condensation import Front, LinearSystem, Shift, condense, expand
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -39,7 +38,6 @@ _POINTS = 4
 # Of an element matrix, relative to the magnitudes in its integrals: sums of at most 32 products of
 # about six factors.
 _ENTRY = 64 * EPSILON
-_NOTHING = np.zeros((0, 0))
 # Radius and depth of the elements about an outline, in half its length.
 _OUTSKIRTS = 6.0
 # Local edges of a triangle in scikit-fem, in the order of their unknowns after the vertices.
@@ -317,13 +315,13 @@ class Prisms:
         self._system = LinearSystem(
             self.matrices,
             self.places,
-            _NOTHING,
+            np.zeros((0, 0)),
             self.unknowns,
             self.surface[retained],
             np.column_stack([across, downwards]),
         )
         self._fronts: list[Front | Shift] = []
-        self.stiffness = condense(self._system, _NOTHING, self._fronts)
+        self.stiffness = condense(self._system, self._fronts)
 
     def extend(self, coefficients: Array) -> Array:
         """All coefficients for those of the retained unknowns, for the least energy."""

@@ -26,18 +26,9 @@ _DOUBLINGS = 10  # number of halvings of the regular step for the first sample a
 
 
 class Phase(NamedTuple):
-    """The phase between two events.
+    """The phase between two events: start (in the motion's unit of time), direction, z there, A.
 
-    Attributes
-    ----------
-    start : float
-        Start time in the motion's unit of time.
-    direction : ndarray of int, shape (n,)
-        0 for a sticking block, else the sign of its sliding velocity.
-    state : ndarray, shape (2n + 3,)
-        z at the start.
-    matrix : ndarray
-        A.
+    The direction (n,) is 0 for a sticking block, else the sign of its sliding velocity.
     """
 
     start: float
@@ -62,16 +53,7 @@ class Phase(NamedTuple):
 class BlockMotion:
     """The exact motion, to be evaluated at any time.
 
-    Attributes
-    ----------
-    phases : list of Phase
-        Phases in the units of length and time below.
-    duration : float
-        Duration of the computed motion.
-    belt : ndarray, shape (n,)
-        V.
-    length, time : float
-        Units of the phases, powers of two.
+    `length` and `time` are the units of the phases, powers of two; `belt` (n,) is V.
     """
 
     phases: list[Phase]
@@ -241,18 +223,10 @@ class Guard(NamedTuple):
 
 
 class Event(NamedTuple):
-    """The end of a phase.
+    """The end of a phase: its guard, the time since the start, z, and who has hardly started.
 
-    Attributes
-    ----------
-    guard : Guard
-        Which triggered it.
-    after : float
-        Time since the start of the phase.
-    state : ndarray
-        z, with exactly zero speed of a block that comes to rest.
-    starting : ndarray of bool, shape (n,)
-        Blocks whose sliding speed has not yet exceeded its rounding.
+    In z the speed of a block that comes to rest is exactly zero; `starting` (n,) are blocks whose
+    sliding speed has not yet exceeded its rounding.
     """
 
     guard: Guard

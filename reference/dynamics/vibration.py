@@ -23,25 +23,29 @@ from reference.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 Rates = Callable[[float, Array], Sequence[float]]
-Pieces = list[tuple[float, float, Callable[[Array], Array]]]
 _MOST_TOUCHES = 10_000
 
 
 def _through_touches(
-    rates: Rates, start: float, end: float, state: Array, tolerance: float
-) -> tuple[Pieces, Array]:
-    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x.
+    rates: Rates,
+    span: tuple[float, float],
+    state: Array,
+    tolerance: float,
+    times: Array,
+    out: Array,
+) -> Array:
+    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x; return the end.
 
     At x = 0 the contact force is not smooth. All numbers are of order one, so the tolerance is
-    relative and absolute. Returns dense output as pieces (start, end, function), and the end.
+    relative and absolute. The states at those of the `times` that lie in the span go to `out`.
     """
 
     def touching(_: float, y: Array) -> float:
         return y[0]
 
     touching.terminal = True  # type: ignore[attr-defined]
-    pieces: Pieces = []
-    while start < end and len(pieces) < _MOST_TOUCHES:
+    start, end = span
+    for _ in range(_MOST_TOUCHES):
         run = solve_ivp(
             *(rates, (start, end), state),
             method="DOP853",
@@ -52,24 +56,16 @@ def _through_touches(
         )
         if run.status < 0:
             raise ConvergenceError(f"the motion could not be integrated: {run.message}")
-        pieces.append((start, float(run.t[-1]), run.sol))
+        inside = (times >= start) & (times <= run.t[-1])
+        if inside.any():
+            out[:, inside] = run.sol(times[inside])
         start, state = float(run.t[-1]), run.y[:, -1]
         if run.status == 1:
             # slightly beyond the surface, so that the same crossing is not detected again
             state = np.array([np.copysign(tolerance, state[1]), state[1]])
-    if start < end:
-        raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
-    return pieces, state
-
-
-def _sample(pieces: Pieces, times: Array) -> Array:
-    """Return y at times from the dense output, shape (2, k)."""
-    states = np.empty((2, times.size))
-    for low, high, solution in pieces:
-        inside = (times >= low) & (times <= high)
-        if inside.any():
-            states[:, inside] = solution(times[inside])
-    return states
+        if not start < end:
+            return state
+    raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
 
 
 def course(
@@ -82,21 +78,10 @@ def course(
 ) -> tuple[Array, Array]:
     """Return x and x' at given times of m x'' = f(t) - F(x), x = 0 and x' = v >= 0 at t = 0.
 
-    Parameters
-    ----------
-    form : ClosedForm
-        The contact, without force in flight (x < 0).
-    mass, velocity : float
-        Velocity or force must move the mass.
-    times : array_like, shape (k,)
-        Increasing, from 0 on.
-    history : tuple of array_like, shape (j,), optional
-        Increasing times and the force f there, linear in between, constant outside.
-    tolerance : float
-        Tolerance of the integrator, relative to the largest numbers of the motion.
+    Velocity or force must move the mass; times increase, from 0 on. `history` is increasing times
+    and the force f there, linear in between, constant outside. The tolerance of the integrator is
+    relative to the largest numbers of the motion.
 
-    Examples
-    --------
     >>> from reference.closed_form import cylinder
     >>> x, v = course(cylinder(0.5, 1.0), 1.0, 1.0, [0.5 * np.pi, np.pi + 1])  # k = m = 1
     >>> np.round(x, 8)
@@ -109,7 +94,25 @@ def course(
         raise ValueError("expected velocity >= 0 and times that increase from 0 on")
     if knots.shape != forces.shape or not (np.diff(knots) > 0).all():
         raise ValueError("expected a history of increasing times with a force for each")
-    depth, unit = _units(form, mass, velocity, float(instants[-1]), float(np.abs(forces).max()))
+    most, kinetic = float(np.abs(forces).max()), 0.5 * mass * velocity**2
+    if not (velocity > 0 or most > 0):
+        raise ValueError("expected a velocity or a force that moves the mass")
+
+    def stops(d: float) -> bool:
+        try:
+            return bool(form.energy(d) - most * d >= kinetic)
+        except ValueError:  # deeper than the shape's theory goes
+            return True
+
+    # units: the largest power of two at which the mass is not yet stopped, and the time to there
+    depth = 1.0
+    while stops(depth):
+        depth /= 2
+    while not stops(depth):
+        depth *= 2
+    depth /= 2
+    slowness = mass * depth / (most + float(form.force(depth)))
+    unit = min(float(np.sqrt(slowness)), float(instants[-1]))
     strength = mass * depth / unit**2
 
     def rates(t: float, y: Array) -> list[float]:
@@ -118,41 +121,11 @@ def course(
         return [y[1], (push - reaction) / strength]
 
     inner = knots[(knots > 0) & (knots < instants[-1])] / unit
-    stops = np.unique([0.0, *inner, instants[-1] / unit])
-    state = np.array([tolerance, velocity * unit / depth])
-    pieces: Pieces = []
-    for low, high in pairwise(stops):
-        more, state = _through_touches(rates, low, high, state, tolerance)
-        pieces += more
-    x, v = _sample(pieces, instants / unit)
-    return x * depth, v * depth / unit
-
-
-def _units(
-    form: ClosedForm, mass: float, velocity: float, end: float, force: float
-) -> tuple[float, float]:
-    """Return a length and a time of the motion: the largest depth, and the time to reach it.
-
-    The depth is the largest power of two at which the mass is not yet stopped.
-    """
-    if not (velocity > 0 or force > 0):
-        raise ValueError("expected a velocity or a force that moves the mass")
-    depth = 1.0
-    kinetic = 0.5 * mass * velocity**2
-
-    def stops(d: float) -> bool:
-        try:
-            return bool(form.energy(d) - force * d >= kinetic)
-        except ValueError:  # deeper than the shape's theory goes
-            return True
-
-    while stops(depth):
-        depth /= 2
-    while not stops(depth):
-        depth *= 2
-    depth /= 2
-    slowness = mass * depth / (force + float(form.force(depth)))
-    return depth, min(float(np.sqrt(slowness)), end)
+    ends = np.unique([0.0, *inner, instants[-1] / unit])
+    state, states = np.array([tolerance, velocity * unit / depth]), np.empty((2, instants.size))
+    for span in pairwise(ends):
+        state = _through_touches(rates, span, state, tolerance, instants / unit, states)
+    return states[0] * depth, states[1] * depth / unit
 
 
 def contact_resonance(form: ClosedForm, mass: float, load: float) -> float:
@@ -245,20 +218,11 @@ def free_period(form: ClosedForm, mass: float, load: float, deepest: float) -> f
 
 @dataclass(frozen=True)
 class Forced:
-    """Steady motion under a harmonic force.
+    """Steady motion under a harmonic force, over its last period.
 
-    Attributes
-    ----------
-    amplitude : float
-        Half the distance between the largest and the smallest x over a period.
-    mean : float
-        Mean of the largest and the smallest x.
-    flight : float
-        Fraction of the period out of contact.
-    change : float
-        Relative change of the amplitude over the last periods, a measure of steadiness.
-    position, velocity : float
-        At the end.
+    Half the difference, and the mean, of the largest and the smallest x; fraction of the period out
+    of contact; `change` of the amplitude from the period before, relative, a measure of steadiness;
+    position and velocity at the end.
     """
 
     amplitude: float
@@ -283,18 +247,9 @@ def forced_vibration(
 ) -> Forced:
     """Return the steady vibration by integration: Runge-Kutta 8(5,3), stopped at every touch.
 
-    Parameters
-    ----------
-    form : ClosedForm
-    mass, damping, load, amplitude, frequency : float
-        m, c, F0, P and W.
-    start : tuple of float, optional
-        x and x' at t = 0 (phase 0 of the force); default: at rest under the load. Starting from the
-        state of a neighbouring frequency follows a branch.
-    periods : int
-        Periods of the force; the last is measured and compared with the previous one.
-    tolerance : float
-        Relative tolerance of the integrator.
+    m, c, F0, P and W; `start` is x and x' at t = 0 (phase 0 of the force), by default at rest under
+    the load: from the state of a neighbouring frequency the motion follows a branch. The last of
+    the periods of the force is measured, and compared with the one before.
     """
     faults = positive_faults(mass=mass, load=load, frequency=frequency)
     refuse(faults + finite_faults(damping=damping, amplitude=amplitude))
@@ -314,10 +269,10 @@ def forced_vibration(
     time, period = 0.0, 2 * math.pi / omega
     cycles: list[Array] = []
     for number in range(periods):
-        end = (number + 1) * period
-        pieces, state = _through_touches(rates, time, end, state, tolerance)
-        cycles = [*cycles[-1:], _sample(pieces, np.linspace(end - period, end, 2001))[0]]
-        time = end
+        end, states = (number + 1) * period, np.empty((2, 2001))
+        instants = np.linspace(end - period, end, 2001)
+        state = _through_touches(rates, (time, end), state, tolerance, instants, states)
+        cycles, time = [*cycles[-1:], states[0]], end
     before, x = cycles
     swing = 0.5 * float(x.max() - x.min())
     return Forced(

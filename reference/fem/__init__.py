@@ -11,7 +11,7 @@ True
 """
 
 from reference.elasticity import Material
-from reference.fem.condensed_body import CondensedBody
+from reference.fem.condensed_body import CondensedBody, half_space_body
 from reference.fem.contact import (
     Enforcement,
     NodalContact,
@@ -19,7 +19,6 @@ from reference.fem.contact import (
     contact_radius,
     press,
 )
-from reference.fem.half_space import half_space_body
 from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
 from reference.fem.mesh_lines import graded_lines
 from reference.fem.recovery import Fields, recover

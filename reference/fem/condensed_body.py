@@ -1,7 +1,15 @@
-"""A linear-elastic half-space condensed onto its candidate contact points."""
+"""Elastic bodies of finite elements, condensed onto their candidate contact points.
+
+A body is linear, so that one condensation serves every gap and every load: the mesh
+(`half_space_mesh`, `solid_mesh`), its element matrices (`element_stiffness`), their unknowns and
+the elimination of all but the normal displacements of the candidates (`condensation`), and the
+inverse of what is left, the compliance. Large bodies are not condensed: conjugate gradients find
+what a contact asks for (`matrix_free`, `multigrid`).
+"""
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,25 +17,53 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.fem.half_space_mesh import GradedMesh
-from reference.fem.linear_system import LinearSystem
+from reference.arguments import choice_faults, refuse
+from reference.elasticity import LARGEST_POISSON_RATIO, Material
+from reference.fem import pardiso
+from reference.fem.condensation import (
+    Front,
+    LinearSystem,
+    Shift,
+    condense,
+    expand,
+    linear_system,
+    stiffness_matrix,
+)
+from reference.fem.element_stiffness import (
+    facet_nodes,
+    facet_quadrature,
+    mixed_matrices,
+    stiffness_matrices,
+)
+from reference.fem.far_field import exterior_stiffness, group_field, source_groups
+from reference.fem.half_space_mesh import GradedMesh, RingMesh, TensorMesh
 from reference.fem.matrix_free import IterativeFlexibility
 from reference.fem.multigrid import MultigridFlexibility
-from reference.fem.nested_dissection import Front, Shift, condense, expand
+from reference.fem.solid_mesh import SupportedMesh, contact_nodes, tributary_areas
 
 Array = NDArray[np.float64]
+
+HALF_SPACE_SOLVERS = ("nested_dissection", "pardiso", "conjugate_gradients")
+SUPPORTED_SOLVERS = ("nested_dissection", "conjugate_gradients")
+# Linear tetrahedra have one lambda per cell in any rule, and lock.
+LARGEST_POISSON_LINEAR_TETRAHEDRA = 0.45
 
 
 @dataclass(frozen=True, eq=False)
 class DenseFlexibility:
     """Response of a body by the compliance (n, n) between its candidates, unit modulus and length.
 
-    `system` and `exterior` are those that were condensed, for the interior.
+    `system` is what was condensed, for the interior.
     """
 
     compliance: Array
     system: LinearSystem
-    exterior: Array
+
+    @classmethod
+    def of(cls, system: LinearSystem, stiffness: Array) -> DenseFlexibility:
+        """Return the response of a system whose condensed stiffness is given."""
+        compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+        return cls(0.5 * (compliance + compliance.T), system)
 
     def respond(
         self, inside: NDArray[np.int64], right: Array, softness: Array
@@ -49,16 +85,16 @@ class DenseFlexibility:
         By a repeated elimination that keeps its factors.
         """
         fronts: list[Front | Shift] = []
-        condense(self.system, self.exterior, fronts)
+        condense(self.system, fronts)
         return expand(self.system, fronts, self.compliance @ reactions)
 
 
 @dataclass(frozen=True, eq=False)
 class CondensedBody:
-    """A half-space, reduced to the flexibility between its candidate contact points.
+    """A body, reduced to the flexibility between its candidate contact points.
 
-    The body is linear, so one condensation serves every gap and every load. Scaled quantities have
-    unit Young's modulus and lengths in units of `length`; the properties return consistent units.
+    Scaled quantities have unit Young's modulus and lengths in units of `length`; the properties
+    return consistent units.
 
     Attributes
     ----------
@@ -70,8 +106,9 @@ class CondensedBody:
         Tributary area of the candidates / length^2 (of the meshed part).
     nodes : (n,)
         Mesh nodes of the candidates.
-    scaled_compliance : (n, n)
-        Normal displacement at i for a unit normal force at j (meshed part), times E length.
+    flexibility
+        Normal displacements for normal forces on the candidates, of the meshed part, in scaled
+        quantities.
     symmetry : int
         Number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half.
     offset : (2,)
@@ -86,10 +123,8 @@ class CondensedBody:
         Number of free displacements of the mesh and far-field unknowns.
     seconds : dict
         Time spent on "mesh", "assembly", "condensation".
-    system, exterior
-        Equations of the mesh, and far-field stiffness (k, k): for the interior.
-    iterative : IterativeFlexibility or MultigridFlexibility or None
-        Replaces the condensation; `scaled_compliance` then has shape (0, 0).
+    system : LinearSystem
+        Equations of the mesh.
     nodal : CondensedBody or None
         The body with its nodes as candidates, if the candidates are other points.
     interpolation : (n, nodes) or None
@@ -102,28 +137,30 @@ class CondensedBody:
     scaled_points: Array
     scaled_weights: Array
     nodes: NDArray[np.int64]
-    scaled_compliance: Array
+    flexibility: DenseFlexibility | IterativeFlexibility | MultigridFlexibility
     symmetry: int
     offset: Array
     spacing_scaled: float
     ring: float | None
     stretch: tuple[float, float]
     unknowns: int
-    solver: str
     seconds: dict[str, float]
     grid: GradedMesh
     system: LinearSystem
-    exterior: Array
-    iterative: IterativeFlexibility | MultigridFlexibility | None = None
     nodal: CondensedBody | None = None
     interpolation: Array | None = None
 
-    @cached_property
-    def flexibility(self) -> DenseFlexibility | IterativeFlexibility | MultigridFlexibility:
-        """Response of the body to forces on its candidates, in scaled quantities."""
-        return self.iterative or DenseFlexibility(
-            self.scaled_compliance, self.system, self.exterior
-        )
+    @property
+    def iterative(self) -> IterativeFlexibility | MultigridFlexibility | None:
+        """The flexibility if conjugate gradients find it, None if the body is condensed."""
+        return None if isinstance(self.flexibility, DenseFlexibility) else self.flexibility
+
+    @property
+    def scaled_compliance(self) -> Array:
+        """Displacements (n, n) of a condensed body at i for unit forces at j, times E length."""
+        if not isinstance(self.flexibility, DenseFlexibility):
+            raise ValueError("a body of conjugate gradients is not condensed")
+        return self.flexibility.compliance
 
     @property
     def points(self) -> Array:
@@ -178,3 +215,188 @@ class CondensedBody:
         if self.nodal is None or self.interpolation is None:
             return self, reactions
         return self.nodal, self.interpolation.T @ reactions
+
+
+def half_space_body(
+    mesh: RingMesh | TensorMesh,
+    material: Material,
+    *,
+    far_field: str = "boussinesq",
+    reduced_integration: bool = True,
+    solver: str = HALF_SPACE_SOLVERS[0],
+) -> CondensedBody:
+    """Return a half-space condensed onto the normal displacements of its candidate surface nodes.
+
+    The exterior consists of Boussinesq fields (see `far_field`). Above nu = 0.4999 a mixed form is
+    used (`element_stiffness.mixed_matrices`).
+
+    Parameters
+    ----------
+    far_field : {"boussinesq", "fixed"}
+        "fixed" clamps the outer boundary; for comparisons with published models only.
+    reduced_integration : bool
+        False shows locking.
+    solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
+        "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
+        condenses and assembles nothing (see `matrix_free`).
+    """
+    faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
+    faults += choice_faults("solver", solver, HALF_SPACE_SOLVERS)
+    if solver == "pardiso" and not pardiso.available():
+        faults.append(
+            "solver = 'pardiso' needs the package pypardiso (pip install roughline[fast])"
+        )
+    if material.incompressible and solver != "nested_dissection":
+        faults.append(
+            f"poisson_ratio above {LARGEST_POISSON_RATIO} takes a mixed form, which is indefinite: "
+            f"solver must be 'nested_dissection', not {solver!r}"
+        )
+    if material.incompressible and mesh.order == 1:
+        faults.append(
+            f"poisson_ratio {material.poisson_ratio!r} is incompressible: 8-node elements cannot "
+            "carry its mean stress without checkerboards; take order = 2"
+        )
+    refuse(faults)
+    mark, seconds = time.perf_counter(), {}
+    meshed = mesh.meshed()
+    grid, nu = meshed.grid, material.poisson_ratio
+    points = grid.mesh.p
+    seconds["mesh"], mark = time.perf_counter() - mark, time.perf_counter()
+    # candidates, by x then y, and tributary areas of all surface nodes
+    numbers, shapes, _, areas = facet_quadrature(grid.mesh, grid.surface, 3)
+    shares = np.abs(areas[..., 2]) @ shapes.T
+    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=points.shape[1]).astype(float)
+    nodes = facet_nodes(grid.mesh, grid.surface)
+    nodes = nodes[meshed.candidate(*points[:2, nodes])]
+    nodes = nodes[np.lexsort(np.round(points[1::-1, nodes], 9))]
+    # what is held, and what follows point forces on the surface
+    held, outer = grid.held, facet_nodes(grid.mesh, grid.outer)
+    groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
+    if not groups:
+        held[outer] = True
+    if solver == "conjugate_gradients":
+        size = 3 * len(grid.mesh.dofs.element_dofs)
+        matrices = np.zeros((0, size, size))
+    elif material.incompressible:
+        matrices = mixed_matrices(grid.mesh, nu)
+    else:
+        matrices = stiffness_matrices(grid.mesh, nu, reduced_integration=reduced_integration)
+    system = linear_system(
+        grid.mesh,
+        matrices,
+        held,
+        3 * nodes + 2,
+        outer=outer,
+        fields=[group_field(points.T[outer], group, nu)[0] for group in groups],
+        exterior=exterior_stiffness(grid.mesh, grid.outer, groups, nu) if groups else None,
+        stretch=meshed.stretch,
+    )
+    seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()
+    flexibility: DenseFlexibility | IterativeFlexibility
+    if solver == "conjugate_gradients":
+        flexibility = IterativeFlexibility(
+            system, grid, nu, reduced_integration=reduced_integration
+        )
+    elif solver == "pardiso":
+        stiffness = pardiso.condense(stiffness_matrix(system), system.retained)
+        flexibility = DenseFlexibility.of(system, stiffness)
+    else:
+        flexibility = DenseFlexibility.of(system, condense(system))
+    seconds["condensation"] = time.perf_counter() - mark
+    return CondensedBody(
+        length=meshed.length,
+        youngs_modulus=material.youngs_modulus,
+        poisson_ratio=nu,
+        scaled_points=points[:2, nodes].T + meshed.offset,
+        scaled_weights=weights[nodes],
+        nodes=nodes,
+        flexibility=flexibility,
+        symmetry=2 ** sum(grid.planes),
+        offset=meshed.offset,
+        ring=meshed.ring,
+        stretch=meshed.stretch,
+        spacing_scaled=meshed.spacing,
+        unknowns=system.first + len(groups),
+        seconds=seconds,
+        grid=grid,
+        system=system,
+    )
+
+
+def supported_body(
+    supported: SupportedMesh,
+    material: Material,
+    *,
+    symmetry: int = 1,
+    nodes: NDArray[np.int64] | None = None,
+    solver: str = "nested_dissection",
+) -> CondensedBody:
+    """Return a supported body for contact on normal displacements of its surface.
+
+    There is no far field: the body ends with its mesh and is held by its supports only.
+
+    Parameters
+    ----------
+    material : Material
+        nu <= 0.4999; at most 0.45 for linear tetrahedra, which lock.
+    symmetry : int
+        Number of equal parts, one of which is meshed; it enters forces and areas.
+    nodes : (c,), optional
+        Candidate nodes, some or (by default) all of `contact_nodes`; the candidates of the body
+        have their order.
+    solver : {"nested_dissection", "conjugate_gradients"}
+        A factorisation condenses the body at once; conjugate gradients with algebraic multigrid
+        find the compliance of the points that come into contact (`MultigridFlexibility`).
+    """
+    refuse(choice_faults("solver", solver, SUPPORTED_SOLVERS))
+    mesh, surface, fixed = supported.solid, supported.surface, supported.fixed
+    nu = material.poisson_ratio
+    linear_tetrahedra = mesh.kind.simplex and mesh.kind.order == 1
+    if linear_tetrahedra and nu > LARGEST_POISSON_LINEAR_TETRAHEDRA:
+        raise ValueError(
+            f"poisson_ratio must be at most {LARGEST_POISSON_LINEAR_TETRAHEDRA} with linear "
+            f"tetrahedra, which lock, not {nu!r}: take ten-node tetrahedra"
+        )
+    started = time.perf_counter()
+    length = 2.0 ** np.round(np.log2(np.ptp(mesh.points[mesh.nodes_of(surface), :2])))
+    grid, numbers = mesh.to_scikit()
+    grid = type(grid)(grid.doflocs / length, grid.t)
+    weights = tributary_areas(mesh, surface) / length**2
+    nodes = contact_nodes(mesh, surface) if nodes is None else nodes
+    seconds = {"mesh": time.perf_counter() - started}
+
+    started = time.perf_counter()
+    held = np.empty_like(fixed)
+    held[numbers] = fixed
+    system = linear_system(grid, stiffness_matrices(grid, nu), held, 3 * numbers[nodes] + 2)
+    seconds["assembly"] = time.perf_counter() - started
+
+    started = time.perf_counter()
+    flexibility: DenseFlexibility | MultigridFlexibility
+    if solver == "conjugate_gradients":
+        flexibility = MultigridFlexibility(
+            system.matrices, grid.dofs.element_dofs.T, grid.doflocs.T, ~held, numbers[nodes]
+        )
+        system = replace(system, matrices=system.matrices[:0])
+    else:
+        flexibility = DenseFlexibility.of(system, condense(system))
+    seconds["condensation"] = time.perf_counter() - started
+    facets = grid.t2f[surface[:, 1], surface[:, 0]]
+    return CondensedBody(
+        length=float(length),
+        youngs_modulus=material.youngs_modulus,
+        poisson_ratio=nu,
+        scaled_points=mesh.points[nodes, :2] / length,
+        scaled_weights=weights[nodes],
+        nodes=numbers[nodes],
+        flexibility=flexibility,
+        symmetry=symmetry,
+        offset=np.zeros(2),
+        ring=None,
+        stretch=(1.0, 1.0),
+        spacing_scaled=float(np.sqrt(np.median(weights[nodes]))),
+        unknowns=system.first,
+        seconds=seconds,
+        grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64)),
+        system=system,
+    )

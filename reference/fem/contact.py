@@ -264,7 +264,9 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
         body,
         scaled_points=points[covered, :, :2].reshape(-1, 2) + body.offset,
         scaled_weights=np.abs(areas[covered, :, 2]).ravel(),
-        scaled_compliance=interpolation @ body.scaled_compliance @ interpolation.T,
+        flexibility=DenseFlexibility(
+            interpolation @ body.scaled_compliance @ interpolation.T, body.system
+        ),
         ring=None,
         nodal=body,
         interpolation=interpolation,

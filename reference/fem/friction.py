@@ -20,10 +20,16 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_factor, cho_solve
 
-from reference.arguments import positive_faults, refuse
+from reference.arguments import count_faults, positive_faults, refuse
+from reference.elasticity import LARGEST_POISSON_RATIO, Material
 from reference.errors import ConvergenceError
-from reference.fem.half_space import FrictionalBody
+from reference.fem.condensation import condense, linear_system
+from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
+from reference.fem.far_field import boussinesq, cerruti
+from reference.fem.half_space_mesh import ring_mesh
+from reference.fem.mesh_lines import growing_lines
 from reference.loads import LoadPath
 
 Array = NDArray[np.float64]
@@ -33,6 +39,90 @@ Array = NDArray[np.float64]
 _NEWTON, _FORCE_ERROR, _SLOPE_STEP = 60, 1e-6, 1e-3
 # Largest factor of the penetration in a Newton step.
 _LARGEST_FACTOR = 2.0
+# Extent of contact candidates with friction and their fine rings, in contact radii.
+_FRICTION_REACH = 1.25
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalBody:
+    """Half of a half-space, y >= 0, under loads symmetric about y = 0.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Candidate contact points.
+    compliance : (n, 3, n, 3)
+        Displacement (x, y, z into the body) at the first point for a unit force at the second,
+        including its far field; the mirrored half is loaded equally.
+    fixed : (n,) bool
+        Points on the plane of symmetry, which do not move normal to it.
+    """
+
+    points: Array
+    compliance: Array
+    fixed: NDArray[np.bool_]
+    unknowns: int
+
+
+def frictional_body(
+    contact_radius: float, material: Material, *, elements: int = 4, extent: float = 5.0
+) -> FrictionalBody:
+    """Return a half-space condensed onto all three displacements below one round contact.
+
+    The counterpart of `half_space_body` for contact with friction. The displacement of the total
+    force, Boussinesq's for its normal and Cerruti's for its tangential part, is prescribed on the
+    outer boundary; the error from higher moments decreases at least as (a/L)^2.
+
+    Candidates extend a quarter further than the (largest) contact radius, which has so many 27-node
+    elements (two node spacings), at least 2; `extent` is radius and depth of the mesh in contact
+    radii, at least 2; nu <= 0.4999.
+    """
+    faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
+    nu = material.poisson_ratio
+    if material.incompressible:
+        faults.append(f"poisson_ratio must be at most {LARGEST_POISSON_RATIO}, not {nu!r}")
+    if not (np.isfinite(extent) and extent >= 2.0):
+        faults.append(f"extent must be at least 2 contact radii, not {extent!r}")
+    refuse(faults)
+    # even rings up to the candidates' extent, growing beyond and with depth
+    cells = max(1, round(0.5 * elements))
+    size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
+    inside = np.linspace(0.5, 1.0, cells + 1)
+    further = 1.0 + size * np.arange(1, int(np.ceil((_FRICTION_REACH - 1.0) / size)) + 1)
+    beyond = growing_lines(further[-1], extent, growth * size, growth)[1:]
+    rings = np.concatenate([inside, further, beyond])
+    depths = growing_lines(0.0, extent, 0.8 * size, growth)
+    grid = ring_mesh(rings, depths, core_cells=cells, round_from=1.0, planes=(False, True))
+    points = grid.mesh.p
+    nodes = facet_nodes(grid.mesh, grid.surface)
+    nodes = nodes[np.hypot(*points[:2, nodes]) <= _FRICTION_REACH * (1 + 1e-9)]
+    held, outer = grid.held, facet_nodes(grid.mesh, grid.outer)
+    moves = ~held[nodes].ravel()
+    system = linear_system(
+        grid.mesh,
+        stiffness_matrices(grid.mesh, nu),
+        held,
+        (3 * nodes[:, None] + np.arange(3)).ravel()[moves],
+        outer=outer,
+        fields=[cerruti(points.T[outer], nu), boussinesq(points.T[outer], nu)[0]],
+    )
+    stiffness = condense(system)
+    free = len(system.retained)
+    compliance = np.zeros((moves.size, len(nodes), 3))
+    # unit forces on the contact, and the far fields of a unit force along x and into the body
+    response = cho_solve(
+        cho_factor(stiffness[:free, :free]), np.hstack([np.eye(free), -stiffness[:free, free:]])
+    )
+    compliance.reshape(moves.size, -1)[np.ix_(moves, moves)] = response[:, :free]
+    # a force on this half and its mirror image: twice the total
+    compliance[moves, :, 0::2] += 2.0 * response[:, None, free:]
+    return FrictionalBody(
+        points=points[:2, nodes].T * contact_radius,
+        compliance=compliance.reshape(len(nodes), 3, len(nodes), 3)
+        / (material.youngs_modulus * contact_radius),
+        fixed=points[1, nodes] == 0.0,
+        unknowns=system.first,
+    )
 
 
 @dataclass(frozen=True, eq=False)

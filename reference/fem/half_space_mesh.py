@@ -41,6 +41,14 @@ class GradedMesh:
     outer: NDArray[np.int64]
     planes: Planes = (False, False)
 
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """The displacements (nodes, 3) that symmetry holds."""
+        held = np.zeros((self.mesh.p.shape[1], 3), dtype=bool)
+        for axis, plane in enumerate(self.planes):
+            held[:, axis] = plane & (self.mesh.p[axis] == 0.0)
+        return held
+
 
 def ring_mesh(
     rings: Array,

@@ -24,6 +24,7 @@ from skfem.element import ElementLineP1, ElementLineP2, ElementQuad1, ElementQua
 
 from reference.elasticity import lame_parameters
 from reference.errors import ConvergenceError
+from reference.fem.condensation import LinearSystem
 from reference.fem.element_stiffness import (
     element_order,
     facet_quadrature,
@@ -31,7 +32,6 @@ from reference.fem.element_stiffness import (
     gauss_square,
 )
 from reference.fem.half_space_mesh import GradedMesh
-from reference.fem.linear_system import LinearSystem
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -304,13 +304,13 @@ class IterativeFlexibility:
     def __init__(
         self,
         system: LinearSystem,
-        exterior: Array,
         grid: GradedMesh,
         poisson_ratio: float,
         *,
         reduced_integration: bool = True,
     ) -> None:
         lattice = Lattice.of(grid)
+        exterior = np.zeros((0, 0)) if system.exterior is None else system.exterior
         self.system, self.exterior = system, exterior
         self.stiffness = ExtrudedStiffness(
             lattice, poisson_ratio, reduced_integration=reduced_integration

@@ -17,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature_tri
 
+from reference.arguments import refuse
 from reference.fem.element_stiffness import gauss_points, gauss_square, simplex_points
 
 Array = NDArray[np.float64]
@@ -24,6 +25,12 @@ Integers = NDArray[np.int64]
 
 # Relative Jacobian that counts as zero.
 NO_VOLUME = 1e-9
+# Under uniform pressure the corners of a ten-node tetrahedron carry no force.
+NO_WEIGHT = 1e-6
+RIGID_MOTIONS = (
+    *("translation along x", "translation along y", "translation along z"),
+    *("rotation about x", "rotation about y", "rotation about z"),
+)
 
 # Positions of VTK's nodes: corners, then the middles of these edges, faces and the cell.
 _CUBE = np.array(
@@ -343,3 +350,80 @@ def _with_middles(points: Array, cells: Integers) -> tuple[Array, Integers]:
     return np.concatenate([points, faces, centres]), np.hstack(
         [cells, face_numbers, centre_numbers]
     )
+
+
+@dataclass(frozen=True, eq=False)
+class SupportedMesh:
+    """The mesh of a supported body.
+
+    Parameters
+    ----------
+    solid : SolidMesh
+        z points into the body, away from the indenter.
+    surface : (k, 2)
+        Candidate contact faces.
+    fixed : (n, 3) bool
+        Zero displacement components of the nodes: they must leave no rigid motion free, nor hold
+        the contact surface along z.
+    """
+
+    solid: SolidMesh
+    surface: NDArray[np.int64]
+    fixed: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        points, fixed = self.solid.points, self.fixed
+        if fixed.shape != points.shape:
+            raise ValueError(f"fixed must have shape {points.shape}, not {fixed.shape}")
+        faults, free = [], free_motions(points, fixed)
+        if free:
+            faults.append(f"the supports leave the body free: {', '.join(free)}")
+        if fixed[self.solid.nodes_of(self.surface), 2].any():
+            faults.append("nodes of the contact surface must not be held along z")
+        refuse(faults)
+
+
+def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the surface nodes that can carry contact forces, ordered by x, then y.
+
+    These have a tributary area: all nodes of hexahedra and linear tetrahedra, the mid-edge nodes of
+    ten-node tetrahedra, whose corners carry no force under uniform pressure.
+    """
+    weights = tributary_areas(mesh, surface)
+    nodes = np.flatnonzero(weights > NO_WEIGHT * weights.max())
+    return nodes[np.lexsort(mesh.points[nodes, 1::-1].T)]
+
+
+def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[str]:
+    """Return the names of unsupported rigid motions, empty if the body is held.
+
+    Examples
+    --------
+    A body held along z at the bottom can still slide and rotate:
+
+    >>> corners = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    >>> free_motions(corners, np.tile([False, False, True], (3, 1)))
+    ['translation along x', 'translation along y', 'rotation about z']
+    """
+    centred = points - points.mean(axis=0)
+    centred = centred / np.abs(centred).max()
+    turns = np.cross(np.eye(3)[:, None], centred)
+    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
+    modes = np.concatenate([shifts, turns])[:, fixed].T
+    if not len(modes):
+        return list(RIGID_MOTIONS)
+    _, values, directions = np.linalg.svd(modes, full_matrices=True)
+    values = np.concatenate([values, np.zeros(6 - len(values))])
+    null = directions[values <= 1e-9 * np.sqrt(len(points))]
+    if not len(null):
+        return []
+    share = np.linalg.norm(null, axis=0)
+    return [name for name, size in zip(RIGID_MOTIONS, share, strict=True) if size > 0.1]
+
+
+def tributary_areas(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the consistent tributary areas (n,) of the nodes, projected along z."""
+    weights = np.zeros(len(mesh.points))
+    for nodes, shapes, areas in mesh.face_integrals(surface):
+        np.add.at(weights, nodes, np.abs(areas[..., 2]) @ shapes.T)
+    return weights

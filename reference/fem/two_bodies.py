@@ -22,7 +22,7 @@ from skfem.quadrature import get_quadrature_tri
 
 from reference.arguments import choice_faults, refuse
 from reference.errors import ConvergenceError
-from reference.fem.condensed_body import CondensedBody
+from reference.fem.condensed_body import CondensedBody, DenseFlexibility
 from reference.fem.contact import NodalContact, press
 from reference.fem.element_stiffness import element_order, facet_quadrature
 from reference.loads import LoadPath
@@ -171,7 +171,7 @@ def couple(
         scaled_points=slave.scaled_points[covered],
         scaled_weights=weights[covered],
         nodes=slave.nodes[covered],
-        scaled_compliance=0.5 * (compliance + compliance.T),
+        flexibility=DenseFlexibility(0.5 * (compliance + compliance.T), slave.system),
         ring=None,
         unknowns=slave.unknowns + master.unknowns,
     )

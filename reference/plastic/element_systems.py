@@ -10,8 +10,7 @@ from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse.linalg import SuperLU, splu
 
-from reference.fem.linear_system import LinearSystem
-from reference.fem.nested_dissection import Front, Shift, backward, condense, forward
+from reference.fem.condensation import Front, LinearSystem, Shift, backward, condense, forward
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -135,4 +134,4 @@ class CoredSystem:
         system = LinearSystem(
             matrices[part], self.unknowns[part], nothing, self.size, self._rim, self.centres[part]
         )
-        return condense(system, nothing, fronts), fronts
+        return condense(system, fronts), fronts

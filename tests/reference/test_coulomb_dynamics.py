@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.dynamics import event_driven
-from reference.dynamics.coulomb import Blocks, dry_oscillator_amplitude, stick_slip, stopping
+from reference.dynamics.coulomb import Blocks, dry_oscillator_amplitude, march, stick_slip, stopping
 from reference.dynamics.event_driven import follow
-from reference.dynamics.moreau_jean import march
 
 CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 

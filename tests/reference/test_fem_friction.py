@@ -8,7 +8,7 @@ import pytest
 from reference.errors import ConvergenceError
 from reference.fem import Material, friction
 from reference.fem.far_field import boussinesq, cerruti
-from reference.fem.half_space import frictional_body
+from reference.fem.friction import frictional_body
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential

@@ -12,8 +12,8 @@ from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
 from reference.fem import Material, RingMesh, TensorMesh, half_space_body, press
-from reference.fem.solid_mesh import KINDS, SolidMesh
-from reference.fem.supported_body import SupportedMesh, supported_body
+from reference.fem.condensed_body import supported_body
+from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.fem.two_bodies import couple, overlap_triangles
 from reference.loads import Load
 

@@ -7,7 +7,7 @@ import math
 import pytest
 from scipy.integrate import quad
 
-from reference.dynamics.wave_impact import (
+from reference.dynamics.collision import (
     HERTZ_DURATION,
     radiation_number,
     rayleigh_share,

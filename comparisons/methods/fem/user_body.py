@@ -20,13 +20,8 @@ from comparisons.tasks.task import Task
 from reference import fem
 from reference.elasticity import LARGEST_POISSON_RATIO
 from reference.fem import Material
-from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import (
-    LARGEST_POISSON_LINEAR_TETRAHEDRA,
-    SupportedMesh,
-    contact_nodes,
-    supported_body,
-)
+from reference.fem.condensed_body import LARGEST_POISSON_LINEAR_TETRAHEDRA, supported_body
+from reference.fem.solid_mesh import SolidMesh, SupportedMesh, contact_nodes
 
 # A minute of elimination on one core; memory is asked for apart. Beyond it the compliance of the
 # nodes in contact is found by conjugate gradients, for some ten minutes at most: so many unknowns

@@ -15,8 +15,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.fem import Material
-from reference.fem.friction import NodalStep, follow
-from reference.fem.half_space import FrictionalBody, frictional_body
+from reference.fem.friction import FrictionalBody, NodalStep, follow, frictional_body
 from reference.loads import LoadPath
 
 # The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.

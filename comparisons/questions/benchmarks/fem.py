@@ -35,7 +35,7 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference import fem
 from reference.fem import pardiso
-from reference.fem.linear_system import stiffness_matrix
+from reference.fem.condensation import stiffness_matrix
 from reference.loads import Load
 
 DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
@@ -287,7 +287,7 @@ def _rms(errors: np.ndarray) -> float:
 
 
 def _factorisation(job: Job) -> float:
-    matrix = stiffness_matrix(job.body.system, job.body.exterior)
+    matrix = stiffness_matrix(job.body.system)
     with threadpool_limits(limits=1):
         start = time.process_time()
         pardiso.factorise(matrix)
@@ -304,7 +304,7 @@ def _against_pardiso(
         times = interleaved(tasks, READINGS, time.process_time)["job"]
         row = Measurement(title, statistics.median(times), NO_PARDISO, None, None, target)
         return [row], jobs
-    matrix = stiffness_matrix(job.body.system, job.body.exterior)
+    matrix = stiffness_matrix(job.body.system)
     tasks["yardstick"] = partial(pardiso.factorise, matrix)
     both = interleaved(tasks, READINGS, time.process_time)
     return [measurement(title, both["job"], FACTORISATION, both["yardstick"], target)], jobs

@@ -18,9 +18,8 @@ from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
 from reduced.motion.stepping import Stepping
 from reference.dynamics import coulomb
-from reference.dynamics.coulomb import dry_oscillator_amplitude, stick_slip, stopping
+from reference.dynamics.coulomb import dry_oscillator_amplitude, march, stick_slip, stopping
 from reference.dynamics.event_driven import follow
-from reference.dynamics.moreau_jean import march
 
 EXACT = 1e-12  # rounding of formulas, and of the event-driven motion
 QUANTITIES = ("rest", "force", "kinetic", "way")

@@ -14,7 +14,13 @@ from reduced.motion.stepping import Stepping
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
-from reference.dynamics.collision import power_law_collision, power_law_motion
+from reference.dynamics.collision import (
+    power_law_collision,
+    power_law_motion,
+    rayleigh_share,
+    wave_impact,
+    weak_loss,
+)
 from reference.dynamics.vibration import (
     Forced,
     contact_resonance,
@@ -24,7 +30,6 @@ from reference.dynamics.vibration import (
     linear_amplitude,
     power_backbone,
 )
-from reference.dynamics.wave_impact import rayleigh_share, wave_impact, weak_loss
 
 QUANTITIES = ("energy", "restitution", "duration", "force")
 

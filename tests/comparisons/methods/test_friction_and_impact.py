@@ -18,8 +18,8 @@ from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import coulomb
 from reference.dynamics.collision import collide, power_law_collision
+from reference.dynamics.coulomb import march
 from reference.dynamics.event_driven import follow
-from reference.dynamics.moreau_jean import march
 from reports.tables.documents import markdown
 
 ROOT = Path(__file__).resolve().parents[3]

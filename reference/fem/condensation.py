@@ -1,4 +1,4 @@
-"""Condensation onto a few unknowns by nested dissection with dense fronts.
+"""From element matrices to the stiffness of a few unknowns: numbering, then nested dissection.
 
 The elements are bisected recursively; on return, pairs of neighbouring groups are merged, and
 unknowns without elements outside the merged group are eliminated by a dense Cholesky factorisation
@@ -9,14 +9,17 @@ of a compiled sparse solver on these problems, and the Schur complement needs no
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.linalg import cholesky, solve_triangular
+from skfem import MeshHex, MeshTet
 
-from reference.fem.linear_system import LinearSystem
+from reference.fem.element_stiffness import STRESSES
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -25,6 +28,130 @@ Group = tuple[Integers, Array]
 
 LEAF_UNKNOWNS = 600
 SMALLEST_PIVOT = 1e-9  # relative pivot of a determined mean stress, against rounding of 1e-16
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """Element matrices with their unknowns.
+
+    Attributes
+    ----------
+    matrices : (elements, size, size)
+        None (0, size, size) where the stiffness is applied without them.
+    unknowns : (elements, size)
+        Number of the unknown of every row; -1 for zero displacements.
+    boundary : (boundary unknowns, far-field unknowns)
+        The displacement ``u[first + i] = boundary[i] @ q`` of the unknowns that follow far-field
+        unknowns q, numbered last, from `first`.
+    first : int
+        Number of free unknowns.
+    retained : (r,)
+        The retained free unknowns.
+    centres : (elements, 3)
+        Element centres, for the bisection.
+    exterior : (k, k), optional
+        Stiffness of the unmeshed exterior on the far-field unknowns. Without it these are retained,
+        too, after the others.
+    mean_stresses : (elements, 4) or (0, 4)
+        Free unknowns that make the system indefinite: the mean stresses of elements (a constant and
+        three slopes) in a mixed form, which are among the `unknowns` of their element only.
+    """
+
+    matrices: Array
+    unknowns: Integers
+    boundary: Array
+    first: int
+    retained: Integers
+    centres: Array
+    exterior: Array | None = None
+    mean_stresses: Integers = field(default_factory=lambda: np.zeros((0, STRESSES), np.int64))
+
+
+def linear_system(
+    mesh: MeshHex | MeshTet,
+    matrices: Array,
+    held: NDArray[np.bool_],
+    retained: Integers,
+    *,
+    outer: Integers | None = None,
+    fields: Sequence[Array] = (),
+    exterior: Array | None = None,
+    stretch: tuple[float, float] = (1.0, 1.0),
+) -> LinearSystem:
+    """Return the system with unknowns numbered: free displacements, mean stresses, far field.
+
+    Parameters
+    ----------
+    mesh
+        With n nodes.
+    matrices : (elements, size, size)
+        Displacements component fastest, then the mean stresses of a mixed form.
+    held : (n, 3) bool
+        Zero displacements.
+    retained : (r,)
+        Free displacements, each as 3 node + component.
+    outer : (m,), optional
+        Nodes that follow the far field.
+    fields : sequence of (m, 3)
+        Their displacements for a unit of each far-field unknown.
+    exterior : (k, k), optional
+        As of `LinearSystem`.
+    stretch : (float, float)
+        Of the mesh. Centres are those before it: bisected along its ellipses, an elongated mesh
+        takes a quarter less time and memory.
+    """
+    outer = np.zeros(0, dtype=np.int64) if outer is None else outer
+    follows = np.zeros_like(held)
+    follows[outer] = True
+    follows &= ~held
+    free = ~held & ~follows
+    elements = mesh.dofs.element_dofs.T
+    displacements = int(free.sum())
+    # in a mixed form the element matrices also have rows for the mean stress
+    mixed = matrices.shape[1] > 3 * elements.shape[1]
+    stresses = np.arange(len(elements) * STRESSES * mixed).reshape(-1, STRESSES) + displacements
+    first = displacements + stresses.size
+    number = np.full(held.shape, -1, dtype=np.int64)
+    number[free] = np.arange(displacements)
+    number[follows] = first + np.arange(follows.sum())
+    boundary = np.zeros((int(follows.sum()), len(fields)))
+    for column, values in zip(boundary.T, fields, strict=True):
+        everywhere = np.zeros(held.shape)
+        everywhere[outer] = values
+        column[:] = everywhere[follows]
+    unknowns = number[elements].reshape(len(elements), -1)
+    return LinearSystem(
+        matrices=matrices,
+        unknowns=np.hstack([unknowns, stresses]) if mixed else unknowns,
+        boundary=boundary,
+        first=first,
+        retained=number.ravel()[retained],
+        centres=mesh.p[:, mesh.t].mean(axis=1).T / np.append(stretch, 1.0),
+        exterior=exterior,
+        mean_stresses=stresses,
+    )
+
+
+def stiffness_matrix(system: LinearSystem) -> sparse.csr_array:
+    """Return the sparse symmetric matrix on the free unknowns, followed by the far-field unknowns.
+
+    Boundary displacements are replaced by the far-field unknowns that they follow.
+    """
+    unknowns = system.unknowns
+    size = unknowns.shape[1]
+    rows = np.repeat(unknowns, size, axis=1).ravel()
+    columns = np.tile(unknowns, (1, size)).ravel()
+    inside = (rows >= 0) & (columns >= 0)
+    total = system.first + len(system.boundary)
+    entries = (system.matrices.ravel()[inside], (rows[inside], columns[inside]))
+    matrix = sparse.coo_array(entries, shape=(total, total)).tocsr()
+    if system.exterior is not None:
+        follow = sparse.block_diag([sparse.eye_array(system.first), system.boundary], format="csr")
+        zero = sparse.csr_array((system.first, system.first))
+        matrix = follow.T @ matrix @ follow
+        matrix = sparse.csr_array(matrix + sparse.block_diag([zero, system.exterior], format="csr"))
+    matrix.sort_indices()
+    return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,22 +173,12 @@ class Shift:
     shifted: Integers
 
 
-def condense(
-    system: LinearSystem, exterior: Array | None, fronts: list[Front | Shift] | None = None
-) -> Array:
+def condense(system: LinearSystem, fronts: list[Front | Shift] | None = None) -> Array:
     """Return the stiffness (r, r) on the retained unknowns, in the order of `system.retained`.
 
-    Raises `numpy.linalg.LinAlgError` if the body is not supported (a rigid motion is free).
-
-    Parameters
-    ----------
-    system : LinearSystem
-    exterior : (k, k), optional
-        Stiffness of the unmeshed exterior on the far-field unknowns. Without it these are retained,
-        too, after the others.
-    fronts : list, optional
-        Collects the eliminations for `expand`; by default they are dropped, which limits the memory
-        to that of the largest fronts.
+    `fronts` collects the eliminations for `expand`; without it they are dropped, which limits the
+    memory to that of the largest fronts. Raises `numpy.linalg.LinAlgError` if the body is not
+    supported (a rigid motion is free).
     """
     modes = system.boundary.shape[1]
     total = system.first + modes
@@ -75,11 +192,11 @@ def condense(
     keys = np.stack([z, np.hypot(x, y), np.arctan2(y, x), x, y])
     names, matrix = _reduced(system, np.arange(len(system.matrices)), uses, keys, fronts)
     retained = system.retained
-    if exterior is None:
+    if system.exterior is None:
         retained = np.append(retained, np.arange(system.first, total))
     else:
         place = np.searchsorted(names, np.arange(system.first, total))
-        matrix[np.ix_(place, place)] += exterior
+        matrix[np.ix_(place, place)] += system.exterior
         names, matrix = _eliminate((names, matrix), names >= system.first, fronts)
     names, matrix = _eliminate(
         (names, matrix), np.isin(names, system.mean_stresses), fronts, sign=-1.0
@@ -98,8 +215,25 @@ def _reduced(
     """Return the unknowns shared with other groups, and the stiffness of the group on them."""
     constants = system.mean_stresses[:, 0]
     if len(elements) <= max(2, LEAF_UNKNOWNS // system.matrices.shape[1]):
-        parts, firsts = [_leaf(system, elements)], elements
-        names = parts[0][0]
+        # the sum of the elements; zero displacements (-1) go into the last row, which is dropped
+        names = np.unique(system.unknowns[elements])
+        names = names[names >= 0]
+        matrix = np.zeros((len(names) + 1, len(names) + 1))
+        for element in elements:
+            rows = np.searchsorted(names, system.unknowns[element])
+            rows[system.unknowns[element] < 0] = len(names)
+            _add(matrix, rows, system.matrices[element])
+        matrix = matrix[:-1, :-1]
+        # far-field unknowns in place of the boundary's
+        modes, free = system.boundary.shape[1], int(np.searchsorted(names, system.first))
+        follow = system.boundary[names[free:] - system.first]
+        if len(follow) and modes:
+            across, outer = matrix[:free, free:] @ follow, follow.T @ matrix[free:, free:] @ follow
+            matrix = np.block([[matrix[:free, :free], across], [across.T, outer]])
+            names = np.append(names[:free], system.first + np.arange(modes))
+        else:
+            names, matrix = names[:free], matrix[:free, :free]
+        parts, firsts = [(names, matrix)], elements
     else:
         halves = _bisected(system, keys, elements)
         parts = [_reduced(system, half, uses, keys, fronts) for half in halves]
@@ -179,29 +313,6 @@ def backward(fronts: list[Front | Shift], values: Array) -> None:
         values[front.eliminated] = solve_triangular(
             front.factor, left, lower=True, trans="T", check_finite=False
         )
-
-
-def _leaf(system: LinearSystem, elements: Integers) -> Group:
-    """Return the sum of elements, with far-field unknowns in place of the boundary's."""
-    names = np.unique(system.unknowns[elements])
-    names = names[names >= 0]
-    matrix = np.zeros((len(names) + 1, len(names) + 1))
-    for element in elements:
-        # zero displacements (-1) are summed in the last row, which is dropped
-        rows = np.searchsorted(names, system.unknowns[element])
-        rows[system.unknowns[element] < 0] = len(names)
-        _add(matrix, rows, system.matrices[element])
-    matrix = matrix[:-1, :-1]
-    modes, free = system.boundary.shape[1], int(np.searchsorted(names, system.first))
-    if free == len(names) or modes == 0:
-        return names[:free], matrix[:free, :free]
-    follow = system.boundary[names[free:] - system.first]
-    result = np.empty((free + modes, free + modes))
-    result[:free, :free] = matrix[:free, :free]
-    result[:free, free:] = matrix[:free, free:] @ follow
-    result[free:, :free] = result[:free, free:].T
-    result[free:, free:] = follow.T @ matrix[free:, free:] @ follow
-    return np.concatenate([names[:free], system.first + np.arange(modes)]), result
 
 
 def _bisected(system: LinearSystem, keys: Array, elements: Integers) -> tuple[Integers, Integers]:
