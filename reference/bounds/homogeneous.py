@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.dirichlet import Prisms, fan, shells_about
-from reference.bounds.duality import energy_above, energy_below
+from reference.bounds.duality import Fan, energy_above, energy_below, towards_edge
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.bounds.outlines import Outline, circle, dihedral
-from reference.bounds.pressures import Fan, towards_edge
 from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 

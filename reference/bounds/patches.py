@@ -28,9 +28,9 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, cg
 
 from reference.arguments import count_faults, positive_faults, refuse
+from reference.bounds.ellipses import ellipses_below
 from reference.bounds.interval import EPSILON, Interval, above, below, inverse
 from reference.bounds.potentials import Expansion, GridPotential
-from reference.bounds.summit_punches import ellipses_below
 from reference.bounds.trigonometric import Waves, levelled
 from reference.contact.press import press
 from reference.halfspace import FreeOperator

@@ -21,9 +21,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.dirichlet import Prisms, graded, rings
-from reference.bounds.duality import energy_above, energy_below
+from reference.bounds.duality import Rings, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.bounds.pressures import Rings, towards_edge
 from reference.bounds.profiles import Profile, minorant
 
 Array = NDArray[np.float64]

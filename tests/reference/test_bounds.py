@@ -11,10 +11,9 @@ from scipy.special import ellipe, ellipk
 from reference import closed_form
 from reference.bounds import flat_faces, homogeneous, outlines, revolution
 from reference.bounds.dirichlet import Prisms, fan, graded, rings
-from reference.bounds.duality import energy_above, energy_below
+from reference.bounds.duality import Fan, Rings, energy_above, energy_below, mutual_energies
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import Interval
-from reference.bounds.pressures import Fan, Rings, mutual_energies
 from reference.bounds.profiles import (
     PowerLaw,
     RoundedPunch,

@@ -12,6 +12,7 @@ from reference.bounds.ellipses import (
     ConvexGap,
     Ellipse,
     Face,
+    WavyGap,
     best_ellipse,
     deepest,
     force_of_ellipse,
@@ -19,7 +20,6 @@ from reference.bounds.ellipses import (
     shares,
 )
 from reference.bounds.patches import Patch
-from reference.bounds.summit_punches import WavyGap
 from reference.bounds.trigonometric import Waves
 
 SQUARE = [(1, -1), (1, 1), (-1, 1), (-1, -1)]

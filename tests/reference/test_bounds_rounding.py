@@ -8,8 +8,8 @@ import pytest
 from numba import njit
 from scipy import fft
 
+from reference.bounds.duality import mutual_energies
 from reference.bounds.interval import EPSILON, complete, first_kind_above
-from reference.bounds.pressures import mutual_energies
 from reference.bounds.trigonometric import transform_rounding
 
 
