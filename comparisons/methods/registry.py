@@ -13,6 +13,7 @@ from comparisons.discovery import classes_of
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, Method
 from comparisons.methods.solver import Refusal, Refused, Solver
+from comparisons.scene.options import recorded
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 
@@ -78,25 +79,23 @@ def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
 
     Of our own methods each solver has just the tables of physics of its scenes; one from outside
     takes scenes with any of those that it knows. Nothing is solved with options that would do
-    nothing and yet stand beside the results.
+    nothing and yet stand beside the results: a solver reads its options in its constructor, and a
+    scene that changes another is refused.
     """
+    options = scene.methods.of(name)
     try:
-        solver = _maker(name, scene)(scene)
+        with recorded() as all_read:
+            solver = _maker(name, scene)(scene)
     except Refused as refused:
         return refused.refusal
-    unread = _unread_options(name, scene, solver.options_read)
-    return Refusal(unread) if unread else solver
-
-
-def _unread_options(name: str, scene: Scene, read: frozenset[str]) -> str:
-    """Say which options of a method are changed and not read on the scene ("" if none is)."""
-    idle = sorted(set(scene.methods.of(name).model_dump(exclude_defaults=True)) - read)
+    read = {key for owner, key in all_read if owner is type(options)}
+    idle = sorted(set(options.changes) - read)
     if not idle:
-        return ""
+        return solver
     keys = " and ".join(f"methods.{name}.{key}" for key in idle)
     does = "does" if len(idle) == 1 else "do"
     taken = ", ".join(sorted(read)) or "no option"
-    return f"{keys} {does} nothing here: on this scene {name} reads {taken}"
+    return Refusal(f"{keys} {does} nothing here: on this scene {name} reads {taken}")
 
 
 def concerns(name: str, scene: Scene) -> bool:

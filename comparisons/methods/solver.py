@@ -9,16 +9,21 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar, Generic, TypeVar
+
+import numpy as np
 
 from comparisons.geometry.prepare import Geometry
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import Row, solve_rows
+from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
 
 G = TypeVar("G", bound=Geometry)
 T = TypeVar("T")
+# The resolution of what has no discretisation: nothing can refine it.
+EXACT = (1,)
 
 
 class Refused(Exception):  # noqa: N818 - no error: a method may decline a scene
@@ -57,10 +62,12 @@ def needed(value: T | None, reason: str) -> T:
 class Solver(Generic[G]):
     """A method on one scene.
 
-    The constructor takes the scene and keeps what the solver needs of it; where the scene is none
-    for the method it raises `Refused`. A subclass with a `name` is a method, or one method's solver
-    of the scenes with just the tables of its `physics`. It overrides `resolutions`, and `solve`
-    (all loads at once) or `rows` (load after load).
+    The constructor takes the scene and keeps what the solver needs of it, its options included:
+    one that is first read later counts as idle, and a scene that changes it is refused
+    (`comparisons.methods.registry.solver_for`). Where the scene is none for the method it raises
+    `Refused`. A subclass with a `name` is a method, or one method's solver of the scenes with just
+    the tables of its `physics`. It overrides `resolutions`, unless nothing is discretised, and one
+    of `solve` (all loads at once), `steps` (load after load) and `rows` (the same, with a set-up).
 
     Attributes
     ----------
@@ -83,10 +90,6 @@ class Solver(Generic[G]):
     note : str
         Why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
         Solvers may set their own.
-    options_read : frozenset of str
-        The options of its method, [methods.NAME], that it reads; a scene that changes another is
-        refused (`comparisons.methods.registry.solver_for`). Solvers may narrow them to those that
-        the scene brings in.
     span : float
         Largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
         over more decades come in several calls, each with a geometry sized for its own contacts.
@@ -103,7 +106,6 @@ class Solver(Generic[G]):
     named_only: ClassVar[bool] = False
     depths: ClassVar[bool] = False
     note: str = ""
-    options_read: frozenset[str] = frozenset()
     span: ClassVar[float] = 8.0
     shared_cells: ClassVar[float] = math.inf
 
@@ -132,7 +134,7 @@ class Solver(Generic[G]):
 
     def resolutions(self, geometry: G) -> tuple[int, ...]:
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
-        raise NotImplementedError
+        return EXACT
 
     def block(self, resolution: int) -> int:
         """Return how many surfaces are one task: few enough to resume, and to bound memory."""
@@ -159,6 +161,11 @@ class Solver(Generic[G]):
 
     def rows(self, task: Task[G]) -> Iterable[Row]:
         """Yield each realisation, set up, with a function that yields its load steps."""
+        for _ in task.realisations:
+            yield Row(partial(self.steps, task))
+
+    def steps(self, task: Task[G], loads: np.ndarray) -> Iterable[Step]:
+        """Yield the steps of the loads still to do, where nothing is set up before."""
         raise NotImplementedError
 
     def solve(self, task: Task[G]) -> Solution:

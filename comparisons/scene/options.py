@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from comparisons.scene.fields import Finite, Positive
+
+# The options that have been read, by class and key, while somebody records them.
+_read: ContextVar[set[tuple[type, str]] | None] = ContextVar("read", default=None)
 
 
 class Options(BaseModel):
@@ -14,10 +20,39 @@ class Options(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
+    def __getattribute__(self, name: str) -> Any:
+        """Return an attribute; where options are recorded (`recorded`) it counts as read."""
+        read = _read.get()
+        if read is not None and name in type(self).model_fields:
+            read.add((type(self), name))
+        return super().__getattribute__(name)
+
+    @property
+    def changes(self) -> dict[str, Any]:
+        """The options that differ from their defaults; looking at them is no reading."""
+        return self.model_dump(exclude_defaults=True)
+
     def changed(self) -> str:
-        """Return the options that differ from their defaults, as ``key=value`` text."""
-        values = self.model_dump(exclude_defaults=True)
-        return " ".join(f"{key}={value}" for key, value in sorted(values.items()))
+        """Return the changes as ``key=value`` text."""
+        return " ".join(f"{key}={value}" for key, value in sorted(self.changes.items()))
+
+
+@contextmanager
+def recorded() -> Iterator[set[tuple[type, str]]]:
+    """Record which options are read meanwhile, by class and key.
+
+    >>> with recorded() as read:
+    ...     ReducedOptions().edges
+    'sub_cell'
+    >>> {key for _, key in read}
+    {'edges'}
+    """
+    read: set[tuple[type, str]] = set()
+    token = _read.set(read)
+    try:
+        yield read
+    finally:
+        _read.reset(token)
 
 
 class ClosedFormOptions(Options):

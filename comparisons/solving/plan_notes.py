@@ -11,8 +11,7 @@ from comparisons.formatting import number, with_unit
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.plausibility import scene_notes, surface_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.normal.blocks import SIDE
-from comparisons.methods.normal.grid import cells
+from comparisons.methods.normal.grid import SIDE, cells
 from comparisons.scene.physics.descriptions import left_out
 from comparisons.scene.scene import Scene
 from comparisons.solving.plan import MethodPlan, Plan

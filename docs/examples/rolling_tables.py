@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.judging.uncertainty import grid_uncertainty
-from comparisons.methods.rolling.bem_fft import SPIN_DOUBT
+from comparisons.methods.rolling import SPIN_DOUBT
 from reduced.friction.roll import matched_modulus
 from reduced.friction.roll import roll as roll_springs
 from reduced.friction.slide import Friction

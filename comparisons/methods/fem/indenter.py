@@ -9,8 +9,14 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.fem import memory, punch_mesh
-from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
+from comparisons.methods.fem import punch_mesh
+from comparisons.methods.fem.step import (
+    SolvedContact,
+    bytes_of_elimination,
+    bytes_of_iteration,
+    contact_step,
+    recovered,
+)
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
@@ -46,10 +52,9 @@ FAR = "outside it Boussinesq fields"
 
 
 class FemSolver(Solver[G]):
-    """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
+    """Elastic bodies of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
     span = 1e6  # each load scales the mesh onto its own contact
-    options_read = frozenset({"contact", "penalty"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -62,14 +67,19 @@ class FemSolver(Solver[G]):
             )
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control on this mesh: use bem_fft, or prescribe the force")
-        unfit = points_problem(scene) or solver_problem(scene, scene.methods.fem.solver)
+        unfit = options_problem(scene)
         if unfit:
             raise Refused(unfit)
         if scene.surface is not None and scene.surface.periodic:
             raise Refused("models a free patch, not a periodic half-space")
-        self.options = scene.methods.fem
-        self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
-        self.options_read -= idle_enforcement(scene)
+
+
+class FemMesh(FemSolver[G]):
+    """One elastic body under a rigid one."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.enforcement = enforcement_of(scene)
 
     def press(
         self,
@@ -90,16 +100,14 @@ def meshes_both(scene: Scene) -> bool:
     return pair and scene.methods.fem.coupling != "effective_modulus"
 
 
-class Fem(FemSolver[IndenterGeometry]):
+class Fem(FemMesh[IndenterGeometry]):
     """Single contacts: a mesh around the contact, fitted to its edge or along straight sides."""
 
     name = "fem"
-    options_read = frozenset({"contact", "penalty", "points", "solver"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        if scene.counter_body is not None and not meshes_both(scene):
-            self.options_read |= {"coupling"}
+        self.points, self.solver = scene.methods.fem.points, scene.methods.fem.solver
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
         self.stretch = contact_stretch(self.indenter)
@@ -129,8 +137,8 @@ class Fem(FemSolver[IndenterGeometry]):
         """Bytes of the elimination, or of the factors in conjugate gradients."""
         mesh = self._mesh(task)
         if isinstance(mesh, fem.RingMesh) and self._linear_solver(mesh) == "conjugate_gradients":
-            return memory.of_iteration(mesh)
-        return memory.of_elimination(mesh)
+            return bytes_of_iteration(mesh)
+        return bytes_of_elimination(mesh)
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh, and the solver and why."""
@@ -141,7 +149,7 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def _solution(self) -> str:
         """Say what solves the equations, and from which size on another solver does."""
-        chosen = self.options.solver
+        chosen = self.solver
         if chosen == "conjugate_gradients":
             return "solved by conjugate gradients"
         if chosen == "automatic" and not solver_problem(self.scene, "conjugate_gradients"):
@@ -154,7 +162,7 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def _linear_solver(self, mesh: fem.RingMesh | fem.TensorMesh) -> str:
         """Return the solver of a mesh: a factorisation where it fits into some gigabytes."""
-        chosen = self.options.solver
+        chosen = self.solver
         large = chosen == "automatic" and mesh.unknowns > MOST_CONDENSED
         large = large and not self._nearly_incompressible
         if large and not solver_problem(self.scene, "conjugate_gradients"):
@@ -214,7 +222,7 @@ class Fem(FemSolver[IndenterGeometry]):
         self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
     ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.NodalContact]]:
         """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
-        points, shape = self.options.points, self.indenter.gap
+        points, shape = self.points, self.indenter.gap
         if body.ring is None:
             pressed = body if points == "nodes" else fem.at_quadrature_points(body)
             gap = punch_mesh.face_gap(task.geometry, pressed.points)
@@ -226,29 +234,30 @@ class Fem(FemSolver[IndenterGeometry]):
             yield scaled, shape(*scaled.points.T), contact
 
 
-def idle_enforcement(scene: Scene) -> frozenset[str]:
-    """Return the options of enforcing contact that an active set has no use for."""
-    exact = scene.methods.fem.contact == "active_set"
-    return frozenset({"penalty"}) if exact else frozenset()
-
-
-def points_problem(scene: Scene) -> str:
-    """Return why contact cannot be asked for at quadrature points, or an empty text."""
+def enforcement_of(scene: Scene) -> fem.Enforcement:
+    """Return how contact is enforced; an active set has no use for a penalty, which is not read."""
     options = scene.methods.fem
-    if options.points == "nodes":
-        return ""
-    if options.contact != "penalty":
+    if options.contact == "active_set":
+        return fem.Enforcement(options.contact)
+    return fem.Enforcement(options.contact, options.penalty)
+
+
+def options_problem(scene: Scene) -> str:
+    """Return why points or solver that a scene asks for cannot be had, or an empty text."""
+    changes = scene.methods.fem.changes
+    if "points" not in changes:
+        return solver_problem(scene, changes.get("solver", "automatic"))
+    if changes.get("contact") != "penalty":
         return 'points = "quadrature" takes contact = "penalty" only: there are more than nodes'
     if scene.indenter is None or scene.body is not None or scene.counter_body is not None:
         return 'points = "quadrature" is for a rigid indenter on a half-space'
-    if options.solver == "conjugate_gradients":
+    if changes.get("solver") == "conjugate_gradients":
         return 'points = "quadrature" needs a condensed body, no conjugate gradients'
-    return ""
+    return solver_problem(scene, changes.get("solver", "automatic"))
 
 
 def solver_problem(scene: Scene, solver: str) -> str:
     """Return why a linear solver cannot do the scene, or an empty text."""
-    contact = scene.methods.fem.contact
     of_body = scene.body is not None and solver == "conjugate_gradients"
     if of_body or solver in ("automatic", "nested_dissection"):
         return ""
@@ -256,7 +265,7 @@ def solver_problem(scene: Scene, solver: str) -> str:
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"
     if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
-    if solver == "conjugate_gradients" and contact != "active_set":
+    if solver == "conjugate_gradients" and "contact" in scene.methods.fem.changes:
         return "solver conjugate_gradients takes contact = active_set only"
     if solver == "pardiso" and not pardiso.available():
         return "pypardiso is not installed (pip install 'roughline[fast]')"

@@ -8,9 +8,14 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.fem import memory
-from comparisons.methods.fem.indenter import FAR, TRUNCATION_GRID, FemSolver
-from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
+from comparisons.methods.fem.indenter import FAR, TRUNCATION_GRID, FemMesh
+from comparisons.methods.fem.step import (
+    SolvedContact,
+    bytes_of_elimination,
+    bytes_of_surface,
+    contact_step,
+    recovered,
+)
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -21,11 +26,10 @@ from reference.halfspace.areas import corrected_area
 LARGEST_PATCH = 32
 
 
-class FemPatch(FemSolver[RoughGeometry]):
+class FemPatch(FemMesh[RoughGeometry]):
     """A rough patch pressed node by node, free of its surroundings."""
 
     name = "fem"
-    options_read = FemSolver.options_read | {"mesh"}
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -47,7 +51,7 @@ class FemPatch(FemSolver[RoughGeometry]):
     def memory(self, task: Task[RoughGeometry]) -> float:
         """Bytes of the elimination, and of the compliance between all points."""
         x, y = _map_lines(task)
-        return memory.of_elimination(fem.TensorMesh(x, y)) + memory.of_surface(len(x) * len(y))
+        return bytes_of_elimination(fem.TensorMesh(x, y)) + bytes_of_surface(len(x) * len(y))
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the mesh."""

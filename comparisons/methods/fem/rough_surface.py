@@ -14,7 +14,7 @@ import numpy as np
 from comparisons.facts.methods import REPEATING_ELEMENTS
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.fem.indenter import idle_enforcement, points_problem, solver_problem
+from comparisons.methods.fem.indenter import enforcement_of, options_problem
 from comparisons.methods.fem.stress_below import below
 from comparisons.methods.normal.grid import (
     Grid,
@@ -25,7 +25,6 @@ from comparisons.methods.normal.grid import (
     indenter_resolutions,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import Respond
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Step
@@ -56,21 +55,20 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     name = "fem"
     title = REPEATING_ELEMENTS
     depths = True
-    options_read = frozenset({"contact", "penalty", "mesh", "element", "bottom"})
     shared_cells = 25 * 256**2
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        unfit = (
-            points_problem(scene)
-            or solver_problem(scene, scene.methods.fem.solver)
-            or _bottom_problem(scene)
-        )
+        unfit = options_problem(scene)
         if unfit:
             raise Refused(unfit)
-        self.options = scene.methods.fem
-        self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
-        self.options_read -= idle_enforcement(scene)
+        self.enforcement = enforcement_of(scene)
+        self.element, self.bottom = scene.methods.fem.element, scene.methods.fem.bottom
+        table = scene.half_space
+        if self.bottom != "clamped" and (table.thickness is not None or table.grading is not None):
+            raise Refused(
+                "an impedance bottom is a half-space of one modulus, which does not lie below"
+            )
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -106,18 +104,18 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     def model(self, geometry: Geometry) -> str:
         """Name the mesh and what ends it."""
-        mesh = f"hexahedra ({_IN_PLANE[self.options.element]}) below every cell"
+        mesh = f"hexahedra ({_IN_PLANE[self.element]}) below every cell"
         table = self.scene.half_space
         if table.thickness is not None:
             base = ", down to the rigid base"
-        elif self.options.bottom == "impedance":
+        elif self.bottom == "impedance":
             base = f", down to {_IMPEDANCE}"
         else:
             base = ", down to a clamp two periods down"
         if _periodic(geometry):
             return mesh + base
         far = "Boussinesq fields" if table.uniform else "the continuum of the same body"
-        shared = base if self.options.bottom == "impedance" else ""
+        shared = base if self.bottom == "impedance" else ""
         return f"{mesh}{shared}, free of their surroundings; further away than some cells {far}"
 
     def operator(
@@ -128,7 +126,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         if not self.scene.half_space.uniform:
             body = elastic_body(self.scene)
         kind = PeriodicBody if _periodic(task.geometry) else FreeBody
-        return kind(shape, spacing, body, self.options.element, bottom=self.options.bottom)
+        return kind(shape, spacing, body, self.element, bottom=self.bottom)
 
     def step(
         self, task: Task, operator: FreeBody | PeriodicBody, contact: Contact, grid: Grid
@@ -152,12 +150,6 @@ class FemDepths(FemRough):
     """An indenter on layers or a graded body of finite elements that repeat from cell to cell."""
 
     name = "fem"
-    options_read = frozenset({"contact", "penalty", "element", "bottom"})
-
-    @property
-    def face(self) -> Respond | None:
-        """No solver of its own for flat faces."""
-        return None
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -168,16 +160,6 @@ class FemDepths(FemRough):
         """Cells per contact radius: those of `bem_fft`."""
         assert isinstance(geometry, IndenterGeometry)
         return indenter_resolutions(self.scene, geometry)
-
-
-def _bottom_problem(scene: Scene) -> str:
-    """Say why the mesh cannot end on a half-space; "" if it can, or need not."""
-    table = scene.half_space
-    if scene.methods.fem.bottom == "clamped":
-        return ""
-    if table.thickness is not None or table.grading is not None:
-        return "an impedance bottom is a half-space of one modulus, which does not lie below"
-    return ""
 
 
 def _periodic(geometry: Geometry) -> bool:

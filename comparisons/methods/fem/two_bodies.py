@@ -12,14 +12,20 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.fem import memory
 from comparisons.methods.fem.indenter import (
     FemSolver,
     contact_stretch,
     elongated,
     meshes_both,
 )
-from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
+from comparisons.methods.fem.step import (
+    SolvedContact,
+    bytes_of_elements,
+    bytes_of_elimination,
+    contact_step,
+    recovered,
+    round_area,
+)
 from comparisons.methods.solver import needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
@@ -36,12 +42,12 @@ class FemPair(FemSolver[IndenterGeometry]):
     """Two elastic half-spaces in quarter symmetry, pressed together load by load."""
 
     name = "fem"
-    options_read = frozenset({"coupling"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter = needed(scene.indenter, "an indenter and its counter body only")
         self.stretch = contact_stretch(self.indenter)
+        self.coupling = scene.methods.fem.coupling
         self.counter_body = needed(scene.counter_body, "no [counter_body]")
 
     @classmethod
@@ -60,11 +66,11 @@ class FemPair(FemSolver[IndenterGeometry]):
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elements of one body, and of the elimination of the other, the larger."""
         first, second = (_mesh(task, cells) for cells in _cells(task))
-        return memory.of_elements(first) + memory.of_elimination(second)
+        return bytes_of_elements(first) + bytes_of_elimination(second)
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Say what is solved."""
-        coupling = self.options.coupling.replace("_", "-")
+        coupling = self.coupling.replace("_", "-")
         return (
             f"a quarter of both bodies, on grids that do not match, {coupling} contact between "
             "them, scaled to each load; outside them Boussinesq fields"
@@ -82,7 +88,7 @@ class FemPair(FemSolver[IndenterGeometry]):
             fem.half_space_body(_mesh(task, cells), fem.Material(*table.elastic_constants))
             for cells, table in zip(_cells(task), tables, strict=True)
         ]
-        return couple(*bodies, coupling=self.options.coupling)
+        return couple(*bodies, coupling=self.coupling)
 
     def _steps(
         self, task: Task[IndenterGeometry], pair: BodyPair, loads: np.ndarray

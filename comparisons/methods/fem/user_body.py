@@ -11,9 +11,15 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.methods.fem import memory
-from comparisons.methods.fem.indenter import FemSolver
-from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
+from comparisons.methods.fem.indenter import FemMesh
+from comparisons.methods.fem.step import (
+    SolvedContact,
+    bytes_of_fronts,
+    bytes_of_multigrid,
+    contact_step,
+    recovered,
+    round_area,
+)
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
@@ -42,12 +48,15 @@ def unknowns(geometry: BodyGeometry, resolution: int) -> int:
     return 3 * len(geometry.solid.points) * resolution**3
 
 
-class FemBody(FemSolver[BodyGeometry]):
+class FemBody(FemMesh[BodyGeometry]):
     """The body of a file on its own mesh, with the boundary conditions of its supports."""
 
     name = "fem"
     bodies = True
-    options_read = frozenset({"contact", "penalty", "solver"})
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.solver = scene.methods.fem.solver
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -79,13 +88,13 @@ class FemBody(FemSolver[BodyGeometry]):
         solid, finer = task.geometry.solid, task.resolution**3
         elements = 72.0 * solid.cells.shape[1] ** 2 * len(solid.cells) * finer
         if self._linear_solver(unknowns(task.geometry, task.resolution)) == "conjugate_gradients":
-            return elements + memory.of_multigrid(solid.kind.name, len(solid.points) * finer)
-        return elements + memory.fronts(3.0 * (len(solid.points) * finer) ** (2 / 3))
+            return elements + bytes_of_multigrid(solid.kind.name, len(solid.points) * finer)
+        return elements + bytes_of_fronts(3.0 * (len(solid.points) * finer) ** (2 / 3))
 
     def _linear_solver(self, count: int) -> str:
         """Return the solver of so many unknowns: a factorisation up to the size where it pays."""
-        if self.options.solver != "automatic":
-            return self.options.solver
+        if self.solver != "automatic":
+            return self.solver
         large = self._soft and count > MOST_FACTORISED
         return "conjugate_gradients" if large else "nested_dissection"
 
@@ -99,12 +108,12 @@ class FemBody(FemSolver[BodyGeometry]):
         parts = geometry.symmetric_parts
         share = f", one of {parts} equal parts" if parts > 1 else ""
         solved = "condensed by nested dissection"
-        if self.options.solver == "conjugate_gradients":
+        if self.solver == "conjugate_gradients":
             solved = "solved by conjugate gradients with algebraic multigrid"
-        elif self.options.solver == "automatic" and self._soft:
+        elif self.solver == "automatic" and self._soft:
             solved += f" (above {MOST_FACTORISED // 1000} 000 unknowns solved by conjugate "
             solved += "gradients with algebraic multigrid)"
-        elif self.options.solver == "automatic":
+        elif self.solver == "automatic":
             stiff = f"nu above {LARGEST_POISSON_ITERATED:g}"
             solved += f" ({stiff}: many steps for conjugate gradients)"
         body = f"the body of the file, {cells}{share}, held by its supports; no far field"

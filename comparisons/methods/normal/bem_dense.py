@@ -15,7 +15,7 @@ from comparisons.methods.normal.grid import (
     make_grid,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import Respond, face_grid
+from comparisons.methods.normal.grid_punches import face_grid
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -38,12 +38,6 @@ class BemDense(GridSolver[FreeOperator]):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
-    options_read = frozenset({"max_cells"})
-
-    @property
-    def face(self) -> Respond:
-        """The dense solver, with the same cells at the edge."""
-        return respond_dense
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -51,6 +45,7 @@ class BemDense(GridSolver[FreeOperator]):
             raise Refused("the kernel (19.3) is for a free half-space")
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control: use bem_fft or fem, or prescribe the force")
+        self.face = respond_dense
         self.most_cells = scene.methods.bem_dense.max_cells
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:

@@ -16,7 +16,6 @@ from comparisons.methods.normal.grid import (
     indenter_resolutions,
     rough_resolutions,
 )
-from comparisons.methods.normal.grid_punches import Respond
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
@@ -46,25 +45,13 @@ FURTHER = ((2, 2560 * 1920), (4, 2560 * 1920), (8, 256**2), (16, 256**2))
 COARSER = (2, 3)
 
 
-class BemFft(GridSolver[ElasticBody]):
-    """Free (zero-padded) or periodic half-space, layered or not; every scene."""
+class HalfSpaceGrid(GridSolver[ElasticBody]):
+    """Free (zero-padded) or periodic half-space, whatever happens on it: what all physics share."""
 
-    @property
-    def face(self) -> Respond | None:
-        """The linear problem of a flat face, whose edge cells are known on a half-space."""
-        return respond if self.scene.half_space.uniform else None
-
-    name = "bem_fft"
     depths = True
-    options_read = frozenset({"tolerance", "kernel"})
-
-    def __init__(self, scene: Scene) -> None:
-        super().__init__(scene)
-        self.options = scene.methods.bem_fft
-        if scene.surface is None or not scene.surface.periodic:
-            self.options_read -= {"kernel"}
-        if self.face is not None and scene.indenter is not None and scene.indenter.flat:
-            self.options_read -= {"tolerance"}  # a flat face is one linear problem
+    # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside
+    # one of them the set-up is nothing.
+    shared_cells = 2 * 256**2
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius from the tolerance; on rough scenes three grids.
@@ -84,10 +71,6 @@ class BemFft(GridSolver[ElasticBody]):
                 return (*(own // k for k in steps[:1]), own)
             return (*planned, *finer)
         return indenter_resolutions(self.scene, geometry)
-
-    # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside
-    # one of them the set-up is nothing.
-    shared_cells = 2 * 256**2
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""
@@ -115,6 +98,22 @@ class BemFft(GridSolver[ElasticBody]):
         kind = "one period" if geometry.periodic else "the patch, free of its surroundings,"
         return f"{kind} of the surface on its grid; the elastic body enters through its kernel"
 
+
+class BemFft(HalfSpaceGrid):
+    """Free (zero-padded) or periodic half-space, layered or not; every scene."""
+
+    name = "bem_fft"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        options = scene.methods.bem_fft
+        # The edge cells of a flat face are known on a half-space: one linear problem.
+        self.face = respond if scene.half_space.uniform else None
+        if scene.surface is not None and scene.surface.periodic:
+            self.kernel = options.kernel
+        if self.face is None or scene.indenter is None or not scene.indenter.flat:
+            self.tolerance = options.tolerance
+
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> ElasticBody:
@@ -124,10 +123,10 @@ class BemFft(GridSolver[ElasticBody]):
         if not task.scene.half_space.uniform:
             body = elastic_body(task.scene)
             if periodic:
-                return LayeredPeriodic(shape, spacing, body, kernel=self.options.kernel)
+                return LayeredPeriodic(shape, spacing, body, kernel=self.kernel)
             return LayeredFree(shape, spacing, body)
         if periodic:
-            return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
+            return PeriodicOperator(shape, spacing, modulus, kernel=self.kernel)
         return FreeOperator(shape, spacing, modulus)
 
     def sweep(self, task: Task, operator: ElasticBody, gap: np.ndarray) -> Sweep:
@@ -135,9 +134,15 @@ class BemFft(GridSolver[ElasticBody]):
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
             load = Load(task.loads.control, loads)
-            yield from sweep(operator, gap, load, tolerance=self.options.tolerance)
+            yield from sweep(operator, gap, load, tolerance=self.tolerance)
 
         return as_far_as_possible(task, operator, gap, run)
+
+
+def loosened(scene: Scene, least: float) -> float:
+    """Return the tolerance of solvers to whom one below the least is the least: it is not read."""
+    options = scene.methods.bem_fft
+    return options.tolerance if options.changes.get("tolerance", 0.0) > least else least
 
 
 def _periodic(task: Task) -> bool:

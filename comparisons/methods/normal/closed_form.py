@@ -1,19 +1,55 @@
-"""The method `closed_form`: exact solutions of single contacts."""
+"""The method `closed_form`: exact solutions of single contacts, layers and grading included."""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
+from functools import lru_cache, partial
 
 import numpy as np
 
+from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.normal.radial import profile_fields, unit_rings
-from comparisons.methods.solver import Solver, needed
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw
 from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference import closed_form as closed_forms
+from reference.layered import RoundContact, Stack
+from reference.layered.graded import GradedContact, face_stiffness, line_factor
+from reference.layered.round_contact import RoundStep
+
+# The pressure is exact at each point; their number only sets how smooth a plot is.
+POINTS = 200
+
+
+@lru_cache(maxsize=1)
+def unit_rings() -> tuple[np.ndarray, np.ndarray]:
+    """Return relative radii in (0, 1) and the areas that they stand for, on the unit disc.
+
+    Gauss points of t with rho = sin t: they crowd towards the edge, where a pressure falls or
+    rises steeply, and their weights integrate even an inverse square root there exactly.
+    """
+    node, weight = np.polynomial.legendre.leggauss(POINTS)
+    angle = np.pi / 4 * (node + 1)
+    rho = np.sin(angle)
+    ring = np.pi / 4 * weight * np.cos(angle) * 2 * np.pi * rho
+    for array in (rho, ring):
+        array.setflags(write=False)
+    return rho, ring
+
+
+def profile_fields(
+    half_x: float, half_y: float, x: np.ndarray, pressure: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the fields of a pressure known along the x axis of an elliptic contact."""
+    return {
+        "pressure_x": x,
+        "pressure_y": np.zeros_like(x),
+        "pressure": pressure,
+        "pressure_weight": unit_rings()[1] * (half_x * half_y),
+    }
 
 
 def form_of(indenter: Indenter, modulus: float) -> closed_forms.ClosedForm | None:
@@ -21,10 +57,9 @@ def form_of(indenter: Indenter, modulus: float) -> closed_forms.ClosedForm | Non
     return indenter.made_by(closed_forms, effective_modulus=modulus)
 
 
-class ClosedForm(Solver[IndenterGeometry]):
-    """Exact solution on the half-space; no discretisation, so its resolution is 1."""
+class FormSolver(Solver[IndenterGeometry]):
+    """The closed form of a shape, whatever happens to it: what all physics share."""
 
-    name = "closed_form"
     only_indenters = "a rough surface has no closed form"
 
     def __init__(self, scene: Scene) -> None:
@@ -42,13 +77,15 @@ class ClosedForm(Solver[IndenterGeometry]):
         """Half-spaces: `DepthForm` has layers."""
         return scene.half_space.uniform
 
-    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
-        """Return one: a closed form needs no refinement."""
-        return (1,)
-
     def model(self, geometry: IndenterGeometry) -> str:
         """Cite the solution."""
         return f"exact solution, nothing is discretised ({self.note})"
+
+
+class ClosedForm(FormSolver):
+    """Exact solution on the half-space; no discretisation, so its resolution is 1."""
+
+    name = "closed_form"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Evaluate the solution at all loads at once."""
@@ -77,3 +114,81 @@ def _pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarr
     half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))
+
+
+At = Callable[[str, float], RoundStep]
+
+
+class DepthForm(Solver[IndenterGeometry]):
+    """Exact solution under a power of the radius or a flat circle; its resolution is 1."""
+
+    name = "closed_form"
+    depths = True
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "a rough surface has no closed form")
+        if self.indenter.shape != "cylinder" and _power(self.indenter) is None:
+            raise Refused(f"no solution is known for a {self.indenter.in_words} on such a body")
+        if "pressure" in scene.compare.quantities:
+            raise Refused("the solution is evaluated for force and area, not for pressures")
+        graded = scene.half_space.grading is not None
+        self.note = (
+            "Giannakopoulos & Suresh 1997; Hess 2016"
+            if graded
+            else "integral equation of Lebedev & Ufliand 1958, in Legendre polynomials to 1e-10"
+        )
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Bodies that depend on depth."""
+        return not scene.half_space.uniform
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Cite the solution."""
+        return f"exact solution of the contact ({self.note})"
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Solve load after load."""
+        control, values = task.loads.control, task.loads.values
+        at = self._contact(task.geometry)
+        steps = [at(control, float(value)) for value in values]
+        names = ("contact_radius", "penetration", "force", "stiffness", "energy")
+        curves = {name: np.array([getattr(step, name) for step in steps]) for name in names}
+        curves["contact_area"] = np.pi * curves["contact_radius"] ** 2
+        solution = Solution.of(task, curves, violation=0.0)
+        solution.fields = {"penetration": np.array(steps[-1].penetration)}
+        return solution
+
+    def _contact(self, geometry: IndenterGeometry) -> At:
+        body, guess = elastic_body(self.scene), geometry.contact_radius
+        if isinstance(self.indenter, Cylinder):
+            radius = self.indenter.radius
+            if isinstance(body, Stack):
+                flat = RoundContact(body, np.zeros_like, radius)
+                return lambda control, value: flat.at(control, value, radius)
+            return _face(radius, face_stiffness(body, radius))
+        n, c = needed(_power(self.indenter), "")
+        if not isinstance(body, Stack):
+            return GradedContact(body, n, c).at
+        factor = line_factor(n) * c
+        contact = RoundContact(body, lambda x: factor * x**n)
+        return lambda control, value: contact.at(control, value, guess)
+
+
+def _power(indenter: Indenter) -> tuple[float, float] | None:
+    """Return n and c of a section c r^n, None for others."""
+    if isinstance(indenter, Paraboloid):
+        return 2.0, 0.5 / indenter.radius
+    if isinstance(indenter, Cone):
+        return 1.0, indenter.slope
+    return (indenter.exponent, indenter.coefficient) if isinstance(indenter, PowerLaw) else None
+
+
+def _face(radius: float, stiffness: float) -> At:
+    def at(control: str, value: float) -> RoundStep:
+        depth = value if control == "penetration" else value / stiffness
+        force = stiffness * depth
+        return RoundStep(radius, depth, force, stiffness, force * depth / 2)
+
+    return at

@@ -10,7 +10,6 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.normal.blocks import block_means, blocks_of
 from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import Scene
@@ -24,7 +23,38 @@ from reference.errors import ConvergenceError
 from reference.halfspace import Contact
 from reference.halfspace import areas as area_measures
 from reference.halfspace.contact_line import located_area, on_whole_patch, reaches_rim
-from reference.halfspace.edge_cells import respond
+
+# Blocks a side of a stored field; fields of up to MOST_POINTS cells are stored as they are.
+SIDE = 512
+
+Blocks = tuple[np.ndarray, np.ndarray]
+
+
+def blocks_of(shape: tuple[int, ...]) -> Blocks | None:
+    """Return the first rows and columns of the blocks of a field; None if it is small enough.
+
+    The last blocks may be smaller than the others.
+
+    >>> blocks_of((4, 4)) is None
+    True
+    >>> [len(starts) for starts in blocks_of((4096, 1100))]
+    [512, 138]
+    """
+    if shape[0] * shape[1] <= MOST_POINTS:
+        return None
+    step = -(-max(shape) // SIDE)
+    return np.arange(0, shape[0], step), np.arange(0, shape[1], step)
+
+
+def block_means(field: np.ndarray, blocks: Blocks | None) -> np.ndarray:
+    """Return the means over the blocks, or the field itself; forces are kept."""
+    if blocks is None:
+        return field
+    rows, columns = blocks
+    sums = np.add.reduceat(np.add.reduceat(field, columns, axis=1, dtype=float), rows, axis=0)
+    sides = [np.diff([*starts, n]) for starts, n in zip(blocks, field.shape, strict=True)]
+    return np.asarray(sums / np.outer(*sides))
+
 
 AnyOperator = TypeVar("AnyOperator", bound=ElasticBody)
 Sweep = Callable[[np.ndarray], Iterator[Contact]]
@@ -144,10 +174,8 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
 class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     """A solver of an elastic body below a grid of rectangular cells."""
 
-    @property
-    def face(self) -> Respond | None:
-        """Solver of the linear problem of a flat face; None: faces are like other shapes."""
-        return respond
+    # Solver of the linear problem of a flat face; None: faces are like other shapes.
+    face: Respond | None = None
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -187,10 +215,9 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
     def solve(self, task: Task) -> Solution:
         """Solve every realisation on the same operator; a flat punch with its edge cells."""
         geometry, face = task.geometry, self.face
-        if isinstance(geometry, IndenterGeometry) and face is not None:
-            area = geometry.indenter.face_area
-            if area is not None:
-                return solve_punch(task, geometry, area, face)
+        area = geometry.indenter.face_area if isinstance(geometry, IndenterGeometry) else None
+        if isinstance(geometry, IndenterGeometry) and face is not None and area is not None:
+            return solve_punch(task, geometry, area, face)
         return super().solve(task)
 
     def rows(self, task: Task) -> Iterator[Row]:

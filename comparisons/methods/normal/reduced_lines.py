@@ -9,21 +9,96 @@ import numpy as np
 from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.normal.line_distributions import Springs, put_distributions
 from comparisons.methods.solver import Refused, Solver
-from comparisons.scene.options import ReducedOptions
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 from comparisons.scene.surface import SelfAffine as SelfAffineTable
+from comparisons.tasks.distributions import Stretches, of_values, wanted
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
-from reduced.loads import Load
-from reduced.rough import ensemble, regions, surface_spectrum
+from reduced.loads import EDGES, Load
+from reduced.rough import ensemble, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
+from reduced.rough.regions import Regions, line_stress, regions
 from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
 from reference.layered.stack import Stack, plane_modulus
+
+# Lines that distributions are taken of: the mean of three hundred scatters by some per cent.
+MOST_LINES = 300
+
+
+class Springs(NamedTuple):
+    """What the stretches of a line have: E*, and how contacts end."""
+
+    modulus: float
+    edges: str
+
+
+def put_distributions(
+    solution: Solution, task: Task, lines: RoughLines, springs: Springs, depths: np.ndarray
+) -> None:
+    """Store the distributions that a task asks for, of the first lines at the last load.
+
+    Parameters
+    ----------
+    solution : Solution
+    task : Task
+    lines : RoughLines
+    springs : Springs
+    depths : ndarray, shape (lines,)
+        Penetrations at the last load.
+    """
+    names = wanted(task)
+    if not names or task.realisations[0] >= MOST_LINES:
+        return
+    for row, depth in enumerate(depths[:MOST_LINES]):
+        values = line_values(lines[row], springs, float(depth), task.geometry.size)
+        solution.put_distributions(row, of_values(task, {name: values[name] for name in names}))
+
+
+def line_values(
+    line: RoughLines, springs: Springs, depth: float, size: tuple[float, float]
+) -> dict[str, Stretches]:
+    """Return pressures, gaps and sizes of a line; weights as of a surface of the given sides."""
+    contacts = regions(line, depth, edges=springs.edges)
+    first, last, width, region = _stretches(line, depth, contacts)
+    touching = region >= 0
+    share = np.pi / 4 * contacts.lengths[region[touching]]
+    stiff = springs.modulus / share
+    area = size[0] * size[1]
+    return {
+        "pressure_distribution": Stretches(
+            first[touching] * stiff,
+            last[touching] * stiff,
+            share * width[touching] / line.length**2,
+        ),
+        "gap_distribution": Stretches(-first, -last, width / line.length),
+        "contact_sizes": Stretches.points(np.pi / 4 * contacts.lengths**2, area / line.length**2),
+    }
+
+
+def _stretches(
+    line: RoughLines, depth: float, contacts: Regions
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return deflections at both ends of each stretch, its width, and its region (-1: none).
+
+    A free line goes on for half a cell beyond its outer points, at their height.
+    """
+    heights = line.single()
+    delta = heights - heights.max() + depth
+    label = np.full(len(delta), -1)
+    label[contacts.points] = contacts.region
+    if line.periodic:
+        begin, end = np.arange(len(delta)), np.roll(np.arange(len(delta)), -1)
+        width = np.full(len(delta), line.spacing)
+    else:
+        points = np.arange(len(delta))
+        begin, end = np.concatenate([[0], points]), np.concatenate([points, points[-1:]])
+        width = np.full(len(delta) + 1, line.spacing)
+        width[[0, -1]] /= 2
+    return delta[begin], delta[end], width, np.maximum(label[begin], label[end])
 
 
 class Lines(NamedTuple):
@@ -46,25 +121,30 @@ class Lines(NamedTuple):
         return loads.values * self.patches if loads.control == "force" else loads.values
 
 
-class ReducedLines(Solver[RoughGeometry]):
-    """Method of dimensionality reduction on rough lines (19.26), with the area rule (19.29)."""
+class LineSolver(Solver[RoughGeometry]):
+    """Rough lines on springs, whatever happens to them: what all physics share."""
 
-    name = "reduced"
     depths = True
-    options_read = frozenset(
-        {"stress", "edges", "spectrum", "line_length", "line_points", "layers"}
-    )
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.options = scene.methods.reduced
+        options = scene.methods.reduced
         if scene.surface is None:
             raise Refused("lines are drawn for rough surfaces")
-        self.surface = scene.surface
-        self.modulus, reading = _modulus(scene)
+        if scene.half_space.grading is not None:
+            raise Refused("graded springs stand around the axis of one contact; a line has many")
+        self.surface, self.modulus, reading = scene.surface, scene.effective_modulus, ""
+        if not scene.half_space.uniform and options.layers == "effective":
+            raise Refused("the effective modulus of layers is that of one contact with a radius")
+        if not scene.half_space.uniform and options.layers == "layer":
+            body = elastic_body(scene)
+            assert isinstance(body, Stack)
+            self.modulus, reading = plane_modulus(body.top), "; layers read as the uppermost one"
+        elif not scene.half_space.uniform:
+            reading = "; layers read as their substrate"
         self.note = f"rough line with C1D = pi q C2D (19.26), area rule (19.29){reading}"
-        if scene.half_space.uniform:
-            self.options_read -= {"layers"}
+        self.spectrum, self.points = options.spectrum, options.line_points
+        self.length = options.line_length  # in sides of the surface
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -77,21 +157,23 @@ class ReducedLines(Solver[RoughGeometry]):
         The line then has two points for each of the grid's, so that it resolves the shortest
         wave that the grid holds.
         """
-        points = self.options.line_points
-        if points is not None:
-            return (max(2, round(points / 2 / self.options.line_length)),)
+        if self.points is not None:
+            return (max(2, round(self.points / 2 / self.length)),)
         n = max(geometry.points)
         return (n, 2 * n, 4 * n)
 
     def block(self, resolution: int) -> int:
         """Return how many lines are one task: a million points."""
-        points = self.options.line_points or 2 * resolution * self.options.line_length
+        points = self.points or 2 * resolution * self.length
         return int(np.clip(1_000_000 // points, 1, 1000))
 
     def refusal(self, task: Task[RoughGeometry]) -> str:
         """Refuse lines too coarse for their own shortest wave."""
-        waves = highest_mode(task.geometry, self.options)
-        if self._points(task) > 2 * waves * self.options.line_length:
+        source = line_spectrum(task.geometry, self.spectrum)
+        shortest = float(source.wavenumber[np.asarray(source.power) > 0].max())
+        side = float(np.sqrt(task.geometry.area))
+        waves = int(np.ceil(shortest * side / (2 * np.pi) * (1 - 1e-12)))
+        if self._points(task) > 2 * waves * self.length:
             return ""
         return f"the shortest of {waves} waves per side needs more than {2 * waves} points"
 
@@ -108,33 +190,52 @@ class ReducedLines(Solver[RoughGeometry]):
     def warm_up(self, task: Task[RoughGeometry]) -> None:
         """Compile the walk along a line."""
         line = RoughLines(np.cos(np.arange(16.0)), 1.0)
-        press(line, 1.0, Load(task.loads.control, 0.5), edges=self.options.edges)
+        for control in ("penetration", "force"):
+            for edges in EDGES:
+                press(line, 1.0, Load(control, 0.5), edges=edges)
 
     def _points(self, task: Task[RoughGeometry]) -> int:
-        options = self.options
-        return options.line_points or max(8, round(2 * task.resolution * options.line_length))
+        return self.points or max(8, round(2 * task.resolution * self.length))
 
     def draw(self, task: Task[RoughGeometry]) -> Lines:
         """Return the lines of a task."""
-        length = self.options.line_length * float(np.sqrt(task.geometry.area))
-        points = self._points(task)
-        source = line_spectrum(task.geometry, self.options)
-        count = len(task.realisations)
-        random = ensemble.RandomLines(source, points, count, self.surface.seed, length)
-        return Lines(random.draw(task.realisations), self.options.line_length**2)
+        length = self.length * float(np.sqrt(task.geometry.area))
+        source, count = line_spectrum(task.geometry, self.spectrum), len(task.realisations)
+        seed = self.surface.seed
+        random = ensemble.RandomLines(source, self._points(task), count, seed, length)
+        return Lines(random.draw(task.realisations), self.length**2)
+
+
+class ReducedLines(LineSolver):
+    """Method of dimensionality reduction on rough lines (19.26), with the area rule (19.29)."""
+
+    name = "reduced"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.stress, self.edges = scene.methods.reduced.stress, scene.methods.reduced.edges
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Press all lines to all loads at once."""
         with Stopwatch() as setup:
             lines = self.draw(task)
         load = Load(task.loads.control, lines.loads(task.loads))
-        contact = press(lines.rough, self.modulus, load, edges=self.options.edges)
+        contact = press(lines.rough, self.modulus, load, edges=self.edges)
         curves = line_curves(contact, lines)
-        if self.options.stress == "local" and task.wants_pressure:
-            shares = _undefined_shares(lines, contact.penetration, self.options.edges)
-            curves["local_stress_undefined_share"] = shares
+        if self.stress == "local" and task.wants_pressure:
+            # The share of contact points where the local rule (19.37) has no real value.
+            curves["local_stress_undefined_share"] = np.array(
+                [
+                    [line_stress(line, 1.0, d, edges=self.edges).undefined_share for d in depths]
+                    for line, depths in zip(
+                        (RoughLines(row, lines.rough.spacing) for row in lines.rough.heights),
+                        contact.penetration,
+                        strict=True,
+                    )
+                ]
+            )
         solution = Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
-        springs = Springs(self.modulus, self.options.edges)
+        springs = Springs(self.modulus, self.edges)
         put_distributions(solution, task, lines.rough, springs, contact.penetration[:, -1])
         # A mean gap wider than at first touch leaves a line without contact.
         for row, step in np.argwhere(contact.contact_count == 0):
@@ -142,27 +243,6 @@ class ReducedLines(Solver[RoughGeometry]):
         if (0, task.shape[1] - 1) not in solution.reasons:
             solution.fields = line_fields(lines, float(contact.penetration[0, -1]))
         return solution
-
-
-def _modulus(scene: Scene) -> tuple[float, str]:
-    """Return E* of all springs, and by which reading of layers.
-
-    Raises
-    ------
-    Refused
-        For readings that need one contact with a radius.
-    """
-    reading = scene.methods.reduced.layers
-    if scene.half_space.grading is not None:
-        raise Refused("graded springs stand around the axis of one contact; a line has many")
-    if scene.half_space.uniform or reading == "substrate":
-        note = "" if scene.half_space.uniform else "; layers read as their substrate"
-        return scene.effective_modulus, note
-    if reading == "effective":
-        raise Refused("the effective modulus of layers is that of one contact with a radius")
-    body = elastic_body(scene)
-    assert isinstance(body, Stack)
-    return plane_modulus(body.top), "; layers read as the uppermost one"
 
 
 def line_fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
@@ -192,22 +272,7 @@ def line_curves(contact: LineContact, lines: Lines) -> dict[str, np.ndarray]:
     }
 
 
-def _undefined_shares(lines: Lines, penetration: np.ndarray, edges: str) -> np.ndarray:
-    """Return the share of contact points where the local rule (19.37) has no real value."""
-    return np.array(
-        [
-            [
-                regions.line_stress(
-                    RoughLines(line, lines.rough.spacing), 1.0, d, edges=edges
-                ).undefined_share
-                for d in depths
-            ]
-            for line, depths in zip(lines.rough.heights, penetration, strict=True)
-        ]
-    )
-
-
-def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.LineSpectrum:
+def line_spectrum(geometry: RoughGeometry, rule: str) -> spectrum.LineSpectrum:
     """Return the spectrum of the line: from the recipe of the surface, or from the measured map.
 
     Of two faces the spectra add: the phases of one do not know those of the other. Two measured
@@ -216,10 +281,8 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
     random = [face for face in geometry.faces if isinstance(face, SyntheticFace)]
     if len(random) == 1 == len(geometry.faces):
         recipe = random[0].recipe
-        return spectrum.prescribed(
-            recipe.points, recipe.size, _roughness(recipe), rule=options.spectrum
-        )
-    return spectrum.line_of(whole_spectrum(geometry), options.spectrum)
+        return spectrum.prescribed(recipe.points, recipe.size, _roughness(recipe), rule=rule)
+    return spectrum.line_of(whole_spectrum(geometry), rule)
 
 
 def whole_spectrum(geometry: RoughGeometry) -> SurfaceSpectrum:
@@ -239,11 +302,3 @@ def whole_spectrum(geometry: RoughGeometry) -> SurfaceSpectrum:
 def _roughness(recipe: SelfAffineTable) -> SelfAffine:
     names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
     return SelfAffine(**{name: getattr(recipe, name) for name in names})
-
-
-def highest_mode(geometry: RoughGeometry, options: ReducedOptions) -> int:
-    """Return the number of the shortest wave per side that the surface's spectrum holds."""
-    source = line_spectrum(geometry, options)
-    present = source.wavenumber[np.asarray(source.power) > 0]
-    side = float(np.sqrt(geometry.area))
-    return int(np.ceil(float(present.max()) * side / (2 * np.pi) * (1 - 1e-12)))

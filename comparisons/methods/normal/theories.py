@@ -23,8 +23,6 @@ from reference.closed_form.asperities import (
 from reference.closed_form.persson import Persson as PerssonTheory
 from reference.closed_form.persson import PerssonXu as XuTheory
 
-EXACT = (1,)
-
 
 class RoughTheory(Solver[RoughGeometry]):
     """A theory of an unbounded surface with the spectrum of the scene's, at a nominal pressure."""
@@ -38,10 +36,6 @@ class RoughTheory(Solver[RoughGeometry]):
         if scene.loading.penetration is not None:
             raise Refused("an unbounded surface has no highest point that depths could start from")
         self.modulus = scene.effective_modulus
-
-    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
-        """Return one: there is no grid."""
-        return EXACT
 
     def pressures(self, task: Task[RoughGeometry]) -> np.ndarray:
         """Return the nominal pressures F/(E* A0) of prescribed forces."""

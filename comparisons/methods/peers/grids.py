@@ -31,8 +31,6 @@ class PeerSolver(Solver[Geometry]):
     tolerance changed until it is within the option `tolerance` (`comparisons.peers.press`).
     """
 
-    options_read = frozenset({"tolerance", "seconds"})
-
     def __init__(self, scene: Scene, options: PeerOptions) -> None:
         super().__init__(scene)
         if scene.indenter is not None and scene.indenter.flat:
@@ -42,7 +40,7 @@ class PeerSolver(Solver[Geometry]):
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
         if not press.installed(self.name):  # last: installing helps only who can do the scene
             raise Refused("not installed: pip install 'roughline[peers]'")
-        self.options = options
+        self.tolerance, self.seconds = options.tolerance, options.seconds
         self.note = f"{press.versions(self.name)}, in its own process"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
@@ -72,8 +70,8 @@ class PeerSolver(Solver[Geometry]):
         result = press.press(
             self.name,
             press.Problem(operator, gaps, task.loads.control, task.loads.values),
-            self.options.tolerance,
-            limits=Limits(self.options.seconds, MEMORY_SHARE * free_memory()),
+            self.tolerance,
+            limits=Limits(self.seconds, MEMORY_SHARE * free_memory()),
         )
         for index, reason in result.reasons.items():
             solution.fail(index, reason)

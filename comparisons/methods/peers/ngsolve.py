@@ -34,7 +34,6 @@ class NgSolve(Solver[IndenterGeometry]):
     """NGSolve and Netgen (Schöberl, J. Comput. Vis. Sci. 1 (1997) 41; ngsolve.org)."""
 
     name = "ngsolve"
-    options_read = frozenset({"seconds"})
     span = FemSolver.span  # each load scales the mesh onto its own contact
 
     def __init__(self, scene: Scene) -> None:

@@ -1,21 +1,40 @@
-"""What the methods for an indenter on a yielding half-space share: material, shape, first yield."""
+"""Indenters on a half-space that yields: springs, Hertz's contact up to first yield, fits.
+
+What all methods share (material, shape, first yield); springs by the readings of the chapter's rule
+and by Zunker & Kamrin; Hertz (Johnson 1985); fits by Kogut & Etsion and by Jackson & Green of a
+deformable ball under a rigid flat.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from contextlib import suppress
+from typing import ClassVar
 
-from comparisons.methods.solver import Refused, needed
+import numpy as np
+from scipy.optimize import brentq
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.normal.closed_form import FormSolver
+from comparisons.methods.normal.reduced import ProfileSolver, line_picture
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.ellipsoid import Ellipsoid
 from comparisons.scene.indenters.indenter import Indenter
-from comparisons.scene.physics.tables.plasticity import Plasticity
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.physics.tables.plasticity import HARDNESS, Plasticity
 from comparisons.scene.scene import Scene
-from reduced.loads import Load
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+from reduced.errors import ConvergenceError
+from reduced.loads import Load, LoadPath
+from reduced.plasticity.caps import Yielded, YieldingSprings, first_yield
+from reduced.plasticity.zunker_kamrin import ZunkerKamrin
 from reduced.profiles.equivalents import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference.closed_form import ellipsoid
 from reference.elasticity import Material
 from reference.plastic import PlasticMaterial, yield_depth, yield_pressure
+from reference.plastic.dent_formulas import Fit, FlattenedBall, jackson_green, kogut_etsion
 from reference.plastic.first_yield import elliptic_yield_pressure
 
 PHYSICS = frozenset({"plasticity"})
@@ -103,3 +122,218 @@ def estimated_radius(scene: Scene, profile: Profile, control: str, load: float) 
         )
     widest = float(np.sqrt(np.prod(indenter.reach(load))))
     return float(radius * (widest / radius) ** min(1.0, 2 * np.log10(over) / 3))
+
+
+# How often a line grows by a third until it holds the contact under a force.
+_WIDENINGS = 60
+_WORDS = {
+    "stress": f"capped where their stress (19.37) reaches {HARDNESS} Y",
+    "elastic_root": f"capped where the stress of their elastic part reaches {HARDNESS} Y",
+    "zunker_kamrin": "under the uniform pressure of Zunker & Kamrin (2024)",
+    "none": "that stay elastic",
+}
+
+
+class ReducedPlasticity(ProfileSolver):
+    """Springs with a memory of how far they have yielded."""
+
+    name = "reduced"
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        indenter, self.plasticity = tables_of(scene)
+        self.ball = None
+        if self.plasticity.model == "zunker_kamrin":
+            self.ball = ZunkerKamrin(
+                radius_of(indenter),
+                self.modulus,
+                self.plasticity.yield_stress,
+                sphere=indenter.shape == "sphere",
+            )
+        # That of first yield by the local rule, if it has one.
+        self.yields_at: float | None = None
+        pressure = yield_pressure(scene.poisson_ratio) * self.plasticity.yield_stress
+        with suppress(ValueError):
+            self.yields_at = first_yield(self.profile, self.modulus, pressure)
+        if self.plasticity.model not in ("none", "zunker_kamrin") and self.yields_at is None:
+            raise Refused(
+                "the stress rule (19.37) needs a profile that is curved at its tip and beyond"
+            )
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the line, and how it yields."""
+        hardening = "; hardening is left out" if self.plasticity.hardens else ""
+        return f"{super().model(geometry)}; {_WORDS[self.plasticity.model]}{hardening}"
+
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+        """Nothing is compiled."""
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Walk the whole path."""
+        line = self._walked(task)
+        curves = {
+            "penetration": line.penetration,
+            "force": line.force,
+            "equivalent_radius": line.contact_radius,
+            "contact_length": 2 * line.contact_radius,
+            "residual_depth": line.residual_depth,
+        }
+        if self.yields_at is not None:
+            curves["first_yield"] = np.full(line.force.shape, self.yields_at)
+        solution = Solution.of(task, curves, unknowns=2 * task.resolution)
+        widest = float(line.contact_radius.max())
+        depth = float(line.penetration[-1])
+        solution.fields = line_picture(self.profile, depth, widest, widest / task.resolution)
+        return solution
+
+    def _walked(self, task: Task[IndenterGeometry]) -> Yielded:
+        path = LoadPath(task.loads.control, task.loads.values)
+        if self.ball is not None:
+            return self.ball.walk(path)
+        reading, reach = self.plasticity.model, task.geometry.penetration
+        assert reading != "zunker_kamrin"
+        for _ in range(_WIDENINGS):
+            springs = YieldingSprings(
+                self.profile,
+                self.modulus,
+                self.plasticity.hardness,
+                reading,
+                reach=reach,
+                springs=task.resolution,
+            )
+            line = springs.walk(path)
+            if line.penetration.max() <= reach * (1 + 1e-9):
+                return line
+            # Springs that yield go deeper under a force than elastic ones, from which this came.
+            reach *= 1.3
+        raise ConvergenceError("the springs never carry this force")
+
+
+class ClosedFormPlasticity(FormSolver):
+    """What does not yet make the half-space yield, round or elliptic; the load at which it does."""
+
+    name = "closed_form"
+    physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.yields_at = depth_of_yield(scene)
+        loads = loads_of(scene)
+        largest = float(loads.values.max())
+        if loads.control == "force":
+            largest = float(self.form.penetration(np.array(largest)))
+        if largest > self.yields_at * (1 + 1e-12):
+            raise Refused(
+                "exact up to first yield only, and the largest load is at "
+                f"{largest / self.yields_at:.3g} times its penetration"
+            )
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Evaluate Hertz's formulas; nothing remains."""
+        loads = task.loads.values
+        if task.loads.control == "penetration":
+            depth = np.maximum(loads, 0.0)
+        else:
+            depth = np.array([float(self.form.penetration(f)) if f > 0 else 0.0 for f in loads])
+        pressed = depth > 0
+        safe = np.where(pressed, depth, self.yields_at)
+        force, area = np.asarray(self.form.force(safe)), np.asarray(self.form.contact_area(safe))
+        return Solution.of(
+            task,
+            {
+                "penetration": loads if task.loads.control == "penetration" else depth,
+                "force": np.where(pressed, force, 0.0),
+                "contact_area": np.where(pressed, area, 0.0),
+                "residual_depth": 0.0,
+                "first_yield": self.yields_at,
+            },
+            violation=0.0,
+        )
+
+
+class FittedBall(Solver[IndenterGeometry]):
+    """A fit for an elastic-perfectly plastic ball on loading; for a half-space while a << R."""
+
+    physics = PHYSICS
+    dimension = 1
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        indenter, plasticity = tables_of(scene)
+        if plasticity.hardens:
+            raise Refused("fitted without hardening")
+        ball = FlattenedBall(
+            radius_of(indenter),
+            scene.effective_modulus,
+            scene.poisson_ratio,
+            plasticity.yield_stress,
+        )
+        self.fit = self.fitted(ball)
+        loads = loads_of(scene)
+        if (loads.values < 0).any() or (np.diff(loads.values) < 0).any():
+            raise Refused("fitted on loading only")
+        largest = float(self._depths(loads.control, loads.values[-1:])[0])
+        if largest > self.fit.largest:
+            raise Refused(
+                f"fitted up to {self.fit.largest:.3g} times the penetration of first yield, and "
+                f"the largest load is at {largest:.3g}"
+            )
+        self.note = self.fit.source
+
+    def fitted(self, ball: FlattenedBall) -> Fit:
+        """Return the curves of the fit."""
+        raise NotImplementedError
+
+    def _depths(self, control: str, loads: np.ndarray) -> np.ndarray:
+        """Return d/d_c of loads; beyond the range of the fit, infinity."""
+        if control == "penetration":
+            return np.asarray(loads / self.fit.yields_at)
+        top = float(self.fit.force(np.array(self.fit.largest)))
+
+        def depth(force: float) -> float:
+            if force >= top:
+                return self.fit.largest if force == top else np.inf
+            root = brentq(
+                lambda w: float(self.fit.force(np.array(w))) - force, 0.0, self.fit.largest
+            )
+            return float(root)
+
+        return np.array([depth(float(load) / self.fit.force_unit) for load in loads])
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Evaluate the fit."""
+        fit = self.fit
+        w = self._depths(task.loads.control, task.loads.values)
+        curves = {
+            "penetration": w * fit.yields_at,
+            "force": fit.force(w) * fit.force_unit,
+            "contact_area": fit.area(w) * fit.area_unit,
+            "first_yield": np.full(w.shape, fit.yields_at),
+        }
+        if fit.residual is not None:
+            curves["residual_depth"] = fit.residual(w) * fit.yields_at
+        return Solution.of(task, curves, violation=0.0)
+
+
+class KogutEtsion(FittedBall):
+    """Kogut & Etsion (2002): power laws of finite elements, up to d/d_y = 110."""
+
+    name = "kogut_etsion"
+    title: ClassVar[str] = "Kogut & Etsion"
+
+    def fitted(self, ball: FlattenedBall) -> Fit:
+        """Return the curves of the fit."""
+        return kogut_etsion(ball)
+
+
+class JacksonGreen(FittedBall):
+    """Jackson & Green (2005): a hardness that falls with the contact, up to a/R = 0.41."""
+
+    name = "jackson_green"
+    title: ClassVar[str] = "Jackson & Green"
+
+    def fitted(self, ball: FlattenedBall) -> Fit:
+        """Return the curves of the fit."""
+        return jackson_green(ball)

@@ -10,9 +10,8 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.blocks import block_means, blocks_of
-from comparisons.methods.normal.grid import Grid, contact_step
-from comparisons.methods.normal.reduced_lines import ReducedLines, line_curves, line_fields
+from comparisons.methods.normal.grid import Grid, block_means, blocks_of, contact_step
+from comparisons.methods.normal.reduced_lines import LineSolver, line_curves, line_fields
 from comparisons.methods.plasticity.indentation import PHYSICS
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
@@ -55,7 +54,7 @@ class GridPlasticity(BemFft):
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
-        hardness, tolerance = self.plasticity.hardness, self.options.tolerance
+        hardness, tolerance = self.plasticity.hardness, self.tolerance
         path = reference_loads.LoadPath(task.loads.control, loads)
         for dent in capped.along(operator, grid.gap, hardness, path, tolerance=tolerance):
             yield self._dented(task, operator, dent, grid)
@@ -87,25 +86,27 @@ def _fields(elastic: Step, dent: capped.Dent) -> Fields:
     return fields | {"dent": dented}
 
 
-class LinePlasticity(ReducedLines):
+class LinePlasticity(LineSolver):
     """Rough lines whose springs are capped by the local stress rule, with memory."""
 
+    name = "reduced"
     physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
+        options = scene.methods.reduced
         plasticity = needed(scene.plasticity, "no [plasticity]")
         if plasticity.model == "zunker_kamrin":
             raise Refused("Zunker & Kamrin's springs are for a ball")
-        local = self.options.stress == "local" or plasticity.model == "elastic_root"
-        if local and self.options.stress == "one_radius":
+        local = options.stress == "local" or plasticity.model == "elastic_root"
+        if local and options.stress == "one_radius":
             raise Refused("with the elastic part of deflections, springs need their own curvature")
         self.springs = Yielding(
             self.modulus,
             plasticity.hardness,
             plasticity.model,
             "own_curvature" if local else "one_radius",
-            self.options.edges,
+            options.edges,
         )
         self.hardness = plasticity.cap_in_words + (
             "; hardening is left out" if plasticity.hardens else ""

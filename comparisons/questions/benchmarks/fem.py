@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 from comparisons.facts.methods import METHODS
 from comparisons.machine import free_memory
 from comparisons.methods import runner
-from comparisons.methods.fem.memory import of_elimination
+from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks import memory
 from comparisons.questions.benchmarks.yardstick import (
@@ -214,7 +214,7 @@ def sizes() -> list[Measurement]:
     """Return cost and memory against the number of unknowns, and the exponent of the cost."""
     rows, seconds_by_unknowns = [], {}
     for elements in SIZES:
-        if of_elimination(fem.RingMesh(1.0, elements=elements, edge=1.0)) > free_memory():
+        if bytes_of_elimination(fem.RingMesh(1.0, elements=elements, edge=1.0)) > free_memory():
             break
         before = _peak_memory()
         job, spent = _timed(elements)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparisons.judging.distributions import distance
-from comparisons.methods.normal.line_distributions import Springs, line_values
+from comparisons.methods.normal.reduced_lines import Springs, line_values
 from comparisons.questions.single import solve_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SceneError, load_scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.methods.normal import blocks
+from comparisons.methods.normal import grid as blocks
 from comparisons.questions.single import solve_scene
 
 ROUGH = {

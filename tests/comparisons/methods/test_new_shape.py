@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import equivalent_profile, prepare
-from comparisons.methods.adhesion.contact import adhesive_form_of
+from comparisons.methods.adhesion import adhesive_form_of
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.scene.indenters.indenter import Indenter

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.methods.normal import reduced_bed as reduced_method
+from comparisons.methods.normal import reduced as reduced_method
 from comparisons.questions.benchmarks.yardstick import interleaved
 from comparisons.questions.regression import check as check_module
 from comparisons.questions.regression import snapshot

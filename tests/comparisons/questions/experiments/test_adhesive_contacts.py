@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods.adhesion.grid import edge_doubt
+from comparisons.methods.adhesion import edge_doubt
 from comparisons.questions.experiments import EXPERIMENTS, adhesion
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute

@@ -1,36 +1,103 @@
-"""Tangential contact with Coulomb friction: springs with stick and slip, closed form, 3-D grid."""
+"""Tangential contact with Coulomb friction, along a path of loads.
+
+Springs with stick and slip, the closed form of a flat circle, the half-space on a grid, and finite
+elements as an independent check of the coupled problem.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.friction.path import finer_path, held_steps, normal_load
-from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.closed_form import ClosedForm
+from comparisons.methods.fem.indenter import LARGEST_POISSON, FemSolver
+from comparisons.methods.normal.bem_fft import HalfSpaceGrid, loosened
+from comparisons.methods.normal.closed_form import FormSolver
 from comparisons.methods.normal.grid import Grid, cells, make_grid
-from comparisons.methods.normal.reduced import ReducedProfile, line_picture
-from comparisons.methods.normal.reduced_lines import Lines, ReducedLines
-from comparisons.methods.solver import Refused, needed
+from comparisons.methods.normal.reduced import ProfileSolver, line_picture
+from comparisons.methods.normal.reduced_lines import Lines, LineSolver
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
-from comparisons.tasks.steps import NoAnswerError, Row, Step, solve_rows
+from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reduced.friction.slide import Friction, TangentialPath, slide, slide_lines
 from reduced.loads import Load, LoadPath
-from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import Indentation, indent
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
+from reference.fem import Material
+from reference.fem.friction import FrictionalBody, NodalStep, follow, frictional_body
 from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import NormalAndTangential
+
+# The contact is pressed in this many geometric steps from a share of its load, for the slip that
+# pressing itself causes; per unit of resolution, at least.
+PRESSING, LEAST_PRESSES, FIRST_SHARE = 0.5, 6, 0.02
+# A stretch of the path is cut into one more step for each so many cells per contact radius.
+CELLS_PER_PART = 16
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True)
+class FinerPath:
+    """Normal and tangential loads of all steps, and which of them the scene asked for."""
+
+    loads: tuple[reference_loads.LoadPath, reference_loads.LoadPath]
+    presses: int
+    parts: int
+
+    def scene_steps(self, steps: Iterable[S]) -> Iterator[S]:
+        """Yield the steps at the scene's own loads."""
+        for number, step in enumerate(steps, 1 - self.presses):
+            if number > 0 and number % self.parts == 0:
+                yield step
+
+
+def normal_load(task: Task) -> tuple[str, float]:
+    """Return the control and the normal load that is held."""
+    normal = needed(task.loads.normal, "no normal load is held")
+    return normal.control, float(normal.values[-1])
+
+
+def held_steps(task: Task, friction: float, force: float) -> int:
+    """Return how many steps of the path come before the contact slides as a whole."""
+    if task.loads.control != "tangential_force":
+        return len(task.loads.values)
+    above = np.abs(task.loads.values) > friction * force
+    return int(np.argmax(above)) if above.any() else len(above)
+
+
+def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:
+    """Cut a path into steps for a grid of so many cells, or spacings of nodes, per contact radius.
+
+    Steps grow finer with the grid, as the answer is of first order in both: then the bar that
+    three resolutions give covers either. Without coupling pressing causes no slip: one step.
+    """
+    control, load = normal_load(task)
+    presses = max(LEAST_PRESSES, round(PRESSING * per_radius)) if coupled else 1
+    parts = 1 + per_radius // CELLS_PER_PART
+    knots = np.concatenate([[0.0], task.loads.values])
+    ways = [a + (b - a) * np.arange(1, parts + 1) / parts for a, b in pairwise(knots)]
+    path = np.concatenate([np.zeros(presses), *ways])
+    pressing = np.geomspace(FIRST_SHARE, 1.0, presses) if coupled else np.ones(1)
+    normal = load * np.concatenate([pressing, np.ones(path.size - presses)])
+    loads = (
+        reference_loads.LoadPath(control, normal),
+        reference_loads.LoadPath(task.loads.control, path),
+    )
+    return FinerPath(loads, presses, parts)
+
 
 PHYSICS = frozenset({"friction"})
 NO_TABLE = "no [friction]"
@@ -43,23 +110,20 @@ LARGEST_COUPLED, LARGEST_ROUGH = 160, 200
 LEAST_TOLERANCE = 1e-6
 
 
-class ReducedFriction(ReducedProfile):
+class ReducedFriction(ProfileSolver):
     """Springs 4G/(2 - nu) dx that slip at mu times their normal force (19.18), (19.19)."""
 
+    name = "reduced"
     physics = PHYSICS
-    options_read = frozenset({"rule", "edges"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
+        self.edges = scene.methods.reduced.edges
         self.friction = needed(scene.friction, NO_TABLE).coefficient
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and the tangential springs."""
         return f"{super().model(geometry)}; {SPRINGS}"
-
-    def warm_up(self, task: Task[IndenterGeometry]) -> None:
-        """Compile the springs of a profile."""
-        self._slide(task, springs=4)
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path as far as the contact holds."""
@@ -93,7 +157,7 @@ class ReducedFriction(ReducedProfile):
     ) -> tuple[Indentation, TangentialPath, int]:
         """Return the normal contact, the path as far as it holds, and the number of its steps."""
         control, load = normal_load(task)
-        line = Springs(self.profile, self.modulus, springs, edges=self.options.edges)
+        line = Springs(self.profile, self.modulus, springs, edges=self.edges)
         stays = Load(control, load)
         normal = indent(line, stays)
         holding = held_steps(task, self.friction, float(normal.force[0]))
@@ -102,29 +166,20 @@ class ReducedFriction(ReducedProfile):
         return normal, slide(line, friction, stays, path), holding
 
 
-class ReducedFrictionLines(ReducedLines):
+class ReducedFrictionLines(LineSolver):
     """The same springs along rough lines, each line by itself."""
 
+    name = "reduced"
     physics = PHYSICS
-    options_read = ReducedLines.options_read - {"stress"}
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
+        self.edges = scene.methods.reduced.edges
         self.friction = needed(scene.friction, NO_TABLE).coefficient
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the line, and the tangential springs."""
         return f"{super().model(geometry)}; {SPRINGS}"
-
-    def warm_up(self, task: Task[RoughGeometry]) -> None:
-        """Compile the walk along a line."""
-        line = RoughLines(np.cos(np.arange(16.0)), 1.0)
-        press(line, 1.0, Load("penetration", 0.5))
-        press(line, 1.0, Load("force", 0.5))
-
-    def solve(self, task: Task[RoughGeometry]) -> Solution:
-        """Follow the path on each line."""
-        return solve_rows(task, self.rows(task))
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Draw all lines."""
@@ -136,7 +191,7 @@ class ReducedFrictionLines(ReducedLines):
         self, task: Task[RoughGeometry], lines: Lines, row: int, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps of one line as far as it holds; it stands for `patches` patches."""
-        line, patches, edges = lines.rough[row], lines.patches, self.options.edges
+        line, patches, edges = lines.rough[row], lines.patches, self.edges
         control, load = normal_load(task)
         normal = Load(control, load * (patches if control == "force" else 1.0))
         contact = press(line, self.modulus, normal, edges=edges)
@@ -166,9 +221,10 @@ class ReducedFrictionLines(ReducedLines):
             raise NoAnswerError(SLIDES)
 
 
-class ClosedFormFriction(ClosedForm):
+class ClosedFormFriction(FormSolver):
     """Jaeger's and Ciavarella's superposition, where nothing is left out by it."""
 
+    name = "closed_form"
     physics = PHYSICS
 
     def __init__(self, scene: Scene) -> None:
@@ -180,15 +236,8 @@ class ClosedFormFriction(ClosedForm):
         self.friction = needed(scene.friction, NO_TABLE).coefficient
         self.note = "Mindlin 1949: all of a flat circle sticks until all of it slips"
 
-    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Press the circle."""
-        yield Row(partial(self._steps, task))
-
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+    def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         """Follow the path."""
-        return solve_rows(task, self.rows(task))
-
-    def _steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         control, load = normal_load(task)
         depth = load if control == "penetration" else float(self.form.penetration(load))
         ratio = self.scene.tangential_modulus / self.modulus
@@ -217,18 +266,17 @@ class ClosedFormFriction(ClosedForm):
             yield Step(values, violation=0.0)
 
 
-class GridFriction(BemFft):
+class GridFriction(HalfSpaceGrid):
     """The half-space with Cerruti's kernels; normal and tangential tractions coupled."""
 
+    name = "bem_fft"
     physics = PHYSICS
-    options_read = frozenset({"tolerance"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         friction = needed(scene.friction, NO_TABLE)
         self.friction = friction.coefficient
-        if self.options.tolerance <= LEAST_TOLERANCE:
-            self.options_read -= {"tolerance"}
+        self.tolerance = loosened(scene, LEAST_TOLERANCE)
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
@@ -266,10 +314,6 @@ class GridFriction(BemFft):
         ):
             pass
 
-    @property
-    def face(self) -> None:
-        """None: a flat face has no edge cells here."""
-
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield the grid of each realisation, all on the same half-space."""
         body = None
@@ -294,9 +338,8 @@ class GridFriction(BemFft):
         # The resolution of a round contact; of a rough one that of its sixteenth.
         per_radius = task.resolution // 16 if rough else task.resolution
         way = finer_path(task, per_radius, self.coupled)
-        tolerance = max(self.options.tolerance, LEAST_TOLERANCE)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
-        for step in way.scene_steps(sweep(press, *way.loads, tolerance=tolerance)):
+        for step in way.scene_steps(sweep(press, *way.loads, tolerance=self.tolerance)):
             violation = max(step.violation, step.error)
             values = _quantities(task, body, step, grid)
             yield Step(values, iterations=step.iterations, violation=violation)
@@ -325,3 +368,89 @@ def _quantities(
     if "stiffness" in task.quantities:
         values["stiffness"] = float(areas.contact_stiffness(body.normal, mask))
     return values
+
+
+# The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.
+_REACH = 1.25
+# Steps of the path are as fine as on a grid of so many cells per element: they are cheap here, and
+# must grow finer with the mesh, so that the bar of three meshes covers them.
+_CELLS_PER_ELEMENT = 8
+
+
+class FemFriction(Solver[IndenterGeometry]):
+    """Half of a half-space of 27-node elements, forces node after node (Jourdan et al. 1998)."""
+
+    name = "fem"
+    physics = frozenset({"friction"})
+    span = FemSolver.span
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        reason = "finite elements with friction are for round smooth contacts only"
+        self.indenter = needed(scene.indenter, reason)
+        if not self.indenter.axisymmetric or self.indenter.flat:
+            raise Refused(reason)
+        nu = scene.poisson_ratio
+        if nu > LARGEST_POISSON:
+            raise Refused(f"finite elements with friction: nu up to {LARGEST_POISSON}, got {nu:g}")
+        friction = needed(scene.friction, "no [friction]")
+        if friction.coupling != "full":
+            raise Refused("the scene leaves out the coupling, which finite elements always include")
+        self.friction = friction.coefficient
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius; the mesh takes even numbers."""
+        return (2, 4, 6)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse meshes that take minutes, and contacts near a sharp edge."""
+        if task.resolution % 2 or task.resolution > 6:
+            return "elements with friction take 2, 4 or 6 per contact radius"
+        radius = np.array(_REACH * task.geometry.contact_radius)
+        beyond = self.indenter.gap(radius, np.array(0.0))
+        return "" if np.isfinite(beyond) else "the shape ends near the edge of the contact"
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the elimination: 23 000 unknowns of 6 elements per contact radius took 1 GB."""
+        return 5e6 * task.resolution**3
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the mesh, and what acts on what."""
+        return (
+            "half of a half-space of 27-node hexahedra around the contact; outside it the fields "
+            "of Boussinesq and Cerruti; friction node after node, pressing and shearing coupled"
+        )
+
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+        """Compile the sweeps on the coarsest mesh."""
+        body = frictional_body(1.0, Material(1.0, 0.3), elements=2)
+        gap = (body.points**2).sum(axis=1) / 2
+        shifted = reference_loads.LoadPath("tangential_displacement", 0.05)
+        list(follow(body, gap, 0.3, reference_loads.LoadPath("penetration", 0.5), shifted))
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Mesh the half-space for the contact at the normal load."""
+        nu, radius = self.scene.poisson_ratio, task.geometry.contact_radius
+        modulus = self.scene.effective_modulus * (1 - nu**2)
+        body = frictional_body(radius, Material(modulus, nu), elements=task.resolution)
+        yield Row(partial(self._path, task, body), unknowns=body.unknowns)
+
+    def _path(
+        self, task: Task[IndenterGeometry], body: FrictionalBody, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps at the scene's own loads."""
+        way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
+        gap = self.indenter.gap(*body.points.T)
+        for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
+            yield Step(_nodal_quantities(step), iterations=step.sweeps, violation=step.error)
+
+
+def _nodal_quantities(step: NodalStep) -> dict[str, float]:
+    """Return loads; nodes in contact tell an area to a spacing only, so that none is given."""
+    return {
+        "tangential_force": step.tangential_force,
+        "tangential_displacement": step.tangential_displacement,
+        "friction_coefficient": step.tangential_force / step.force,
+        "penetration": step.penetration,
+        "force": step.force,
+    }

@@ -1,1 +1,0 @@
-"""Adhesion under a path of loads."""

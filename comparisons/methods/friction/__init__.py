@@ -1,1 +1,0 @@
-"""Coulomb friction under tangential loads."""

@@ -1,1 +1,0 @@
-"""Masses that collide: elastic, viscoelastic, or by the static load curve."""

@@ -1,0 +1,371 @@
+"""Lubricating films: entrained steadily, or squeezed.
+
+Springs, the half-space on a grid, the closed form of a squeezed rigid ball, and Hamrock & Dowson's
+fit, each where it is meant to hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from comparisons.formatting import number
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.friction import normal_load
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.physics.tables.lubrication import Lubrication
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Step
+from comparisons.tasks.task import Task
+from reduced.film import reynolds
+from reference.lubrication.formulas import (
+    LOADS,
+    SPEEDS,
+    SoftFit,
+    contact_length,
+    sphere_film,
+    squeezed_film,
+)
+from reference.lubrication.point import (
+    FEWEST_PER_WAVE,
+    Ball,
+    PointFilm,
+    SurfaceWaves,
+    approach,
+    entrain,
+    self_affine,
+    waviness,
+)
+
+PHYSICS = frozenset({"lubrication"})
+
+
+class Film(Protocol):
+    """What a film of either model tells."""
+
+    @property
+    def film_central(self) -> float:
+        """In the middle."""
+
+    @property
+    def film_minimum(self) -> float:
+        """Where it is thinnest."""
+
+    @property
+    def load(self) -> float:
+        """What it carries."""
+
+    @property
+    def penetration(self) -> float:
+        """How much closer the bodies are than at dry first touch."""
+
+    @property
+    def shear(self) -> float:
+        """Friction at a speed difference equal to the speed."""
+
+    @property
+    def drag(self) -> float:
+        """Friction of the pressure's flow."""
+
+
+@dataclass(frozen=True)
+class LubricatedBall:
+    """The ball and the oil of a scene.
+
+    Attributes
+    ----------
+    table : Lubrication
+    radius : float
+    squeeze_speed : float or None
+    """
+
+    table: Lubrication
+    radius: float
+    squeeze_speed: float | None
+
+    @classmethod
+    def of(cls, scene: Scene) -> LubricatedBall:
+        """Return those of a scene.
+
+        Raises
+        ------
+        Refused
+            If no paraboloid is lubricated, or the ball is none as far as the film reaches.
+        """
+        table = needed(scene.lubrication, "no [lubrication]")
+        reason = "films below round paraboloids only"
+        indenter = needed(scene.indenter, reason)
+        if indenter.shape != "paraboloid":
+            raise Refused(reason)
+        ball = cls(table, float(indenter.parameters["radius"]), scene.loading.squeeze_speed)
+        ball.longest(scene)
+        return ball
+
+    def longest(self, scene: Scene) -> float:
+        """Return l = a + c of the thickest film and the widest contact of a scene.
+
+        Raises
+        ------
+        Refused
+            If the ball is no paraboloid as far as that.
+        """
+        loads, lengths = loads_of(scene), []
+        for value in (loads.values[0], loads.values[-1]):
+            if self.squeeze_speed is None:
+                normal = needed(loads.normal, "no load")
+                load, speed, rigid_film = float(normal.values[-1]), float(value), sphere_film
+            else:
+                load, speed, rigid_film = float(value), self.squeeze_speed, squeezed_film
+            film = rigid_film(self.radius, self.table.viscosity, speed, load)
+            try:
+                lengths.append(contact_length(self.radius, scene.effective_modulus, load, film))
+            except ValueError as error:
+                raise Refused(str(error)) from error
+        return max(lengths)
+
+    @property
+    def waves(self) -> SurfaceWaves | None:
+        """What makes the ball rough."""
+        wavy, rough = self.table.waviness, self.table.roughness
+        if wavy is not None:
+            return waviness(wavy.amplitude, wavy.wavelength, wavy.crests)
+        return None if rough is None else self_affine(**rough.model_dump())
+
+    def step(self, task: Task, value: float) -> tuple[float, float]:
+        """Return load and speed of a step."""
+        if self.squeeze_speed is not None:
+            return value, self.squeeze_speed
+        return normal_load(task)[1], value
+
+    def quantities(self, film: Film) -> dict[str, float]:
+        """Return the quantities of a step."""
+        values = {
+            "film_central": film.film_central,
+            "film_minimum": film.film_minimum,
+            "lubrication_force": film.load,
+            "force": film.load,
+            "penetration": film.penetration,
+        }
+        if self.squeeze_speed is None:
+            values["friction_force"] = self.table.slide_to_roll * film.shear + film.drag
+        return values
+
+
+WIDTHS = {
+    "local": "P = sqrt Q: the film's pressure is the stress of the local rule (19.37)",
+    "hertz": "P = Q: springs share the film's pressure over pi a/2",
+    "rigid": "P = Q: springs share the film's pressure over 4 sqrt(R h0) when squeezed, "
+    "5.33 sqrt(R h0) when entrained, with which a rigid ball is right",
+}
+
+
+class ReducedFilm(Solver[IndenterGeometry]):
+    """Reynolds' equation along the line, with mass-conserving cavitation, over springs."""
+
+    name = "reduced"
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.contact = LubricatedBall.of(scene)
+        if self.contact.table.meniscus is not None:
+            raise Refused("the line is flooded")
+        self.waves = self.contact.waves
+        self.film = scene.methods.reduced.film
+        self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Cells of the line per Hertz radius and reach of a rigid film together."""
+        return 64, 128, 256
+
+    def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
+        """Yield the films."""
+        solve = reynolds.entrain if self.contact.squeeze_speed is None else reynolds.approach
+        for value in values:
+            load, speed = self.contact.step(task, float(value))
+            viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
+            ball = reynolds.Ball(
+                self.contact.radius, modulus, viscosity, load, self.film, self._heights
+            )
+            film = solve(ball, speed, task.resolution)
+            yield Step(
+                self.contact.quantities(film), violation=film.error, unknowns=film.x.size + 1
+            )
+
+    @property
+    def _heights(self) -> Callable[[np.ndarray], np.ndarray] | None:
+        """The section y = 0 of a rough ball."""
+        waves = self.waves
+        if waves is None:
+            return None
+        return lambda x: waves.at(x[:, None], np.zeros((1, 1)))[:, 0]
+
+
+# Cells per l: 2 GB of factors.
+_MOST = 128
+
+
+class GridFilm(Solver[IndenterGeometry]):
+    """Newton's method on pressure, vapour and the separation, all at once."""
+
+    name = "bem_fft"
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.contact = LubricatedBall.of(scene)
+        waves = self.contact.waves
+        self.per_wave = 0
+        if waves is not None:
+            waves_of_length = self.contact.longest(scene) / waves.shortest
+            self.per_wave = int(np.ceil(FEWEST_PER_WAVE * waves_of_length))
+        if 2 * self.per_wave > _MOST:
+            raise Refused(
+                f"waves so short need {2 * self.per_wave} cells, and {_MOST} are the most"
+            )
+        self.note = "resolution: cells per Hertz radius and reach of a rigid film together"
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Films are of second order, known to a few percent on 8 cells per l."""
+        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 24, 64))
+        # the coarsest of the three has the fewest cells per wave that are solved
+        finest = max(finest, 2 * self.per_wave + 3)
+        finest -= finest % 4
+        return finest // 2, 3 * finest // 4, finest
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the domain."""
+        return (
+            "the film over equal cells where the half-space is bent, over wider and wider ones as "
+            "far as the ball reaches; Elrod-Adams cavitation"
+        )
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the factorisation and the directions of GMRES."""
+        return 8.0 * 24 * task.resolution**2 * 600
+
+    def warm_up(self, task: Task) -> None:
+        """Solve a rigid ball on a handful of cells."""
+        entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 8)
+
+    def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
+        """Yield the films."""
+        table, modulus = self.contact.table, self.scene.effective_modulus
+        meniscus = np.inf if table.meniscus is None else table.meniscus
+        solve = entrain if self.contact.squeeze_speed is None else approach
+        for value in values:
+            load, speed = self.contact.step(task, float(value))
+            ball = Ball(
+                self.contact.radius, modulus, table.viscosity, load, meniscus, self.contact.waves
+            )
+            film = solve(ball, speed, task.resolution)
+            yield Step(
+                self.contact.quantities(film),
+                iterations=film.rounds,
+                violation=film.error,
+                unknowns=film.pressure.size + 1,
+                pressure=partial(_fields, film),
+                fields=partial(_fields, film),
+            )
+
+
+def _fields(film: PointFilm) -> dict[str, np.ndarray]:
+    """Return the film where it matters: as far out as a third more than bent."""
+    rows, columns = film.core
+    x, y = np.meshgrid(film.x[rows], film.y[columns], indexing="ij")
+    return {
+        "penetration": np.array(film.penetration),
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": film.pressure[film.core].ravel(),
+        "pressure_weight": film.area[film.core].ravel(),
+        "pressure_shape": np.array(x.shape),
+        "film": film.thickness[film.core].ravel(),
+        "vapour": film.vapour[film.core].ravel(),
+    }
+
+
+class Formula(Solver[IndenterGeometry]):
+    """A formula for the film of a ball."""
+
+    physics = PHYSICS
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.contact = LubricatedBall.of(scene)
+        if self.contact.table.meniscus is not None:
+            raise Refused("the formula is for a flooded inlet")
+        if self.contact.table.rough:
+            raise Refused("the formula is for smooth balls")
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Evaluate all steps."""
+        solution = Solution.empty(task, unknowns=1)
+        for step, value in enumerate(task.loads.values):
+            load, speed = self.contact.step(task, float(value))
+            films = self.films(load, speed)
+            solution.put((0, step), films | {"lubrication_force": load, "force": load})
+        return solution
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return central and minimum film."""
+        raise NotImplementedError
+
+
+class ClosedFormFilm(Formula):
+    """A rigid ball that is squeezed, h = 6 pi eta R^2 V/F."""
+
+    name = "closed_form"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        speed = self.contact.squeeze_speed
+        if speed is None:
+            raise Refused("no closed form of an entrained film that conserves mass")
+        load = float(loads_of(scene).values[-1])
+        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
+        # the load over a reach sqrt(2 R h) bends the half-space by F/(pi E* r)
+        bent = load / (np.pi * scene.effective_modulus * np.sqrt(2 * self.contact.radius * film))
+        if bent > 0.1 * scene.compare.tolerance * film:
+            raise Refused("the film bends the half-space, and the formula is of rigid bodies")
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return the film of a rigid ball."""
+        film = squeezed_film(self.contact.radius, self.contact.table.viscosity, speed, load)
+        return {"film_central": film, "film_minimum": film}
+
+
+class HamrockDowson(Formula):
+    """Hamrock & Dowson's fit (1978) of films of soft, isoviscous balls."""
+
+    name = "hamrock_dowson"
+    title: ClassVar[str] = "Hamrock-Dowson"
+    dimension = 1
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        if self.contact.squeeze_speed is not None:
+            raise Refused("a fit of entrained films")
+        loads = loads_of(scene)
+        assert loads.normal is not None
+        force = float(loads.normal.values[-1])
+        if not all(self._fit(force).covers(speed) for speed in loads.values):
+            raise Refused(
+                f"made for ηU/(2E*R) from {' to '.join(number(end, 1) for end in SPEEDS)} and "
+                f"F/(2E*R²) from {' to '.join(number(end, 1) for end in LOADS)}"
+            )
+
+    def _fit(self, load: float) -> SoftFit:
+        modulus, contact = self.scene.effective_modulus, self.contact
+        return SoftFit(contact.radius, modulus, contact.table.viscosity, load)
+
+    def films(self, load: float, speed: float) -> dict[str, float]:
+        """Return the fitted films."""
+        fit = self._fit(load)
+        return {"film_central": fit.central(speed), "film_minimum": fit.minimum(speed)}

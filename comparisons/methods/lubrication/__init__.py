@@ -1,1 +1,0 @@
-"""Lubricating films: entrained steadily, or squeezed."""

@@ -1,1 +1,0 @@
-"""Movable cellular automata: particles in place of a continuum."""

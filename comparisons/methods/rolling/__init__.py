@@ -1,1 +1,0 @@
-"""Steady rolling with friction and creep."""

@@ -1,1 +1,0 @@
-"""Relaxing bodies: pressed in time, and sliding steadily."""

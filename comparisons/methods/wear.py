@@ -1,0 +1,395 @@
+"""Rigid bodies that wear on an elastic half-space, in sliding or in fretting.
+
+Springs wear round bodies by their exact pressure, or lines by (19.37); cells of a grid by their own
+pressure; a flat punch in closed form (Galin; Goryacheva 1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.friction import normal_load
+from comparisons.methods.normal.bem_fft import BemFft
+from comparisons.methods.normal.closed_form import FormSolver
+from comparisons.methods.normal.grid import Grid, contact_quantities
+from comparisons.methods.normal.reduced import ProfileSolver
+from comparisons.methods.normal.reduced_lines import Lines, LineSolver
+from comparisons.methods.solver import Refused, needed
+from comparisons.scene.physics.tables.wear import Wear
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
+from reduced.loads import Load
+from reduced.rough.lines import RoughLines
+from reduced.wear import archard
+from reduced.wear.archard import LineRule, RoundBody, WearingBody, WearingLine, WornLine
+from reference import loads as reference_loads
+from reference.closed_form.worn import WornPunch
+from reference.contact.body import ElasticBody
+from reference.halfspace import areas
+from reference.halfspace.wear import Oscillation, WornContact, wear
+
+SLIDING = frozenset({"wear"})
+FRETTING = frozenset({"wear", "friction"})
+NO_TABLE = "no [wear]"
+# Points of a worn profile that are kept for the report.
+_POINTS = 160
+
+
+@dataclass(frozen=True)
+class Motion:
+    """How a scene wears.
+
+    Attributes
+    ----------
+    coefficient : float
+        k.
+    oscillation : (float, float) or None
+        Amplitude U and lag G* U/(mu E*) of the tangential oscillation; None where all slides.
+    """
+
+    coefficient: float
+    oscillation: tuple[float, float] | None
+
+    @classmethod
+    def of(cls, scene: Scene) -> Motion:
+        """Return that of a scene."""
+        table = needed(scene.wear, NO_TABLE)
+        return cls(table.coefficient, lag_of(scene, table))
+
+
+def lag_of(scene: Scene, table: Wear) -> tuple[float, float] | None:
+    """Return amplitude and lag of a scene's oscillation."""
+    if table.amplitude is None or scene.friction is None:
+        return None
+    ratio = scene.tangential_modulus / (scene.friction.coefficient * scene.effective_modulus)
+    return table.amplitude, ratio * table.amplitude
+
+
+def worn_picture(r: np.ndarray, shapes: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the fields that the report draws worn profiles from.
+
+    Parameters
+    ----------
+    r : ndarray, shape (n,)
+        Distances from the axis, or places along a section.
+    shapes : list of ndarray, shape (n,)
+        Heights of the body there: unworn, and at each step.
+    """
+    keep = np.unique(np.linspace(0, r.size - 1, min(r.size, _POINTS)).round().astype(int))
+    return {"worn_r": r[keep], "worn_shapes": np.array(shapes)[:, keep]}
+
+
+_RULES: dict[str, LineRule] = {"local": "own_curvature", "one_radius": "one_radius"}
+_WORDS = {
+    "abel": "the body wears by its exact pressure and its profile follows",
+    "local": "the profile itself wears by the stress (19.37), with its curvature at each spring",
+    "one_radius": "the profile itself wears by the stress (19.37), with one radius for a contact",
+}
+# Widths of a line of heights beyond the reach of the contact.
+_BEYOND = 1.05
+
+
+class ReducedWear(ProfileSolver):
+    """A profile over springs that wears under a constant load."""
+
+    name = "reduced"
+    physics = SLIDING
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.stress, self.motion = scene.methods.reduced.stress, Motion.of(scene)
+        if not self.indenter.axisymmetric:
+            raise Refused("springs wear round bodies: other shapes wear out of theirs")
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the line, and what wears."""
+        return f"{super().model(geometry)}; {_WORDS[self.stress]}"
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Springs per contact radius; steps grow in number with them."""
+        finest = int(np.clip(40 * np.sqrt(0.01 / self.scene.compare.tolerance), 40, 120))
+        return finest // 4, finest // 2, finest
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the matrices between rings and springs."""
+        return 8.0 * 8 * (4 * task.resolution) ** 2
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Yield the profile."""
+        body = self._body(task)
+        yield Row(partial(self._steps, task, body), unknowns=body.places)
+
+    def _body(self, task: Task[IndenterGeometry]) -> WearingBody:
+        reach = min(_BEYOND * float(task.geometry.reach[0]), self.profile.edge)
+        width = self._stuck(task) or task.geometry.contact_radius
+        # what sticks at the start ends between two springs, so that all of a ring wears or none
+        spacing = width / max(1, round(task.resolution * width / task.geometry.contact_radius))
+        count = max(2, int(np.ceil(reach / spacing - 1e-9)))
+        if count * spacing > self.profile.edge:
+            spacing = self.profile.edge / count
+        body = RoundBody(self.profile, count * spacing, count)
+        if self.stress == "abel":
+            return body
+        return WearingLine(body.line(np.zeros(count)), _RULES[self.stress])
+
+    def _stuck(self, task: Task[IndenterGeometry]) -> float:
+        """Return the stick radius at the start."""
+        if self.motion.oscillation is None:
+            return 0.0
+        control, load = normal_load(task)
+        depth = load
+        if control == "force":
+            depth = float(self.bed.press(Load("force", load), 40, "sub_cell").penetration[0])
+        inner = depth - self.motion.oscillation[1]
+        return float(self.profile.contact_radius(inner)) if inner > 0 else 0.0
+
+    def _steps(
+        self, task: Task[IndenterGeometry], body: WearingBody, distances: np.ndarray
+    ) -> Iterator[Step]:
+        control, load = normal_load(task)
+        swing = self.motion.oscillation
+        oscillation = None if swing is None else archard.Oscillation(*swing)
+        states = archard.wear(
+            body,
+            self.modulus,
+            Load(control, load),
+            self.motion.coefficient,
+            distances,
+            oscillation,
+        )
+        shapes: list[np.ndarray] = []
+        for state in states:
+            shapes.append(state.worn)
+            yield Step(
+                _spring_quantities(state, swing is not None) | _round_contact(state),
+                unknowns=body.places,
+                iterations=state.steps,
+                fields=partial(self._picture, body, shapes),
+            )
+
+    def _picture(self, body: WearingBody, worn: list[np.ndarray]) -> dict[str, np.ndarray]:
+        if not isinstance(body, RoundBody):
+            half = body.places // 2
+            x = (np.arange(half) + 0.5) * body.spacing
+            line = -body.line(np.zeros(body.places)).single()[half:]
+            return worn_picture(x, [line, *(line + lost[half:] for lost in worn)])
+        section = self.profile.section
+        assert section is not None
+        r = body.rings.radii
+        shape = np.asarray(section.height(np.minimum(r, section.edge)), dtype=float)
+        return worn_picture(r, [shape, *(shape + lost for lost in worn)])
+
+
+class ReducedFretting(ReducedWear):
+    """A profile that wears where its springs slip, with stick inside."""
+
+    physics = FRETTING
+
+
+def _spring_quantities(state: WornLine, fretting: bool) -> dict[str, float]:
+    values = {
+        "penetration": state.penetration,
+        "force": state.force,
+        "worn_volume": state.volume,
+        "wear_depth": float(state.worn.max()),
+    }
+    return values | ({"stick_area": np.pi / 4 * state.stick_length**2} if fretting else {})
+
+
+def _round_contact(state: WornLine) -> dict[str, float]:
+    length = float(state.contact.contact_length[0, 0])
+    return {"contact_length": length, "equivalent_radius": length / 2}
+
+
+class ReducedWearLines(LineSolver):
+    """Rough lines whose heights wear by the stress that the chapter defines on springs (19.37)."""
+
+    name = "reduced"
+    physics = SLIDING
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.motion = Motion.of(scene)
+        # a surface has no exact pressure on its line: (19.37) with one radius for each contact
+        self.rule: LineRule = "one_radius"
+        if scene.methods.reduced.changes.get("stress") != "one_radius":
+            self.rule = _RULES.get(scene.methods.reduced.stress, "one_radius")
+
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the line, and what wears it."""
+        own = self.rule == "own_curvature"
+        radius = "the curvature at each spring" if own else "one radius for each contact"
+        return f"{super().model(geometry)}; the line wears by the stress (19.37), with {radius}"
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
+        """Points per side: two lines, as steps grow in number with the points."""
+        return super().resolutions(geometry)[:2]
+
+    def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
+        """Draw all lines."""
+        lines = self.draw(task)
+        for row in range(len(lines.rough)):
+            yield Row(partial(self._steps, task, lines, row), unknowns=lines.points)
+
+    def _steps(
+        self, task: Task[RoughGeometry], lines: Lines, row: int, distances: np.ndarray
+    ) -> Iterator[Step]:
+        line, patches = lines.rough[row], lines.patches
+        control, load = normal_load(task)
+        held = Load(control, load * (patches if control == "force" else 1.0))
+        top = float(line.heights.max())
+        body = WearingLine(RoughLines(line.heights - top, line.spacing, line.periodic), self.rule)
+        for state in archard.wear(body, self.modulus, held, self.motion.coefficient, distances):
+            contact = state.contact
+            yield Step(
+                {
+                    **_spring_quantities(state, fretting=False),
+                    "force": state.force / patches,
+                    "worn_volume": state.volume / patches,
+                    "contact_area": float(contact.contact_area[0, 0]) / patches,
+                    "contact_length": float(contact.contact_length[0, 0]) / patches,
+                    "contact_count": float(contact.contact_count[0, 0]) / patches,
+                    "mean_gap": float(contact.mean_gap[0, 0]),
+                },
+                iterations=state.steps,
+            )
+
+
+class GridWear(BemFft):
+    """The half-space on a grid, on which every cell of the shape wears by its own pressure."""
+
+    physics = SLIDING
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.face = None  # a flat face wears, and has no edge cells then
+        self.tolerance, self.motion = scene.methods.bem_fft.tolerance, Motion.of(scene)
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Return fewer cells than without wear: steps grow in number with them."""
+        if isinstance(geometry, RoughGeometry):
+            return super().resolutions(geometry)[:2]
+        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 32))
+        return finest // 4, finest // 2, finest
+
+    def model(self, geometry: Geometry) -> str:
+        """Name the domain, and what wears."""
+        return f"{super().model(geometry)}; each cell wears by its own pressure and slip"
+
+    def warm_up(self, task: Task) -> None:
+        """Wear a paraboloid on a handful of cells, on the scene's kind of half-space."""
+        x = np.arange(8.0) - 3.5
+        gap = (x[:, None] ** 2 + x**2) / 16
+        operator = self.operator(task, gap.shape, (1.0, 1.0))
+        force = reference_loads.Load("force", 0.1 * operator.effective_modulus)
+        for _ in wear(operator, gap, force, 0.1 / operator.effective_modulus, np.ones(1)):
+            pass
+
+    def _steps(
+        self, task: Task, operator: ElasticBody, grid: Grid, distances: np.ndarray
+    ) -> Iterator[Step]:
+        control, load = normal_load(task)
+        swing = self.motion.oscillation
+        oscillation = None if swing is None else Oscillation(*swing)
+        depths: list[np.ndarray] = []
+        states = wear(
+            operator,
+            grid.gap,
+            reference_loads.Load(control, load),
+            self.motion.coefficient,
+            distances,
+            oscillation,
+            tolerance=self.tolerance,
+        )
+        for state in states:
+            middle = grid.gap.shape[1] // 2
+            depths.append(state.depth[:, middle])
+            yield Step(
+                self._quantities(task, operator, state, grid),
+                iterations=state.iterations,
+                violation=state.contact.violation,
+                fields=partial(_section_picture, grid, depths),
+            )
+
+    def _quantities(
+        self, task: Task, operator: ElasticBody, state: WornContact, grid: Grid
+    ) -> dict[str, float]:
+        values = contact_quantities(task, operator, state.contact, grid)
+        values |= {"worn_volume": state.volume, "wear_depth": float(state.depth.max())}
+        mask, periodic = state.contact.mask, operator.periodic
+        # the edge of a worn contact is no smooth one, in which a contact could be located
+        area = areas.corrected_area(mask, grid.spacing, periodic=periodic)
+        values["contact_area"] = float(area)
+        if self.motion.oscillation is not None:
+            sticking = areas.corrected_area(state.sticking, grid.spacing, periodic=periodic)
+            values["stick_area"] = float(sticking)
+        return values
+
+
+class GridFretting(GridWear):
+    """A shape that wears where it slips: in proportion to the gap that its stick circle leaves."""
+
+    physics = FRETTING
+
+
+def _section_picture(grid: Grid, depths: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the worn section through the middle, or along a row of a rough surface."""
+    x, _ = grid.centres
+    middle = grid.gap.shape[1] // 2
+    shape = grid.gap[:, middle]
+    inside = np.isfinite(shape)
+    place = x[inside, middle]
+    shapes = [shape[inside], *(shape[inside] + lost[inside] for lost in depths)]
+    return worn_picture(place, shapes)
+
+
+# From this k E* s/b on the series is exact to far less than any tolerance.
+_SHORTEST = 1e-3
+
+
+class ClosedFormWear(FormSolver):
+    """The pressure below a flat punch decays to the uniform one, mode by mode."""
+
+    name = "closed_form"
+    physics = SLIDING
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        if self.indenter.shape != "cylinder":
+            raise Refused("the wear of flat circular punches only is known in closed form")
+        self.punch = WornPunch(
+            float(self.indenter.parameters["radius"]), self.modulus, Motion.of(scene).coefficient
+        )
+        assert scene.wear is not None
+        travelled = scene.wear.varied[1][0] * self.punch.coefficient * self.modulus
+        if travelled < _SHORTEST * self.punch.radius:
+            raise Refused(f"the series needs k E* s/b of {_SHORTEST:g} and more")
+        self.note = "Galin; Goryacheva 1998, ch. 7"
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Sum up the modes at each distance."""
+        control, load = normal_load(task)
+        worn = self.punch.under_force if control == "force" else self.punch.at_penetration
+        rows = np.array([worn(load, float(distance)) for distance in task.loads.values])
+        names = ("penetration", "force", "worn_volume")
+        area = np.pi * self.punch.radius**2
+        curves = dict(zip(names, rows.T, strict=True)) | {"contact_area": area}
+        return Solution.of(task, curves, unknowns=1, violation=0.0)
+
+
+class ClosedFormFretting(FormSolver):
+    """Fretting: none but the limit of many cycles, of which a claim makes use."""
+
+    name = "closed_form"
+    physics = FRETTING
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        raise Refused("of fretting only the limit of many cycles is known in closed form")

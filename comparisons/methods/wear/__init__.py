@@ -1,1 +1,0 @@
-"""Rigid bodies that wear on an elastic half-space, in sliding or in fretting."""
