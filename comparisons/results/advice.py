@@ -372,15 +372,17 @@ def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
 
 def wide_truth(record: SceneRecord, effort: str) -> str:
     """Return that the reference is known worse than the tolerance; "" where it is not."""
-    known = truth_known_to(record, advise(record).quantities)
-    if not known > record.tolerance:
+    known = {name: truth_known_to(record, (name,)) for name in advise(record).quantities}
+    wide = {name: bar for name, bar in known.items() if bar > record.tolerance}
+    if not wide:
         return ""
+    worst = max(wide, key=lambda name: wide[name])
     refined = ": --full refines it" if effort == "quick" else ""
     title = title_of(str(record.reference["method"]))
     limit = tolerance(record.tolerance)
     return (
-        f"reference: {title}, known to {relative(known)}, wider than the tolerance of {limit}"
-        f"{refined}"
+        f"reference: {title}, known to {relative(wide[worst])} in {quantity(worst).label}, "
+        f"wider than the tolerance of {limit}{refined}"
     )
 
 

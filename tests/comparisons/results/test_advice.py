@@ -174,7 +174,7 @@ def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
     assert good.cheapest.is_truth
     wide = record(rows, "bem_fft", 0.04)
     assert advise(wide).cheapest is None
-    told = "reference: FFT BEM, known to 4.0\u202f%, wider than the tolerance of 1\u202f%"
+    told = "reference: FFT BEM, known to 4.0\u202f% in force, wider than the tolerance of 1\u202f%"
     assert wide_truth(wide, "quick") == f"{told}: --full refines it"
     assert wide_truth(record(rows, "bem_fft", 0.004), "quick") == ""
 
