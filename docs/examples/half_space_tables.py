@@ -137,28 +137,6 @@ def solver_parts() -> list[list[str]]:
     return rows
 
 
-def near_full_contact() -> list[list[str]]:
-    """Count iterations towards the force that closes the last point."""
-    shares = (0.5, 0.9, 0.99, 0.9999, 1.0, 1.5)
-    rows = [["F/F_full", *map(str, shares)]]
-    gap = gap_of(POINTS, 4)
-    for kernel in ("continuum", "cells"):
-        operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0, kernel=kernel)
-        closing = full_contact_force(operator, gap)
-        contacts = [press(operator, gap, Load("force", share * closing)) for share in shares]
-        cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in contacts]
-        rows.append([f"iterations (contact), {kernel}", *cells])
-    return rows
-
-
-def full_contact_force(operator: PeriodicOperator, gap: np.ndarray) -> float:
-    """Smallest force of full contact: the linear pressure's minimum becomes zero."""
-    transfer = kernels.periodic(operator.shape, operator.spacing, 1.0, operator.kernel)
-    transfer[0, 0] = np.inf
-    linear = np.fft.irfft2(np.fft.rfft2(-gap) / transfer, s=gap.shape)
-    return float(-linear.min() * gap.size * operator.cell_area)
-
-
 # %% [markdown]
 # The dense oracle against the FFT: Hertz with more and more contact cells.
 
@@ -217,7 +195,6 @@ TABLES = {
     "transfer-ratio": transfer_ratio,
     "kernel-choice": kernel_choice,
     "solver-parts": solver_parts,
-    "near-full-contact": near_full_contact,
     "hardest": hardest,
     "dense-or-fft": dense_or_fft,
 }

@@ -1,15 +1,11 @@
-"""Make the tables of docs/methods.md: accuracy of cellular automata, their cost, their memory.
+"""Print the tables that docs/methods.md names: accuracy of cellular automata.
 
-Run from the repository's root (ten minutes on one core; the table of memory alone takes several);
-the tables between the markers of the page are written anew, all or those that are named::
+Run from the repository's root (ten minutes on one core), all or those that are named::
 
-    python docs/examples/particle_tables.py hertz shapes bodies plastic first waves rough speed
+    python docs/examples/particle_tables.py hertz shapes bodies plastic first waves rough
 """
 
 # %%
-import contextlib
-import resource
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -20,9 +16,7 @@ from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
-from reference.errors import ConvergenceError
-from reference.loads import Load
-from reference.particles import Domain, Elastic, ParticleHalfSpace, mprgp
+from reference.particles import Elastic
 from reference.particles.automata import wave_speeds
 from reports.tables.documents import rewrite
 
@@ -31,8 +25,6 @@ NUMBERS = (2, 3, 4, 5, 6)
 EXACT = ("closed_form", "bem_fft")
 COUNTS = (3, 4, 5)
 RATIOS = (-0.5, 0.0, 0.3, 0.45, 0.49)
-# Automata per contact radius of the large body: a million.
-LARGE, FIRST_STEPS = 17.4, 40
 
 
 # %%
@@ -203,59 +195,6 @@ def rough() -> list[list[str]]:
     return rows
 
 
-def speed() -> list[list[str]]:
-    """Return the time of one pass of forces per automaton, beside what memory allows."""
-    rows = [["automata", "forces of one step", "by automaton", "copying what it reads"]]
-    for half in (12.0, 20.0, 32.0):
-        body = ParticleHalfSpace(Domain((half / 2, half / 2), half / 2), 0.3)
-        packing = body.automata.packing
-        moved = np.random.default_rng(0).normal(size=(len(packing.places), 6))
-        traces, pulls = np.zeros(len(moved)), np.empty((packing.free, 6))
-        once = best(lambda m=moved, t=traces, p=pulls, b=body: b.automata.forces(m, t, p))
-        read = [moved, pulls, packing.neighbours, packing.neighbours]
-        copies = best(lambda arrays=read: [array.copy() for array in arrays])
-        per = [f"{1e9 * seconds / packing.free:.0f} ns" for seconds in (once, copies)]
-        rows.append([str(packing.free), f"{1e3 * once:.2f} ms", *per])
-    return rows
-
-
-def best(task: object, repeats: int = 7) -> float:
-    """Return the shortest processor time of a call."""
-    task()
-    times = []
-    for _ in range(repeats):
-        start = time.process_time()
-        task()
-        times.append(time.process_time() - start)
-    return min(times)
-
-
-def memory() -> list[list[str]]:
-    """Return the peak memory of a contact of a million automata, in a process of its own."""
-    call = [sys.executable, __file__, "--large"]
-    row = subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()  # noqa: S603
-    return [["automata", "N", "peak memory", "a step"], row]
-
-
-def large() -> list[str]:
-    """Return one row: the first steps of a ball on a million automata, beyond the imports.
-
-    All arrays of the contact are there by then.
-    """
-    warm = ParticleHalfSpace(Domain((3.0, 3.0), 3.0), 0.3)
-    next(warm.press((warm.points**2).sum(axis=1) / 40, Load("penetration", 0.2)))
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    body = ParticleHalfSpace(Domain((1.5 * LARGE,) * 2, 2.5 * LARGE), 0.3)
-    gap = (body.points**2).sum(axis=1) / (20 * LARGE)
-    mprgp.MOST_STEPS = FIRST_STEPS
-    start = time.process_time()
-    with contextlib.suppress(ConvergenceError):
-        next(body.press(gap, Load("penetration", 0.1 * LARGE)))
-    step = (time.process_time() - start) / (FIRST_STEPS + mprgp.POWERS)
-    gigabytes = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 2**20
-    return [str(body.automata.packing.free), str(LARGE), f"{gigabytes:.2f}GB", f"{step:.2f}s"]
-
-
 # %%
 TABLES = {
     "hertz": hertz,
@@ -265,14 +204,9 @@ TABLES = {
     "first": first,
     "waves": waves,
     "rough": rough,
-    "speed": speed,
-    "memory": memory,
 }
 
 
 # %%
 if __name__ == "__main__":
-    if sys.argv[1:] == ["--large"]:
-        print(*large())
-    else:
-        rewrite(PAGE, TABLES, sys.argv[1:])
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -17,7 +17,7 @@ def _inline(writer: Any, node: nodes.Element) -> None:
 
 def _block(writer: Any, node: nodes.Element) -> None:
     number = node.get("number")
-    writer.body.append('<div class="math" style="overflow-x:auto">')
+    writer.body.append('<div class="math" style="overflow:auto hidden;padding:.3em 0">')
     writer.body.append(convert(node.astext(), display="block"))
     if number:
         writer.body.append(f"<span>({html.escape(str(number))})</span>")
