@@ -15,9 +15,9 @@ from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.elastic_impact import impact_depth
 from reduced.profiles import equivalents
-from reduced.profiles.graded import Grading
 from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
+from reduced.springs.layers import Grading
 from reduced.springs.line import Springs
 from reference.layered import RoundContact, Stack
 

@@ -20,7 +20,7 @@ from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reduced.adhesion.adhere import Adhesion, State, adhere, pull_off
+from reduced.adhesion import Adhesion, State, adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.springs.line import Springs
 from reference.closed_form.adhesive import AdhesiveForm

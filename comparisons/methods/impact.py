@@ -34,8 +34,8 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
+from reduced.memory.in_time import impact as strike_viscoelastic
 from reduced.memory.row import RelaxingSprings
-from reduced.memory.viscoelastic_impact import impact as strike_viscoelastic
 from reduced.motion.course import Mass, Motion, Push, move
 from reduced.motion.elastic_impact import (
     SpringContact,

@@ -30,7 +30,7 @@ from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
-from reduced.memory.indent_in_time import graded_times, indent_in_time
+from reduced.memory.in_time import graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
 from reduced.rough.lines import RoughLines

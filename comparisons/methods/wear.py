@@ -27,8 +27,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced.loads import Load
 from reduced.rough.lines import RoughLines
-from reduced.wear import archard
-from reduced.wear.archard import LineRule, RoundBody, WearingBody, WearingLine, WornLine
+from reduced.wear import LineRule, RoundBody, WearingBody, WearingLine, WornLine, archard
 from reference import loads as reference_loads
 from reference.closed_form.worn import WornPunch
 from reference.contact.body import ElasticBody

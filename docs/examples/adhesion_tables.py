@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced.adhesion.adhere import adhere, pull_off
+from reduced.adhesion import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from reduced.motion import friction_law
+from reduced.motion import blocks as law
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.course import Mass, Push, move
 from reduced.motion.elastic_impact import impact_depth, spring_contact, strike
@@ -61,9 +61,9 @@ def slope() -> list[list[str]]:
         v0 = 1e-3
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 20_000))
         speed = (run.position[-1, 0] - run.position[-2, 0]) / v0
-        force = float(friction_law.friction(run.velocity[-1, 0], 1.0, v0))
+        force = float(law.friction(run.velocity[-1, 0], 1.0, v0))
         still = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=20_000)
-        formula = float(friction_law.creep_speed(load, 1.0, v0)) / v0
+        formula = float(law.creep_speed(load, 1.0, v0)) / v0
         cells = [f"{load}", f"{formula:.4f}", f"{speed:.4f}", f"{force / load - 1:.0e}"]
         rows.append([*cells, f"{still.position[-1, 0]:.0f}"])
     return rows
@@ -76,8 +76,8 @@ def stopping() -> list[list[str]]:
         u, weights = np.polynomial.legendre.leggauss(200)
         v = ((u + 1) / 2) ** 3  # dense where the law bends
         measure = weights / 2 * 3 * ((u + 1) / 2) ** 2
-        way = float((v / friction_law.friction(v, 1.0, v0)) @ measure)
-        lack = float(friction_law.missing_friction(1.0, v0))
+        way = float((v / law.friction(v, 1.0, v0)) @ measure)
+        lack = float(law.missing_friction(1.0, v0))
         rows.append([f"{v0:g}", f"{2 * way - 1:.3e}", f"{4 / math.pi * v0:.3e}", f"{-lack:.3e}"])
     return rows
 
@@ -90,7 +90,7 @@ def stopping() -> list[list[str]]:
 def grows(scheme: str, load: float, step: float) -> bool:
     """Whether a small deviation from the creep grows."""
     v0 = 1e-3
-    creep = float(friction_law.creep_speed(load, 1.0, v0))
+    creep = float(law.creep_speed(load, 1.0, v0))
     system = Blocks(1.0, 1.0, load=load)
     start = creep + 1e-6 * v0
     run = integrate(system, v0, Stepping(step, 4000), scheme=scheme, velocity=start)
@@ -104,13 +104,13 @@ def stability() -> list[list[str]]:
     for scheme in ("explicit_euler", "semi_implicit_euler", "runge_kutta_4"):
         cells = [scheme]
         for load in loads:
-            theory = friction_law.stable_step(1.0, 1.0, 1e-3, load, scheme)
+            theory = law.stable_step(1.0, 1.0, 1e-3, load, scheme)
             low, high = 0.5 * theory, 2 * theory
             for _ in range(14):
                 middle = 0.5 * (low + high)
                 low, high = (low, middle) if grows(scheme, load, middle) else (middle, high)
             cells.append(f"{low / theory:.4f}")
-        at_rest = friction_law.stable_step(1.0, 1.0, 1e-3, 0.0, scheme) / 1e-3
+        at_rest = law.stable_step(1.0, 1.0, 1e-3, 0.0, scheme) / 1e-3
         rows.append([*cells, f"{at_rest:.4f}"])
     return rows
 
@@ -169,7 +169,7 @@ def oscillator_cost() -> list[list[str]]:
 
     for scheme in ("explicit_euler", "runge_kutta_4"):
         for v0 in (1e-2, 1e-3, 1e-4):
-            step = 0.9 * friction_law.stable_step(1.0, LIMIT, v0, 0.0, scheme)
+            step = 0.9 * law.stable_step(1.0, LIMIT, v0, 0.0, scheme)
             steps = math.ceil(END / step)
             add(scheme, f"{v0:g}", steps, stepping(system, v0, steps, scheme))
     for scheme, v0 in (("implicit_euler", 1e-6), ("implicit_midpoint", 1e-6)):

@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from reduced.loads import LoadPath
-from reduced.memory.indent_in_time import graded_times, indent_in_time
+from reduced.memory.in_time import graded_times, indent_in_time
+from reduced.memory.in_time import impact as impact_on_springs
 from reduced.memory.materials import fit, kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
-from reduced.memory.viscoelastic_impact import impact as impact_on_springs
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator

@@ -24,7 +24,7 @@ from reduced.arguments import refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
-from reduced.memory.relaxing_spring import catch, law_of, let_go, recover
+from reduced.memory.row import catch, law_of, let_go, recover
 from reduced.rough.lines import RoughLines
 
 CONTROLS = ("force", "penetration")

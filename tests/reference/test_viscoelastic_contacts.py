@@ -13,10 +13,10 @@ import pytest
 from scipy.integrate import quad
 
 from reduced.loads import LoadPath
-from reduced.memory.indent_in_time import indent_in_time
+from reduced.memory.in_time import impact as impact_on_springs
+from reduced.memory.in_time import indent_in_time
 from reduced.memory.materials import prony
 from reduced.memory.row import RelaxingSprings
-from reduced.memory.viscoelastic_impact import impact as impact_on_springs
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator

@@ -21,10 +21,9 @@ from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.profiles import equivalents
-from reduced.profiles.graded import Grading
 from reduced.springs import stress
-from reduced.springs.coating import Coatings
 from reduced.springs.indent import Indentation, indent
+from reduced.springs.layers import Coatings, Grading
 from reduced.springs.line import Springs
 from reference.layered.stack import Stack, plane_modulus
 

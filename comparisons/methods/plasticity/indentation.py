@@ -26,8 +26,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
-from reduced.plasticity.caps import Yielded, YieldingSprings, first_yield
-from reduced.plasticity.zunker_kamrin import ZunkerKamrin
+from reduced.plasticity import Yielded, YieldingSprings, ZunkerKamrin, first_yield
 from reduced.profiles.equivalents import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs

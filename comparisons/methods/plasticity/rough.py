@@ -20,7 +20,7 @@ from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reduced.loads import LoadPath
-from reduced.plasticity.yielding_lines import Yielding, walk
+from reduced.plasticity import Yielding, walk
 from reference import loads as reference_loads
 from reference.contact.body import ElasticBody
 from reference.halfspace.contact_line import located_area

@@ -18,7 +18,7 @@ import numpy as np
 from comparisons.judging.uncertainty import RULE, SAFE, combined
 from comparisons.questions.experiments.experiment import Above, Effort, Finding, OneOf, experiment
 from comparisons.solving.shared import shared
-from reduced.adhesion.adhere import pull_off
+from reduced.adhesion import pull_off
 from reduced.profiles.equivalents import equivalent_punch, paraboloid
 from reduced.springs.line import Springs
 from reference.closed_form import elliptic_punch

@@ -14,8 +14,14 @@ from comparisons.questions.experiments.experiment import (
     Share,
     experiment,
 )
-from reduced.motion.blocks import Blocks, integrate
-from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
+from reduced.motion.blocks import (
+    Blocks,
+    creep_speed,
+    friction,
+    integrate,
+    missing_friction,
+    stable_step,
+)
 from reduced.motion.stepping import Stepping
 from reference.dynamics import coulomb
 from reference.dynamics.coulomb import dry_oscillator_amplitude, march, stick_slip, stopping

@@ -7,7 +7,7 @@ from typing import Annotated
 import numpy as np
 
 from comparisons.questions.experiments.experiment import Above, Share, experiment
-from reduced.memory.indent_in_time import harmonic_stiffness
+from reduced.memory.in_time import harmonic_stiffness
 from reduced.memory.materials import fit, standard_solid
 from reference.halfspace import FreeOperator
 from reference.loads import History

@@ -9,7 +9,7 @@ import numpy as np
 from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from reduced.loads import Load
 from reduced.profiles import equivalents
-from reduced.wear.archard import Oscillation, RoundBody, wear
+from reduced.wear import Oscillation, RoundBody, wear
 from reference import closed_form
 from reference.closed_form.worn import FrettingLimit
 from reference.halfspace import FreeOperator

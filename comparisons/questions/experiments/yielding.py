@@ -15,8 +15,7 @@ from comparisons.questions.experiments.experiment import Effort, Finding, OneOf,
 from comparisons.scene.physics.tables.plasticity import HARDNESS
 from comparisons.solving.shared import shared
 from reduced.loads import LoadPath as SpringPath
-from reduced.plasticity.caps import Reading, Yielded, YieldingSprings
-from reduced.plasticity.zunker_kamrin import ZunkerKamrin
+from reduced.plasticity import Reading, Yielded, YieldingSprings, ZunkerKamrin
 from reduced.profiles.equivalents import paraboloid
 from reference.elasticity import Material
 from reference.loads import LoadPath

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from reduced.adhesion.adhere import adhere, pull_off
+from reduced.adhesion import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.profiles.equivalents import (
     Profile,

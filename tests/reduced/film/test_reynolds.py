@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reduced.errors import ConvergenceError
-from reduced.film.reynolds import RULES, Ball, approach, entrain
+from reduced.film import RULES, Ball, approach, entrain
 
 
 def test_a_rigid_ball_is_squeezed_right_with_the_width_for_it():

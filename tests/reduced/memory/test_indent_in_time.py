@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from reduced.loads import Load, LoadPath
-from reduced.memory.indent_in_time import graded_times, harmonic_stiffness, indent_in_time
+from reduced.memory.in_time import graded_times, harmonic_stiffness, indent_in_time
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
 from reduced.profiles.equivalents import (

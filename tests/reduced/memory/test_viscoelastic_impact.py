@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.special import gamma
 
 from reduced.errors import ConvergenceError
+from reduced.memory.in_time import impact
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
-from reduced.memory.viscoelastic_impact import impact
 from reduced.profiles.equivalents import cylinder, paraboloid
 
 

@@ -8,8 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from reduced.motion.blocks import SCHEMES, Blocks, integrate
-from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
+from reduced.motion.blocks import (
+    SCHEMES,
+    Blocks,
+    creep_speed,
+    friction,
+    integrate,
+    missing_friction,
+    stable_step,
+)
 from reduced.motion.stepping import Stepping
 
 EXPLICIT = ("explicit_euler", "semi_implicit_euler", "runge_kutta_4")

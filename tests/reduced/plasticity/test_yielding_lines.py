@@ -8,8 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
-from reduced.plasticity.caps import YieldingSprings
-from reduced.plasticity.yielding_lines import Yielding, walk
+from reduced.plasticity import Yielding, YieldingSprings, walk
 from reduced.profiles.equivalents import paraboloid
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press

@@ -7,8 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from reduced.loads import LoadPath
-from reduced.plasticity.caps import YieldingSprings, first_yield
-from reduced.plasticity.zunker_kamrin import ZunkerKamrin
+from reduced.plasticity import YieldingSprings, ZunkerKamrin, first_yield
 from reduced.profiles.equivalents import cone, paraboloid
 
 HARDNESS = 2.84e-3  # Y = 1e-3, E* = R = 1

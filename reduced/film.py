@@ -1,4 +1,4 @@
-r"""Reynolds' equation in one dimension, over a line of springs.
+"""Reynolds' equation in one dimension, over a line of springs.
 
     d/dx (h^3 dP/dx) = L d/dx[(1 - theta) h] (entrained),   = 12 eta dh/dt (squeezed),
     h = h0 + x^2/R + w,    int E* w dx = F,    P >= 0, theta >= 0, P theta = 0,

@@ -1,1 +1,0 @@
-"""Adhesive springs (Hess' rule)."""

@@ -1,1 +1,0 @@
-"""A lubricating film on the springs of the reduced model: entrained, or squeezed."""

@@ -1,1 +1,0 @@
-"""Springs that yield: caps on their force from the chapter's stress rule, and Zunker & Kamrin."""

@@ -1,1 +1,0 @@
-"""Springs whose profile wears."""
