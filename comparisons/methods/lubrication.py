@@ -23,7 +23,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
-from reduced.film import reynolds
+from reduced import film as line_film
 from reference.lubrication.formulas import (
     LOADS,
     SPEEDS,
@@ -186,11 +186,11 @@ class ReducedFilm(Solver[IndenterGeometry]):
 
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
         """Yield the films."""
-        solve = reynolds.entrain if self.contact.squeeze_speed is None else reynolds.approach
+        solve = line_film.entrain if self.contact.squeeze_speed is None else line_film.approach
         for value in values:
             load, speed = self.contact.step(task, float(value))
             viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
-            ball = reynolds.Ball(
+            ball = line_film.Ball(
                 self.contact.radius, modulus, viscosity, load, self.film, self._heights
             )
             film = solve(ball, speed, task.resolution)

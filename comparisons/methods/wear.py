@@ -25,9 +25,10 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
+from reduced import wear as worn_springs
 from reduced.loads import Load
 from reduced.rough.lines import RoughLines
-from reduced.wear import LineRule, RoundBody, WearingBody, WearingLine, WornLine, archard
+from reduced.wear import LineRule, RoundBody, WearingBody, WearingLine, WornLine
 from reference import loads as reference_loads
 from reference.closed_form.worn import WornPunch
 from reference.contact.body import ElasticBody
@@ -154,8 +155,8 @@ class ReducedWear(ProfileSolver):
     ) -> Iterator[Step]:
         control, load = normal_load(task)
         swing = self.motion.oscillation
-        oscillation = None if swing is None else archard.Oscillation(*swing)
-        states = archard.wear(
+        oscillation = None if swing is None else worn_springs.Oscillation(*swing)
+        states = worn_springs.wear(
             body,
             self.modulus,
             Load(control, load),
@@ -245,7 +246,9 @@ class ReducedWearLines(LineSolver):
         held = Load(control, load * (patches if control == "force" else 1.0))
         top = float(line.heights.max())
         body = WearingLine(RoughLines(line.heights - top, line.spacing, line.periodic), self.rule)
-        for state in archard.wear(body, self.modulus, held, self.motion.coefficient, distances):
+        for state in worn_springs.wear(
+            body, self.modulus, held, self.motion.coefficient, distances
+        ):
             contact = state.contact
             yield Step(
                 {

@@ -8,8 +8,8 @@ With r = x sin(t) the transform and its derivatives have no singular kernel:
                                                      - [f']_b b x / (x^2 - b^2)^(3/2) }
 
 where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals are taken
-between the breakpoints, so kinks cause no loss of accuracy. Over graded half-spaces (`springs.layers`)
-all of them have a weight cos(t)^k, and jumps have (sqrt(x^2 - b^2)/x)^k.
+between the breakpoints, so kinks cause no loss of accuracy. For graded half-spaces
+(`springs.layers`) all of them have a weight cos(t)^k, and jumps have (sqrt(x^2 - b^2)/x)^k.
 """
 
 from __future__ import annotations

@@ -108,20 +108,6 @@ def test_update_over_a_linear_strain_is_exact():
     np.testing.assert_allclose(SOLID.advance(0.0)[1], SOLID.moduli)
 
 
-@given(first=st.floats(1e-6, 1e2), second=st.floats(1e-6, 1e2))
-def test_two_updates_are_one(first, second):
-    """The exact update is a semigroup: no step, long or short, leaves an error."""
-    rate, start = 1.7, np.array([0.3, 2.0, 1.0, 4.0])
-
-    def after(state, step):
-        decay, gain = SOLID.advance(step)
-        return decay * state + gain * rate * step
-
-    np.testing.assert_allclose(
-        after(after(start, first), second), after(start, first + second), rtol=1e-12
-    )
-
-
 def test_fit_recovers_a_material_among_its_own_times():
     """Data of a Prony series at its own times: the fit is that series, other arms drop out."""
     w = np.geomspace(1e-3, 1e4, 29)

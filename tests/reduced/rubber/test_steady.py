@@ -161,20 +161,6 @@ def test_slow_friction_grows_with_speed_and_contact_shrinks():
         assert sliding.friction_coefficient.max() < 0.25  # twice the rms slope
 
 
-@pytest.mark.parametrize("length", [1e-3, 1e-2, 0.1])
-def test_rough_lines_converge_with_the_square_of_the_spacing(length):
-    result = [
-        slide(
-            RoughLines(rough(n), 1 / n), KELVIN, length, LoadPath("force", 1e-2)
-        ).friction_coefficient.item()
-        for n in (128, 256, 512, 1024, 4096)
-    ]
-    errors = np.abs(np.array(result[:-1]) / result[-1] - 1)
-    slope = np.polyfit(np.log([128, 256, 512, 1024]), np.log(errors), 1)[0]
-    assert errors[-1] < 5e-4
-    assert slope < -1.6
-
-
 def test_units_do_not_matter():
     """Powers of two change no digit."""
     line, length, stress, time = rough(128), 2.0**-30, 2.0**20, 2.0**9
