@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -28,7 +27,7 @@ from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, dugdale
 from reference.halfspace.cohesive_path import CohesivePath, trace
-from reference.halfspace.detachment import Peeling, peel
+from reference.halfspace.detachment import peel
 
 # The first set of cells is wider than the largest contact by this share.
 _MARGIN = 1.1
@@ -40,189 +39,6 @@ _OFF = (0.13, -0.21)
 _STEPS, _EXTENSIONS = 40, 12
 # What the calibrated tension may cost, in cells of the contact radius.
 _FLAT_DOUBT, _ROUND_DOUBT = 1.05, 2.1
-
-
-@dataclass(frozen=True)
-class AdhesiveContact:
-    """What adheres, and an estimate of its contact at the largest load."""
-
-    indenter: Indenter
-    adhesion: AdhesionTable
-    modulus: float
-    geometry: IndenterGeometry
-
-
-@dataclass(frozen=True)
-class GridWalk:
-    """What a grid gives along a path: arrays of shape (k,), and the largest pull on the way."""
-
-    penetration: np.ndarray
-    force: np.ndarray
-    area: np.ndarray
-    largest_pull: float
-    residual: float
-    unknowns: int
-
-
-def peeled_walk(body: AdhesiveContact, loads: AbsoluteLoads, resolution: int) -> GridWalk:
-    """Short range: the sets of cells that hold, largest first, serve the way in and out.
-
-    That is right for bodies with one stable contact at a load: single compact ones.
-    """
-    widest, work = _widest_gap(body), body.adhesion.work
-    operator, gap = _grid(body, resolution, widest)
-    touching = np.isfinite(gap) & (gap <= widest)
-    # Share of the cells that need not be peeled off any more: far inside every fold.
-    until = 0.3 if body.indenter.flat else 0.02
-    way = peel(operator, gap, touching, work, tolerance=_TOLERANCE, until=until)
-    states, pull, attached = [], 0.0, False
-    for load in loads.values:
-        attached = attached or load >= 0
-        cell_count = way.at(float(load), loads.control) if attached else way.cells.size
-        states.append(_peeled_state(way, cell_count, float(load), loads.control))
-        pull = max(pull, -states[-1][1], _pull_on_the_way(way, cell_count, attached, loads.control))
-        attached = attached and cell_count < way.cells.size
-    penetration, force, area = (np.array(part) for part in zip(*states, strict=True))
-    return GridWalk(penetration, force, area, pull, _TOLERANCE, int(touching.sum()))
-
-
-def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:
-    """Return how far the calibrated tension may be wrong, relative, by cells per contact radius.
-
-    It errs in proportion to the cells. Measured errors of the pull-off force in cells of the
-    radius: 0.2 for discs, 1.4 for paraboloids (docs/adhesion.md, against closed forms), 0.4 for
-    squares and 0.7 for ellipses to 4 : 1 (against the experiment ``adhesive-face``). The bar is
-    1.5 times the largest of flat faces and of round bodies; tests hold it against all of them.
-    """
-    return (_FLAT_DOUBT if geometry.indenter.flat else _ROUND_DOUBT) / resolution
-
-
-def _peeled_state(
-    way: Peeling, cell_count: int, load: float, control: str
-) -> tuple[float, float, float]:
-    """Penetration, force and area of a set under a load; zeros where nothing holds."""
-    if cell_count == way.cells.size:
-        return load if control == "penetration" else 0.0, 0.0, 0.0
-    stiffness, offset = float(way.stiffness[cell_count]), float(way.offset[cell_count])
-    area = float(way.area[cell_count])
-    if control == "penetration":
-        return load, stiffness * load - offset, area
-    return (load + offset) / stiffness, load, area
-
-
-def _pull_on_the_way(way: Peeling, cell_count: int, attached: bool, control: str) -> float:
-    """Largest pull of the sets that a falling load has taken apart one by one."""
-    if not attached or cell_count == 0:
-        return 0.0
-    curve = way.force if control == "force" else way.penetration
-    passed = np.flatnonzero(curve[:cell_count] <= np.minimum.accumulate(curve)[:cell_count])
-    return float(-way.force[passed].min())
-
-
-def _widest_gap(body: AdhesiveContact) -> float:
-    """Gap of the undeformed body at the edge of the widest set of cells."""
-    if body.indenter.flat:
-        return 0.0
-    radius = _MARGIN * body.geometry.contact_radius
-    if body.indenter.axisymmetric:
-        return float(body.indenter.gap(np.array(radius), np.array(0.0)))
-    # an ellipsoid: the gap on the ellipse of the same area as the circle
-    half_x, half_y = body.indenter.reach(1.0)
-    return radius**2 / (half_x * half_y)
-
-
-def _grid(body: AdhesiveContact, resolution: int, level: float) -> tuple[FreeOperator, np.ndarray]:
-    """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
-    cell = body.geometry.contact_radius / resolution
-    nx, ny = (2 * max(1, int(np.ceil(half / cell - 1e-9))) for half in body.indenter.reach(level))
-    # off the axis, lest whole rings of mirror images change sides at once
-    x, y = (cell * (np.arange(n) - (n - 1) / 2 + o) for n, o in zip((nx, ny), _OFF, strict=True))
-    gap = body.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
-    return FreeOperator((nx, ny), (cell, cell), body.modulus), gap
-
-
-def cohesive_walk(body: AdhesiveContact, loads: AbsoluteLoads, resolution: int) -> GridWalk:
-    """Any range: the whole path of equilibria, and on it the places where the loads lead."""
-    work, reach, geometry = body.adhesion.work, body.adhesion.range, body.geometry
-    law = dugdale(work, work / reach, ramp=_RAMP)
-    pulled = float(np.sqrt(2 * np.pi * work / body.modulus * geometry.contact_radius))
-    level = (1 + _RAMP) * reach + pulled + max(geometry.penetration, 0.0)
-    operator, gap = _grid(body, resolution, level)
-    problem = CohesiveProblem(operator, gap, law)
-    path = _path(problem, loads, max(geometry.penetration, 0.0), pulled + reach)
-    places = path.follow(loads.control, loads.values)
-    states = [
-        _settled(problem, path, place, float(load), loads.control)
-        for place, load in zip(places, loads.values, strict=True)
-    ]
-    penetration, force, area, residual = (np.array(part) for part in zip(*states, strict=True))
-    return GridWalk(
-        penetration,
-        force,
-        area,
-        _passed_pull(path, places, force, loads.control),
-        float(residual.max()),
-        int(np.isfinite(gap).sum()),
-    )
-
-
-def _path(
-    problem: CohesiveProblem, loads: AbsoluteLoads, penetration: float, length: float
-) -> CohesivePath:
-    """Path from beyond the largest load to far apart; lengths in units of `length`."""
-    top = max(penetration, float(loads.values.max())) if loads.control == "penetration" else 0.0
-    top = max(top, penetration) + 0.05 * length
-    lowest = -0.7 * length
-    if loads.control == "penetration":
-        lowest = min(lowest, float(loads.values.min()) - 0.05 * length)
-    for _ in range(_EXTENSIONS):
-        path = trace(problem, top, lowest, steps=_STEPS, tolerance=_TOLERANCE)
-        pressed = path.force if loads.control == "force" else path.penetration
-        if pressed[0] >= loads.values.max():
-            return path
-        top += 0.5 * length + 0.2 * abs(top)
-    raise ConvergenceError("the largest load of an adhesive path was not reached")
-
-
-def _settled(
-    problem: CohesiveProblem,
-    path: CohesivePath,
-    place: tuple[int, float],
-    load: float,
-    control: str,
-) -> tuple[float, float, float, float]:
-    """Penetration, force, area and residual at a load, from its place on the path."""
-    i, part = place
-    before, after = path.points[i : i + 2]
-    last = part == 1.0 and i == len(path.points) - 2
-    if last and control == "force":
-        return 0.0, 0.0, 0.0, after.residual
-    pressure = before.pressure + part * (after.pressure - before.pressure)
-    depth = before.penetration + part * (after.penetration - before.penetration)
-    contact: CohesiveContact
-    if control == "penetration":
-        contact = problem.at_penetration(load, pressure, _TOLERANCE)
-    else:
-        contact = problem.at_force(load, depth, pressure, _TOLERANCE)
-    area = float(contact.mask.sum()) * problem.operator.cell_area
-    return contact.penetration, contact.force, area, contact.residual
-
-
-def _passed_pull(
-    path: CohesivePath, places: list[tuple[int, float]], force: np.ndarray, control: str
-) -> float:
-    """Largest pull at the loads and on the stretches of the path between two falling ones."""
-    pull = float(-force.min())
-    fold = path.pull_off()
-    if fold is None:
-        return max(pull, 0.0)
-    at = int(np.argmin(path.force)) + 0.0
-    spots = [path.force.size - 1.0, *(i + part for i, part in places)]
-    for start, end in pairwise(spots):
-        # a rising force jumps over its own minimum; a rising penetration may not
-        if (start < at < end) or (start > at > end and control == "penetration"):
-            pull = max(pull, -fold[1])
-    return max(pull, 0.0)
 
 
 PHYSICS = frozenset({"adhesion"})
@@ -365,20 +181,146 @@ class GridAdhesion(HalfSpaceGrid):
 
     def solve(self, task: Task) -> Solution:
         """Follow the path of equilibria, and read the loads off it."""
-        short, modulus = self.adhesion.short_range, self.scene.effective_modulus
-        body = AdhesiveContact(self.indenter, self.adhesion, modulus, task.geometry)
-        walk = peeled_walk if short else cohesive_walk
-        path = walk(body, task.loads, task.resolution)
-        curves: dict[str, ArrayLike] = {
-            "penetration": path.penetration,
-            "force": path.force,
-            "equivalent_radius": np.sqrt(path.area / np.pi),
-            "pull_off_force": path.largest_pull,
-        }
-        unknowns, residual = path.unknowns, path.residual
-        solution = Solution.of(task, curves, unknowns=unknowns, violation=residual)
-        if short:
-            solution.truncation = edge_doubt(task.geometry, task.resolution)
-            flat = self.indenter.flat
-            solution.exact = ("contact_area", "contact_area_raw") if flat else ()
+        return self._peeled(task) if self.adhesion.short_range else self._cohesive(task)
+
+    def _peeled(self, task: Task) -> Solution:
+        """Short range: the sets of cells that hold, largest first, serve the way in and out.
+
+        That is right for bodies with one stable contact at a load: single compact ones.
+        """
+        geometry, control, flat = task.geometry, task.loads.control, self.indenter.flat
+        # the gap of the undeformed body at the edge of the widest set of cells
+        radius, widest = _MARGIN * geometry.contact_radius, 0.0
+        if self.indenter.axisymmetric and not flat:
+            widest = float(self.indenter.gap(np.array(radius), np.array(0.0)))
+        elif not flat:
+            # an ellipsoid: the gap on the ellipse of the same area as the circle
+            half_x, half_y = self.indenter.reach(1.0)
+            widest = radius**2 / (half_x * half_y)
+        operator, gap = self._grid(task, widest)
+        touching = np.isfinite(gap) & (gap <= widest)
+        # Share of the cells that need not be peeled off any more: far inside every fold.
+        until = 0.3 if flat else 0.02
+        work = self.adhesion.work
+        way = peel(operator, gap, touching, work, tolerance=_TOLERANCE, until=until)
+        curve = way.force if control == "force" else way.penetration
+        states, pull, attached = [], 0.0, False
+        for load in map(float, task.loads.values):
+            attached = attached or load >= 0
+            count = way.at(load, control) if attached else way.cells.size
+            depth, force, area = load if control == "penetration" else 0.0, 0.0, 0.0
+            if count < way.cells.size:
+                stiffness, offset = float(way.stiffness[count]), float(way.offset[count])
+                area = float(way.area[count])
+                if control == "penetration":
+                    force = stiffness * load - offset
+                else:
+                    depth, force = (load + offset) / stiffness, load
+            states.append((depth, force, area))
+            pull = max(pull, -force)
+            if attached and count > 0:  # the sets that a falling load has taken apart one by one
+                passed = np.flatnonzero(curve[:count] <= np.minimum.accumulate(curve)[:count])
+                pull = max(pull, float(-way.force[passed].min()))
+            attached = attached and count < way.cells.size
+        solution = _walked(task, states, pull, _TOLERANCE, int(touching.sum()))
+        solution.truncation = edge_doubt(geometry, task.resolution)
+        solution.exact = ("contact_area", "contact_area_raw") if flat else ()
         return solution
+
+    def _cohesive(self, task: Task) -> Solution:
+        """Any range: the whole path of equilibria, and on it the places where the loads lead."""
+        work, reach, geometry = self.adhesion.work, self.adhesion.range, task.geometry
+        modulus, depth = self.scene.effective_modulus, max(geometry.penetration, 0.0)
+        law = dugdale(work, work / reach, ramp=_RAMP)
+        pulled = float(np.sqrt(2 * np.pi * work / modulus * geometry.contact_radius))
+        operator, gap = self._grid(task, (1 + _RAMP) * reach + pulled + depth)
+        problem = CohesiveProblem(operator, gap, law)
+        path = _path(problem, task.loads, depth, pulled + reach)
+        control, values = task.loads.control, task.loads.values
+        places, states, residuals = path.follow(control, values), [], []
+        for (i, part), load in zip(places, map(float, values), strict=True):
+            before, after = path.points[i : i + 2]
+            if part == 1.0 and i == len(path.points) - 2 and control == "force":  # apart
+                states.append((0.0, 0.0, 0.0))
+                residuals.append(after.residual)
+                continue
+            pressure = before.pressure + part * (after.pressure - before.pressure)
+            contact: CohesiveContact
+            if control == "penetration":
+                contact = problem.at_penetration(load, pressure, _TOLERANCE)
+            else:
+                guess = before.penetration + part * (after.penetration - before.penetration)
+                contact = problem.at_force(load, guess, pressure, _TOLERANCE)
+            area = float(contact.mask.sum()) * operator.cell_area
+            states.append((contact.penetration, contact.force, area))
+            residuals.append(contact.residual)
+        # the largest pull at the loads, and on the stretches of the path between two falling ones
+        pull, fold = max(0.0, *(-force for _, force, _ in states)), path.pull_off()
+        at = int(np.argmin(path.force)) + 0.0
+        spots = [path.force.size - 1.0, *(i + part for i, part in places)]
+        for start, end in pairwise(spots):
+            # a rising force jumps over its own minimum; a rising penetration may not
+            passed = (start < at < end) or (start > at > end and control == "penetration")
+            if fold is not None and passed:
+                pull = max(pull, -fold[1])
+        unknowns = int(np.isfinite(gap).sum())
+        return _walked(task, states, pull, float(np.max(residuals)), unknowns)
+
+    def _grid(self, task: Task, level: float) -> tuple[FreeOperator, np.ndarray]:
+        """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
+        cell = task.geometry.contact_radius / task.resolution
+        halves = self.indenter.reach(level)
+        nx, ny = (2 * max(1, int(np.ceil(half / cell - 1e-9))) for half in halves)
+        # off the axis, lest whole rings of mirror images change sides at once
+        x, y = (
+            cell * (np.arange(n) - (n - 1) / 2 + off) for n, off in zip((nx, ny), _OFF, strict=True)
+        )
+        gap = self.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
+        return FreeOperator((nx, ny), (cell, cell), self.scene.effective_modulus), gap
+
+
+def _walked(
+    task: Task,
+    states: list[tuple[float, float, float]],
+    pull: float,
+    residual: float,
+    unknowns: int,
+) -> Solution:
+    """Return the solution of penetrations, forces and areas, with the largest pull on the way."""
+    penetration, force, area = np.array(states).T
+    curves: dict[str, ArrayLike] = {
+        "penetration": penetration,
+        "force": force,
+        "equivalent_radius": np.sqrt(area / np.pi),
+        "pull_off_force": pull,
+    }
+    return Solution.of(task, curves, unknowns=unknowns, violation=residual)
+
+
+def _path(
+    problem: CohesiveProblem, loads: AbsoluteLoads, penetration: float, length: float
+) -> CohesivePath:
+    """Path from beyond the largest load to far apart; lengths in units of `length`."""
+    top = max(penetration, float(loads.values.max())) if loads.control == "penetration" else 0.0
+    top = max(top, penetration) + 0.05 * length
+    lowest = -0.7 * length
+    if loads.control == "penetration":
+        lowest = min(lowest, float(loads.values.min()) - 0.05 * length)
+    for _ in range(_EXTENSIONS):
+        path = trace(problem, top, lowest, steps=_STEPS, tolerance=_TOLERANCE)
+        pressed = path.force if loads.control == "force" else path.penetration
+        if pressed[0] >= loads.values.max():
+            return path
+        top += 0.5 * length + 0.2 * abs(top)
+    raise ConvergenceError("the largest load of an adhesive path was not reached")
+
+
+def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:
+    """Return how far the calibrated tension may be wrong, relative, by cells per contact radius.
+
+    It errs in proportion to the cells. Measured errors of the pull-off force in cells of the
+    radius: 0.2 for discs, 1.4 for paraboloids (docs/adhesion.md, against closed forms), 0.4 for
+    squares and 0.7 for ellipses to 4 : 1 (against the experiment ``adhesive-face``). The bar is
+    1.5 times the largest of flat faces and of round bodies; tests hold it against all of them.
+    """
+    return (_FLAT_DOUBT if geometry.indenter.flat else _ROUND_DOUBT) / resolution

@@ -26,10 +26,10 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
-from reduced.friction.slide import Friction, TangentialPath, slide, slide_lines
+from reduced.friction.slide import Friction, slide, slide_lines
 from reduced.loads import Load, LoadPath
 from reduced.rough.press import press
-from reduced.springs.indent import Indentation, indent
+from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
@@ -127,7 +127,13 @@ class ReducedFriction(ProfileSolver):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path as far as the contact holds."""
-        normal, path, steps_held = self._slide(task, task.resolution)
+        line = Springs(self.profile, self.modulus, task.resolution, edges=self.edges)
+        stays = Load(*normal_load(task))
+        normal = indent(line, stays)
+        steps_held = held_steps(task, self.friction, float(normal.force[0]))
+        loads = task.loads.values[: max(steps_held, 1)] * (steps_held > 0)
+        friction = Friction(self.scene.tangential_modulus, self.friction)
+        path = slide(line, friction, stays, LoadPath(task.loads.control, loads))
         contact, stick = float(normal.contact_radius[0]), path.stick_length / 2
         curves = {
             "tangential_force": path.tangential_force,
@@ -151,19 +157,6 @@ class ReducedFriction(ProfileSolver):
             solution.fail((0, step), SLIDES)
         solution.fields = line_picture(self.profile, steady["penetration"], contact, normal.spacing)
         return solution
-
-    def _slide(
-        self, task: Task[IndenterGeometry], springs: int
-    ) -> tuple[Indentation, TangentialPath, int]:
-        """Return the normal contact, the path as far as it holds, and the number of its steps."""
-        control, load = normal_load(task)
-        line = Springs(self.profile, self.modulus, springs, edges=self.edges)
-        stays = Load(control, load)
-        normal = indent(line, stays)
-        holding = held_steps(task, self.friction, float(normal.force[0]))
-        path = LoadPath(task.loads.control, task.loads.values[: max(holding, 1)] * (holding > 0))
-        friction = Friction(self.scene.tangential_modulus, self.friction)
-        return normal, slide(line, friction, stays, path), holding
 
 
 class ReducedFrictionLines(LineSolver):
@@ -316,19 +309,15 @@ class GridFriction(HalfSpaceGrid):
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield the grid of each realisation, all on the same half-space."""
+        compliance = Compliance.of(self.scene.shear_modulus, self.scene.poisson_ratio)
+        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
         body = None
         for realisation in task.realisations:
             grid = make_grid(task.geometry, task.resolution, realisation)
-            body = body or self._body(task, grid)
+            where = grid.gap.shape, grid.spacing
+            body = body or NormalAndTangential(*where, compliance, periodic=periodic)
             unknowns = 3 * int(np.isfinite(grid.gap).sum())
             yield Row(partial(self._path, task, body, grid), unknowns=unknowns)
-
-    def _body(self, task: Task, grid: Grid) -> NormalAndTangential:
-        """Return the half-space under the grid."""
-        nu = self.scene.poisson_ratio
-        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
-        compliance = Compliance.of(self.scene.shear_modulus, nu)
-        return NormalAndTangential(grid.gap.shape, grid.spacing, compliance, periodic=periodic)
 
     def _path(
         self, task: Task, body: NormalAndTangential, grid: Grid, loads: np.ndarray

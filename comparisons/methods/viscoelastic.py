@@ -331,36 +331,32 @@ class ReducedSliding(ProfileSolver):
 
     def steps(self, task: Task[IndenterGeometry], speeds: np.ndarray) -> Iterator[Step]:
         """Slide the profile at every speed, on a line of its own."""
-        for speed in speeds:
-            state = self._settled(task, float(speed))
-            values = {name: float(curve[0, 0]) for name, curve in _curves(state, 1.0).items()}
-            unknowns = int(2 * _MARGIN * task.resolution)
-            yield Step(values | {"speed": float(speed)}, unknowns=unknowns)
-
-    def _settled(self, task: Task[IndenterGeometry], speed: float) -> SteadySliding:
-        """Slide on a line fitted to the contact, whose radius a coarse line tells for a force."""
         control, load = normal_load(task)
         by_depth = control == "penetration"
-        profile, radius = self.profile, task.geometry.contact_radius
-        if by_depth:
-            radius = float(profile.contact_radius(load))
-        for _ in range(_FITS):
-            spacing = radius / task.resolution
-            count = int(np.ceil(_MARGIN * task.resolution)) + 1
-            # springs off the axis: on it, symmetric sums would be better than they are
-            x = (np.arange(-count, count + 1) + _OFFSET) * spacing
-            line = -np.asarray(profile.height(np.abs(x)), dtype=float)
-            # depths are counted from the axis, the line's from its highest spring
-            top = float(line.max())
-            fitted = RoughLines(line, spacing, periodic=False)
-            pressed = LoadPath(control, load + top if by_depth else load)
-            state = slide(fitted, self.material, speed, pressed)
-            state = replace(state, penetration=state.penetration - top)
-            wide = float(profile.contact_radius(state.penetration[0, 0]))
-            if by_depth or wide > 0.9 * radius:
-                break
-            radius = wide
-        return state
+        profile, resolution = self.profile, task.resolution
+        count = int(np.ceil(_MARGIN * resolution)) + 1
+        # springs off the axis: on it, symmetric sums would be better than they are
+        places = np.arange(-count, count + 1) + _OFFSET
+        for speed in map(float, speeds):
+            radius = task.geometry.contact_radius
+            if by_depth:
+                radius = float(profile.contact_radius(load))
+            for _ in range(_FITS):  # on a line fitted to the contact, which a coarse one tells
+                spacing = radius / resolution
+                line = -np.asarray(profile.height(np.abs(places * spacing)), dtype=float)
+                # depths are counted from the axis, the line's from its highest spring
+                top = float(line.max())
+                fitted = RoughLines(line, spacing, periodic=False)
+                pressed = LoadPath(control, load + top if by_depth else load)
+                state = slide(fitted, self.material, speed, pressed)
+                state = replace(state, penetration=state.penetration - top)
+                wide = float(profile.contact_radius(state.penetration[0, 0]))
+                if by_depth or wide > 0.9 * radius:
+                    break
+                radius = wide
+            values = {name: float(curve[0, 0]) for name, curve in _curves(state, 1.0).items()}
+            unknowns = int(2 * _MARGIN * resolution)
+            yield Step(values | {"speed": speed}, unknowns=unknowns)
 
 
 class ReducedSlidingLines(LineSolver):

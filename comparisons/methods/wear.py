@@ -167,8 +167,10 @@ class ReducedWear(ProfileSolver):
         shapes: list[np.ndarray] = []
         for state in states:
             shapes.append(state.worn)
+            length = float(state.contact.contact_length[0, 0])
             yield Step(
-                _spring_quantities(state, swing is not None) | _round_contact(state),
+                _spring_quantities(state, swing is not None)
+                | {"contact_length": length, "equivalent_radius": length / 2},
                 unknowns=body.places,
                 iterations=state.steps,
                 fields=partial(self._picture, body, shapes),
@@ -201,11 +203,6 @@ def _spring_quantities(state: WornLine, fretting: bool) -> dict[str, float]:
         "wear_depth": float(state.worn.max()),
     }
     return values | ({"stick_area": np.pi / 4 * state.stick_length**2} if fretting else {})
-
-
-def _round_contact(state: WornLine) -> dict[str, float]:
-    length = float(state.contact.contact_length[0, 0])
-    return {"contact_length": length, "equivalent_radius": length / 2}
 
 
 class ReducedWearLines(LineSolver):

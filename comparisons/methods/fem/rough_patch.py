@@ -76,10 +76,13 @@ class FemPatch(FemMesh[RoughGeometry]):
         gap = np.ravel(max(task.geometry.top(realisation), heights.max()) - heights)
         for contact in self.press(task, body, gap, loads):
             mean_gap = float(np.mean(gap + contact.displacement) - contact.penetration)
+            # with the perimeter correction of grids: the nodes form one
+            mask = contact.active.reshape(heights.shape)
+            area = float(corrected_area(mask, task.geometry.spacing(mask)))
             mean_plane = contact.penetration - float(gap.mean())
             yield contact_step(
                 task,
-                SolvedContact(body, gap, contact, _area(task.geometry, contact)),
+                SolvedContact(body, gap, contact, area),
                 quantities={"mean_gap": mean_gap, "penetration_mean_plane": mean_plane},
                 fields={
                     "heights": heights,
@@ -96,10 +99,3 @@ def _map_lines(task: Task[RoughGeometry]) -> tuple[np.ndarray, np.ndarray]:
     nx, ny = (n * task.resolution // geometry.points[0] for n in geometry.points)
     length, width = geometry.size
     return (np.arange(nx) + 0.5) * length / nx, (np.arange(ny) + 0.5) * width / ny
-
-
-def _area(geometry: RoughGeometry, contact: fem.NodalContact) -> float:
-    """Return the area with the perimeter correction of grids: the nodes form one."""
-    points = round(np.sqrt(contact.active.size * geometry.points[0] / geometry.points[1]))
-    mask = contact.active.reshape(points, -1)
-    return float(corrected_area(mask, geometry.spacing(mask)))

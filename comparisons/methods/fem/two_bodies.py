@@ -78,17 +78,13 @@ class FemPair(FemSolver[IndenterGeometry]):
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Condense and couple both bodies once."""
-        pair = self._pair(task)
-        yield Row(partial(self._steps, task, pair), unknowns=pair.combined.unknowns)
-
-    def _pair(self, task: Task[IndenterGeometry]) -> BodyPair:
-        """Return both bodies; the pressures live on the half-space of the scene."""
         tables = self.scene.half_space, self.counter_body
         bodies = [
             fem.half_space_body(_mesh(task, cells), fem.Material(*table.elastic_constants))
             for cells, table in zip(_cells(task), tables, strict=True)
         ]
-        return couple(*bodies, coupling=self.coupling)
+        pair = couple(*bodies, coupling=self.coupling)
+        yield Row(partial(self._steps, task, pair), unknowns=pair.combined.unknowns)
 
     def _steps(
         self, task: Task[IndenterGeometry], pair: BodyPair, loads: np.ndarray
@@ -101,18 +97,13 @@ class FemPair(FemSolver[IndenterGeometry]):
             scaled = pair.scaled(size)
             load = Load(task.loads.control, task.loads.values[step])
             (contact,) = scaled.press(self.indenter.gap, load)
-            yield self._step(task, scaled, contact)
-
-    def _step(
-        self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.NodalContact
-    ) -> Step:
-        body, area = pair.combined, contact.contact_area
-        if self.indenter.axisymmetric:
-            area = round_area(body, contact)
-        gap = self.indenter.gap(*body.points.T)
-        # The fields in the half-space of the scene.
-        inside = partial(_inside, pair, contact)
-        return contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+            body, area = scaled.combined, contact.contact_area
+            if self.indenter.axisymmetric:
+                area = round_area(body, contact)
+            gap = self.indenter.gap(*body.points.T)
+            # The fields in the half-space of the scene, on which the pressures live.
+            inside = partial(recovered, scaled.slave, scaled.forces(contact)[0])
+            yield contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
 
 
 def _cells(task: Task[IndenterGeometry]) -> tuple[int, int]:
@@ -124,7 +115,3 @@ def _mesh(task: Task[IndenterGeometry], cells: int) -> fem.TensorMesh:
     share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
     half_x, half_y = task.geometry.reach
     return fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2)
-
-
-def _inside(pair: BodyPair, contact: fem.NodalContact) -> dict[str, np.ndarray]:
-    return recovered(pair.slave, pair.forces(contact)[0])

@@ -78,7 +78,11 @@ class FemBody(FemMesh[BodyGeometry]):
         if self._linear_solver(count) == "nested_dissection":
             most = MOST_FACTORISED
             return f"about {count} unknowns, more than {most}" if count > most else ""
-        touching = n**2 * _overlapping(task.geometry)
+        geometry = task.geometry
+        nodes = contact_nodes(geometry.solid, geometry.surface)
+        # about: the nodes of the file's mesh that overlap at most
+        overlap = _gap(geometry, geometry.solid, nodes) <= geometry.penetration
+        touching = n**2 * int(np.count_nonzero(overlap))
         if count * touching > MOST_ITERATED:
             return f"about {count} unknowns, and {touching} nodes in contact: hours"
         return ""
@@ -153,12 +157,6 @@ def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
         return ""
     cells = "linear tetrahedra, which lock," if linear else "a user's cells"
     return f"nu = {poisson_ratio:g}: {cells} go to {largest}"
-
-
-def _overlapping(geometry: BodyGeometry) -> int:
-    """Return about how many nodes of the file's mesh touch: those that overlap at most."""
-    nodes = contact_nodes(geometry.solid, geometry.surface)
-    return int(np.count_nonzero(_gap(geometry, geometry.solid, nodes) <= geometry.penetration))
 
 
 def _gap(geometry: BodyGeometry, mesh: SolidMesh, nodes: np.ndarray) -> np.ndarray:

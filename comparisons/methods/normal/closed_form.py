@@ -167,7 +167,14 @@ class DepthForm(Solver[IndenterGeometry]):
             if isinstance(body, Stack):
                 flat = RoundContact(body, np.zeros_like, radius)
                 return lambda control, value: flat.at(control, value, radius)
-            return _face(radius, face_stiffness(body, radius))
+            stiffness = face_stiffness(body, radius)
+
+            def face(control: str, value: float) -> RoundStep:
+                depth = value if control == "penetration" else value / stiffness
+                force = stiffness * depth
+                return RoundStep(radius, depth, force, stiffness, force * depth / 2)
+
+            return face
         n, c = needed(_power(self.indenter), "")
         if not isinstance(body, Stack):
             return GradedContact(body, n, c).at
@@ -183,12 +190,3 @@ def _power(indenter: Indenter) -> tuple[float, float] | None:
     if isinstance(indenter, Cone):
         return 1.0, indenter.slope
     return (indenter.exponent, indenter.coefficient) if isinstance(indenter, PowerLaw) else None
-
-
-def _face(radius: float, stiffness: float) -> At:
-    def at(control: str, value: float) -> RoundStep:
-        depth = value if control == "penetration" else value / stiffness
-        force = stiffness * depth
-        return RoundStep(radius, depth, force, stiffness, force * depth / 2)
-
-    return at

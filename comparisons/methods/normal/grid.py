@@ -124,14 +124,6 @@ def cells(geometry: Geometry, resolution: int) -> int:
     return nx * ny
 
 
-def _cell(task: Task) -> float:
-    """Return the side of the cells of a task, the first one."""
-    geometry = task.geometry
-    if isinstance(geometry, RoughGeometry):
-        return float(geometry.size[0] / task.resolution)
-    return float(geometry.contact_radius / task.resolution)
-
-
 def contact_cells(task: Task) -> float:
     """Estimate the number of cells in contact at the largest load."""
     geometry, load = task.geometry, float(task.loads.values[-1])
@@ -193,7 +185,9 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         Layers that are thin against other cells would be none.
         """
         x = np.arange(8.0) - 3.5
-        cell = _cell(task)
+        rough = isinstance(task.geometry, RoughGeometry)
+        side = task.geometry.size[0] if rough else task.geometry.contact_radius
+        cell = float(side / task.resolution)
         gap = cell * (x[:, None] ** 2 + x**2) / 16
         operator = self.operator(task, gap.shape, (cell, cell))
         # Half the mean gap is open on a periodic half-space, and a contact on a free one.

@@ -87,11 +87,12 @@ class SpreadingTheory(RoughTheory):
         }
         if isinstance(theory, PerssonTheory):
             below["gap_distribution"] = lambda gap: theory.gap_below(pressure, gap)
-        return {
-            name: np.diff(below[name](_open(edges(name, task.scene, task.geometry))))
-            for name in wanted(task)
-            if name in below
-        }
+        histograms = {}
+        for name in below.keys() & set(wanted(task)):
+            inner = edges(name, task.scene, task.geometry)[1:-1]
+            # the outer bins are open, as what lies beyond counts to them
+            histograms[name] = np.diff(below[name](np.concatenate([[0.0], inner, [np.inf]])))
+        return histograms
 
 
 class Persson(SpreadingTheory):
@@ -114,11 +115,6 @@ class Xu(SpreadingTheory):
     def theory(self, geometry: RoughGeometry) -> XuTheory:
         """Return the theory for the spectrum of a surface."""
         return XuTheory(*ring_powers(geometry))
-
-
-def _open(bins: np.ndarray) -> np.ndarray:
-    """Return the edges with the outer bins open, as what lies beyond counts to them."""
-    return np.concatenate([[0.0], bins[1:-1], [np.inf]])
 
 
 def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:

@@ -107,7 +107,11 @@ class FemPlasticity(Solver[IndenterGeometry]):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the path; on a wider mesh where the contact outgrows the one estimated."""
-        smallest, largest = self._radii(task)
+        values = task.loads.values[task.loads.values > 0]
+        smallest, largest = (
+            estimated_radius(self.scene, self.profile, task.loads.control, float(v))
+            for v in (values.min(), values.max())
+        )
         yields_at = self._yields_at(task)
         for _ in range(_WIDENINGS):
             solution = Solution.empty(task)
@@ -180,7 +184,8 @@ class FemPlasticity(Solver[IndenterGeometry]):
         """Return the penetration of first yield, where it is asked for and exists."""
         if "first_yield" not in task.quantities or self.indenter.sharp_tip:
             return {}
-        contact = indent(Springs(self.profile, self.scene.effective_modulus), _load(task))
+        largest = Load(task.loads.control, float(task.loads.values.max()))
+        contact = indent(Springs(self.profile, self.scene.effective_modulus), largest)
         force = float(contact.force[-1])
         mean = force / (np.pi * float(contact.contact_radius[-1]) ** 2)
         start = (
@@ -199,15 +204,6 @@ class FemPlasticity(Solver[IndenterGeometry]):
         except ConvergenceError:
             return {}
         return {"first_yield": depth}
-
-    def _radii(self, task: Task[IndenterGeometry]) -> tuple[float, float]:
-        """Estimate the contact radii at the smallest and the largest load."""
-        values = task.loads.values[task.loads.values > 0]
-        radii = [
-            estimated_radius(self.scene, self.profile, task.loads.control, float(v))
-            for v in (values.min(), values.max())
-        ]
-        return radii[0], radii[1]
 
     def _widths(self, radius: float) -> float | tuple[float, float]:
         """Return the half-widths of a contact of the area of a circle; its radius if it is one."""
@@ -239,11 +235,6 @@ def _along_x(place: np.ndarray, across: int | None) -> np.ndarray:
         return np.ones(place.shape[1:], dtype=bool)
     beyond = np.where(place[0] >= 0, np.abs(place[across]), np.inf)
     return np.asarray(beyond <= beyond.min() * (1 + 1e-6))
-
-
-def _load(task: Task[IndenterGeometry]) -> Load:
-    """Return the largest load of a path."""
-    return Load(task.loads.control, float(task.loads.values.max()))
 
 
 # Of the stages in which a load is reached: measured at sixty times the depth of first yield.
