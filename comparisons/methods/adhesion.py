@@ -71,11 +71,8 @@ class ReducedAdhesion(ProfileSolver):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         _, self.adhesion = _adhesive(scene)
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, and what is taken for zero."""
         range_note = "" if self.adhesion.short_range else "; the range is taken as zero"
-        return f"{super().model(geometry)}; edges hold a stretch √(2π a w/E*){range_note}"
+        self.beside = f"edges hold a stretch √(2π a w/E*){range_note}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the whole path."""

@@ -115,15 +115,12 @@ class ReducedFriction(ProfileSolver):
 
     name = "reduced"
     physics = PHYSICS
+    beside = SPRINGS
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.edges = scene.methods.reduced.edges
         self.friction = needed(scene.friction, NO_TABLE).coefficient
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, and the tangential springs."""
-        return f"{super().model(geometry)}; {SPRINGS}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path as far as the contact holds."""
@@ -164,15 +161,12 @@ class ReducedFrictionLines(LineSolver):
 
     name = "reduced"
     physics = PHYSICS
+    beside = f"; {SPRINGS}"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.edges = scene.methods.reduced.edges
         self.friction = needed(scene.friction, NO_TABLE).coefficient
-
-    def model(self, geometry: RoughGeometry) -> str:
-        """Name the line, and the tangential springs."""
-        return f"{super().model(geometry)}; {SPRINGS}"
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Draw all lines."""
@@ -271,6 +265,10 @@ class GridFriction(HalfSpaceGrid):
         self.friction = friction.coefficient
         self.tolerance = loosened(scene, LEAST_TOLERANCE)
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
+        both = "normal and tangential tractions coupled"
+        coupling = both if self.coupled else "pressure uncoupled from them"
+        text = "tangential tractions with Cerruti's kernel, slip in any direction"
+        self.beside = f"{text}; {coupling}"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Half the cells of a frictionless contact; rough, the grids that a path affords."""
@@ -280,13 +278,6 @@ class GridFriction(HalfSpaceGrid):
             return tuple(n for n in planned if n <= most) or planned[:1]
         finest = int(np.clip(32 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 64))
         return finest // 4, finest // 2, finest
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and what acts on what."""
-        text = "tangential tractions with Cerruti's kernel, slip in any direction"
-        both = "normal and tangential tractions coupled"
-        coupling = both if self.coupled else "pressure uncoupled from them"
-        return f"{super().model(geometry)}; {text}; {coupling}"
 
     def refusal(self, task: Task) -> str:
         """Refuse rough grids that a path would take hours on."""

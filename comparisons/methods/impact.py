@@ -245,13 +245,10 @@ class ReducedImpact(ProfileSolver):
         if scene.loading.time is not None and self.edges == "nodal":
             raise Refused("time stepping needs sub-cell contact edges (edges = 'sub_cell')")
         self.dynamics = needed(scene.dynamics, NO_TABLE)
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line and what is done with it."""
         course = "by its energy, without time steps"
-        if self.scene.loading.time is not None:
+        if scene.loading.time is not None:
             course = "in steps of time that keep the energy, refined with the springs"
-        return f"{super().model(geometry)}; the impact {course}"
+        self.beside = f"the impact {course}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at all velocities, or follow it in time."""
@@ -342,6 +339,7 @@ class ReducedViscoelasticImpact(ProfileSolver):
 
     name = "reduced"
     physics = VISCOELASTIC
+    beside = "each with memory; the mass in implicit steps"
     only_indenters = ONLY_INDENTERS
 
     def __init__(self, scene: Scene) -> None:
@@ -349,10 +347,6 @@ class ReducedViscoelasticImpact(ProfileSolver):
         self.edges = scene.methods.reduced.edges
         self.mass = _striking(scene).mass
         self.material = springs_of(body_of(scene))
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, its springs and the mass."""
-        return f"{super().model(geometry)}; each with memory; the mass in implicit steps"
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         """Let the mass strike at every velocity."""

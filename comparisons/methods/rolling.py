@@ -108,6 +108,10 @@ class ReducedRolling(ProfileSolver):
         if self.rolling.spin:
             raise Refused("spin: a line has no width to turn on")
         self.friction = slide.Friction(self._tangential_modulus(scene), friction.coefficient)
+        stiffness = "4G/(2 - nu) dx"
+        if self.stiffness == "matched":
+            stiffness = "C G dx, C Kalker's coefficient of a circle"
+        self.beside = f"tangential springs of {stiffness} that enter unstretched"
 
     def _tangential_modulus(self, scene: Scene) -> float:
         """Return G* of the springs: the chapter's, or that of the half-space's first slope."""
@@ -120,14 +124,6 @@ class ReducedRolling(ProfileSolver):
         if nu < 0:
             raise Refused("Kalker's coefficients begin at nu = 0")
         return matched_modulus(scene.shear_modulus, kalker(1.0, nu)[lateral])
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, and the tangential springs."""
-        stiffness = "4G/(2 - nu) dx"
-        if self.stiffness == "matched":
-            stiffness = "C G dx, C Kalker's coefficient of a circle"
-        springs = f"tangential springs of {stiffness} that enter unstretched"
-        return f"{super().model(geometry)}; {springs}"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Roll at all creeps at once."""
@@ -174,18 +170,15 @@ class GridRolling(HalfSpaceGrid):
         self.friction = friction.coefficient
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
         self.tolerance = loosened(scene, LEAST_TOLERANCE)
+        both = "normal and tangential tractions coupled"
+        coupling = both if self.coupled else "pressure uncoupled from them"
+        self.beside = f"steady tractions with Cerruti's kernel; {coupling}"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 28))
         finest -= finest % 4
         return finest // 4, finest // 2, finest
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and what acts on what."""
-        both = "normal and tangential tractions coupled"
-        coupling = both if self.coupled else "pressure uncoupled from them"
-        return f"{super().model(geometry)}; steady tractions with Cerruti's kernel; {coupling}"
 
     def memory(self, task: Task) -> float:
         """Bytes of one grid and of thirty pairs of directions and their images on it."""

@@ -125,15 +125,12 @@ class ReducedMemory(ProfileSolver):
 
     name = "reduced"
     physics = PHYSICS
+    beside = "each with the memory of (19.31), on its own"
     only_indenters = "viscoelastic rough lines are implemented for sliding only"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.edges, self.material = scene.methods.reduced.edges, springs_of(_pressed(scene))
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line and its springs."""
-        return f"{super().model(geometry)}; each with the memory of (19.31), on its own"
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk through the history once."""
@@ -213,6 +210,7 @@ class GridMemory(BemFft):
     """The half-space in time: a contact problem per step, on a surface that remembers."""
 
     physics = PHYSICS
+    beside = "pressures linear in time, with all memory"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -228,10 +226,6 @@ class GridMemory(BemFft):
             return super().resolutions(geometry)[:2]
         finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 128))
         return finest // 4, finest // 2, finest
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and what a step is."""
-        return f"{super().model(geometry)}; pressures linear in time, with all memory"
 
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
@@ -320,14 +314,11 @@ class ReducedSliding(ProfileSolver):
 
     name = "reduced"
     physics = SLIDING
+    beside = STEADY
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.material = _springs(scene)
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line and its springs."""
-        return f"{super().model(geometry)}; {STEADY}"
 
     def steps(self, task: Task[IndenterGeometry], speeds: np.ndarray) -> Iterator[Step]:
         """Slide the profile at every speed, on a line of its own."""
@@ -364,16 +355,13 @@ class ReducedSlidingLines(LineSolver):
 
     name = "reduced"
     physics = SLIDING
+    beside = f"; {STEADY}"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.material = _springs(scene)
         if scene.loading.control != "force":
             raise Refused("rough lines slide under prescribed force only")
-
-    def model(self, geometry: RoughGeometry) -> str:
-        """Name the line and its springs."""
-        return f"{super().model(geometry)}; {STEADY}"
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
         """Compile the springs."""
@@ -408,6 +396,7 @@ class GridSliding(HalfSpaceGrid):
 
     name = "bem_fft"
     physics = SLIDING
+    beside = "of pressure that travels over a creeping body"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -447,10 +436,6 @@ class GridSliding(HalfSpaceGrid):
         cells = 16 * task.resolution**2
         contact = LIMIT if isinstance(task.geometry, RoughGeometry) else 2 * task.resolution**2
         return 16.0 * min(contact, LIMIT) ** 2 + 400.0 * cells
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and the kernel."""
-        return f"{super().model(geometry)}; of pressure that travels over a creeping body"
 
     def warm_up(self, task: Task) -> None:
         """Compile the contact."""

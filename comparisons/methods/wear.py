@@ -107,10 +107,7 @@ class ReducedWear(ProfileSolver):
         self.stress, self.motion = scene.methods.reduced.stress, Motion.of(scene)
         if not self.indenter.axisymmetric:
             raise Refused("springs wear round bodies: other shapes wear out of theirs")
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, and what wears."""
-        return f"{super().model(geometry)}; {_WORDS[self.stress]}"
+        self.beside = _WORDS[self.stress]
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Springs per contact radius; steps grow in number with them."""
@@ -218,12 +215,9 @@ class ReducedWearLines(LineSolver):
         self.rule: LineRule = "one_radius"
         if scene.methods.reduced.changes.get("stress") != "one_radius":
             self.rule = _RULES.get(scene.methods.reduced.stress, "one_radius")
-
-    def model(self, geometry: RoughGeometry) -> str:
-        """Name the line, and what wears it."""
         own = self.rule == "own_curvature"
         radius = "the curvature at each spring" if own else "one radius for each contact"
-        return f"{super().model(geometry)}; the line wears by the stress (19.37), with {radius}"
+        self.beside = f"; the line wears by the stress (19.37), with {radius}"
 
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Points per side: two lines, as steps grow in number with the points."""
@@ -265,6 +259,7 @@ class GridWear(BemFft):
     """The half-space on a grid, on which every cell of the shape wears by its own pressure."""
 
     physics = SLIDING
+    beside = "each cell wears by its own pressure and slip"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -277,10 +272,6 @@ class GridWear(BemFft):
             return super().resolutions(geometry)[:2]
         finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 32))
         return finest // 4, finest // 2, finest
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and what wears."""
-        return f"{super().model(geometry)}; each cell wears by its own pressure and slip"
 
     def warm_up(self, task: Task) -> None:
         """Wear a paraboloid on a handful of cells, on the scene's kind of half-space."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from comparisons.geometry.elastic_body import elastic_body
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.normal.grid import (
     GridSolver,
     Sweep,
@@ -49,6 +49,8 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
     """Free (zero-padded) or periodic half-space, whatever happens on it: what all physics share."""
 
     depths = True
+    # What the physics adds to the model, in words.
+    beside = ""
     # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside
     # one of them the set-up is nothing.
     shared_cells = 2 * 256**2
@@ -90,13 +92,14 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
 
     def model(self, geometry: Geometry) -> str:
         """Name the domain."""
-        if isinstance(geometry, IndenterGeometry):
-            return (
-                "the surface of the half-space where the shape can touch (its geometric overlap), "
-                "on square cells, with the free-space kernel by zero-padding"
-            )
-        kind = "one period" if geometry.periodic else "the patch, free of its surroundings,"
-        return f"{kind} of the surface on its grid; the elastic body enters through its kernel"
+        text = (
+            "the surface of the half-space where the shape can touch (its geometric overlap), on "
+            "square cells, with the free-space kernel by zero-padding"
+        )
+        if isinstance(geometry, RoughGeometry):
+            kind = "one period" if geometry.periodic else "the patch, free of its surroundings,"
+            text = f"{kind} of the surface on its grid; the elastic body enters through its kernel"
+        return f"{text}; {self.beside}" if self.beside else text
 
 
 class BemFft(HalfSpaceGrid):

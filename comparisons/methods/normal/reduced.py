@@ -129,6 +129,8 @@ class ProfileSolver(Solver[IndenterGeometry]):
 
     bodies = True
     depths = True
+    # What the physics adds to the model, in words.
+    beside = ""
     # Why a scene without an indenter is none for this physics.
     only_indenters = NO_PLANE
 
@@ -168,7 +170,8 @@ class ProfileSolver(Solver[IndenterGeometry]):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line."""
-        return f"an equivalent 1-D profile on springs of stiffness {self.bed.springs}; {self.note}"
+        text = f"an equivalent 1-D profile on springs of stiffness {self.bed.springs}; {self.note}"
+        return f"{text}; {self.beside}" if self.beside else text
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs: a few of them solve the task, whatever becomes of it."""

@@ -125,6 +125,8 @@ class LineSolver(Solver[RoughGeometry]):
     """Rough lines on springs, whatever happens to them: what all physics share."""
 
     depths = True
+    # What the physics adds to the model, in words.
+    beside = ""
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -185,7 +187,8 @@ class LineSolver(Solver[RoughGeometry]):
         """Name the line."""
         kinds = ("prescribed" if face.random else "measured" for face in geometry.faces)
         source = " and the ".join(dict.fromkeys(kinds))
-        return f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
+        text = f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
+        return text + self.beside
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
         """Compile the walk along a line."""

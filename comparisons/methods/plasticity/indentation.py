@@ -159,11 +159,8 @@ class ReducedPlasticity(ProfileSolver):
             raise Refused(
                 "the stress rule (19.37) needs a profile that is curved at its tip and beyond"
             )
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the line, and how it yields."""
         hardening = "; hardening is left out" if self.plasticity.hardens else ""
-        return f"{super().model(geometry)}; {_WORDS[self.plasticity.model]}{hardening}"
+        self.beside = f"{_WORDS[self.plasticity.model]}{hardening}"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Nothing is compiled."""

@@ -42,14 +42,11 @@ class GridPlasticity(BemFft):
             )
         if self.plasticity.hardens:
             raise Refused("caps its pressure at one hardness: without hardening")
+        self.beside = f"pressure capped at {self.plasticity.cap_in_words}"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return two grids: what yields is searched for at every load."""
         return super().resolutions(geometry)[:2]
-
-    def model(self, geometry: Geometry) -> str:
-        """Name the domain, and the cap."""
-        return f"{super().model(geometry)}; pressure capped at {self.plasticity.cap_in_words}"
 
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray
@@ -108,20 +105,15 @@ class LinePlasticity(LineSolver):
             "own_curvature" if local else "one_radius",
             options.edges,
         )
-        self.hardness = plasticity.cap_in_words + (
-            "; hardening is left out" if plasticity.hardens else ""
-        )
-
-    def model(self, geometry: RoughGeometry) -> str:
-        """Name the line, and how it yields."""
-        if self.springs.reading == "none":
-            return f"{super().model(geometry)} that stay elastic"
-        whose = "their own curvature" if self.springs.rule == "own_curvature" else "their contact"
-        part = "the elastic part of " if self.springs.reading == "elastic_root" else ""
-        return (
-            f"{super().model(geometry)}, capped where the stress (19.37) by {part}their deflection "
-            f"and the radius of {whose} reaches {self.hardness}"
-        )
+        self.beside = " that stay elastic"
+        if plasticity.model != "none":
+            whose = "their own curvature" if local else "their contact"
+            part = "the elastic part of " if plasticity.model == "elastic_root" else ""
+            hardening = "; hardening is left out" if plasticity.hardens else ""
+            self.beside = (
+                f", capped where the stress (19.37) by {part}their deflection and the radius of "
+                f"{whose} reaches {plasticity.cap_in_words}{hardening}"
+            )
 
     def block(self, resolution: int) -> int:
         """Return how many lines are one task: they are led one by one."""
