@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.methods import title_of
 from comparisons.geometry.plausibility import doubtful
-from comparisons.judging.proofs import in_words
+from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
-from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
-from comparisons.results.curves import curves
-from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
+from comparisons.results.decisions import asked_in_vain, judged_methods, verdicts
+from comparisons.results.exports import curves, measures
 from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
 from comparisons.solving.plan import Effort
@@ -61,7 +61,7 @@ class Comparison:
     @property
     def reference(self) -> str:
         """The reference and its uncertainty."""
-        return str(self.record.reference.get("text", "there is none"))
+        return self.record.reference.text or "there is none"
 
     @property
     def proved(self) -> str:
@@ -69,13 +69,13 @@ class Comparison:
 
         The sides are columns of `steps`, in the rows of the reference: ``force_lower`` and so on.
         """
-        proved = self.record.reference.get("proved")
-        return f"Proved: {in_words(proved)}" if proved else ""
+        proved = self.record.reference.proved
+        return f"Proved: {proved.in_words}" if proved else ""
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes of the plan; those that begin with "check the" question the scene."""
-        return tuple(self.record.plan.get("notes", ()))
+        return self.record.plan.notes
 
     @property
     def disagreements(self) -> tuple[str, ...]:
@@ -118,13 +118,13 @@ class Comparison:
         those of means, which took ``seconds_all``; ``seconds`` is the time of one surface or line,
         whose own errors lie from ``single_low`` to ``single_high`` (5 to 95 %, at ``single_step``).
         """
-        measures = selection.compared_measures(self.record)
-        return measures.reindex(columns=COLUMNS).reset_index(drop=True)
+        table = measures(self.record).reindex(columns=COLUMNS)
+        return table[table["quantity"].isin(self.record.quantities)].reset_index(drop=True)
 
     def steps(self) -> pd.DataFrame:
         """Return one row per method, resolution, realisation and load step, as in results.csv."""
         rows = self.record.rows
-        return rows[rows["step"].notna()].reset_index(drop=True)
+        return rows.where(np.isfinite(rows["step"])).frame()
 
     def curves(self) -> pd.DataFrame:
         """Return one row per load, a column per method and quantity with its unit (SI).

@@ -30,7 +30,8 @@ def single_errors(errors: np.ndarray) -> dict[str, float]:
     low, high = np.full((2, errors.shape[1]), np.nan)
     low[known], high[known] = np.nanquantile(errors[:, known], BAND, axis=0)
     step = int(np.nanargmax(np.fmax(np.abs(low), np.abs(high))))
-    return {"single_low": low[step], "single_high": high[step], "single_step": step}
+    ends = float(low[step]), float(high[step])
+    return {"single_low": ends[0], "single_high": ends[1], "single_step": step}
 
 
 def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:

@@ -17,9 +17,10 @@ from comparisons.judging.fields import field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import Verification, verified
+from comparisons.judging.reference import Bar
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import judged
+from comparisons.judging.verdicts import LAST_LOAD, NEVER, Verdict, judged
 from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.solving.plan import Plan
 from comparisons.tasks.solution import Solved
@@ -34,7 +35,7 @@ class Comparison:
 
     truth: Truth | None
     rows: pd.DataFrame
-    measures: pd.DataFrame
+    verdicts: tuple[Verdict, ...]
     verification: Verification | None = None
     distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
 
@@ -80,17 +81,17 @@ def compare(
         steps = table.loc[own, "step"].astype(int)
         for name, values in sides.items():
             table.loc[own, name] = values[steps]
-    measures = [
-        row
+    verdicts = [
+        verdict
         for method, resolution in solved
-        for row in _measure_rows(plan, solved, levels[method], resolution, truth)
+        for verdict in _verdicts(plan, solved, levels[method], resolution, truth)
     ]
     # The columns of the machine come last, as far as no solution knows its own.
     for name, value in constants.items():
         known = table.pop(name).fillna(value) if name in table else value
         table[name] = known
     distributions = pd.DataFrame(distribution_rows(plan, solved))
-    return Comparison(truth, table, pd.DataFrame(measures), verification, distributions)
+    return Comparison(truth, table, tuple(verdicts), verification, distributions)
 
 
 def _solution_tables(
@@ -190,40 +191,47 @@ def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:
     }
 
 
-def _measure_rows(
+def _verdicts(
     plan: Plan,
     solved: Solved,
     levels: Levels,
     resolution: int,
     truth: Truth | None,
-) -> list[dict[str, Any]]:
+) -> Iterator[Verdict]:
+    """Yield the verdict on each quantity of a solution, at each equal load."""
     method, solution = levels.method, levels.solutions[resolution]
     if truth is None or (method, resolution) == (truth.method, truth.resolution):
-        return []
+        return
     curves = levels.curves(resolution)
-    common = _common(plan, levels, resolution)
-    del common["compile_seconds"], common["options"]
-    common["converged"] = bool(solution.converged.all())
-    rows = []
+    tolerance, ratio = plan.scene.compare.tolerance, not plan.loads.is_path
+
+    def verdict(name: str, at: str, error: np.ndarray, bar: np.ndarray, **more: Any) -> Verdict:
+        decided = vars(judged(error, bar, tolerance))
+        rms = rms_and_maximum(error)[0]
+        setting: dict[str, Any] = {
+            "method": method,
+            "resolution": float(resolution),
+            "ratio": ratio,
+        }
+        asked: dict[str, Any] = {"quantity": name, "at": at, "tolerance": tolerance, "rms": rms}
+        return Verdict(**decided, **setting, **asked, **more)
+
     if set(plan.compared) & set(FIELDS):
-        rows += [
-            {"quantity": measure["quantity"], "at": "last load"}
-            | _measure(plan, np.array([measure["error"]]), np.array([measure["bar"]]))
-            | ({"error": np.nan} if quantity(measure["quantity"]).norm else {})
-            for measure in field_measures(plan, solved, method, resolution, truth)
-        ]
+        for name, error, bar in field_measures(plan, solved, method, resolution, truth):
+            signed = not quantity(name).norm
+            yield verdict(name, LAST_LOAD, np.array([error]), np.array([bar]), signed=signed)
     for name in plan.compared:
         if not truth.knows(name, curves):
             continue
+        beyond = steps_outside(levels, resolution, truth, name)
         for at in _compared_at(plan, name):
-            error = truth.errors(curves, name, at)
-            bar = combined(*truth.error_sources(levels, resolution, name, at).values())
+            errors = truth.errors(curves, name, at)
+            bars = combined(*truth.error_sources(levels, resolution, name, at).values())
             single = single_errors(truth.errors(solution.quantities, name, at))
-            rows.append({"quantity": name, "at": at} | _measure(plan, error, bar) | single)
-            beyond = steps_outside(levels, resolution, truth, name)
+            band = {}
             if beyond is not None and at == main_axis(truth.axis, name):
-                rows[-1]["outside_band"] = " ".join(str(k + 1) for k in beyond) or "never"
-    return [common | row for row in rows]
+                band = {"outside_band": " ".join(str(k + 1) for k in beyond) or NEVER}
+            yield verdict(name, at, errors, bars, **single, **band)
 
 
 def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
@@ -234,25 +242,10 @@ def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
     return (loads.axis,)
 
 
-def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
-    """Return the verdict on all steps, and the error with its bar at the step that decided."""
-    decided = judged(error, bar, plan.scene.compare.tolerance)
-    return {
-        "rms": rms_and_maximum(error)[0],
-        "maximum": abs(decided.error),
-        "error": decided.error,
-        "uncertainty": decided.uncertainty,
-        "verdict": decided.word,
-        "step": decided.step,
-        "low": decided.low,
-        "high": decided.high,
-    }
+def truth_bars(plan: Plan, truth: Truth) -> dict[str, Bar]:
+    """Return the widest bar of the truth in each quantity that it gives.
 
-
-def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
-    """Return the widest bar of the truth in each quantity that it gives, and at which load step.
-
-    On the very same surfaces: what decides whether the truth may itself be taken as an answer.
+    What decides whether the truth may itself be taken as an answer.
     """
     widest = {}
     for name in plan.compared:
@@ -262,5 +255,5 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
             bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
         if len(bar):
             decided = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
-            widest[name] = {"bar": decided.uncertainty, "step": decided.step}
+            widest[name] = Bar(decided.uncertainty, decided.step)
     return widest

@@ -17,6 +17,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.levels import Levels
+from comparisons.judging.metrics import Measure
 from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE, combined
 from comparisons.solving.plan import Plan
@@ -151,7 +152,7 @@ class TrueDistribution:
 
 def distribution_measures(
     plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
-) -> list[dict[str, Any]]:
+) -> list[Measure]:
     """Return name, distance and bar of each distribution of one solution that is compared."""
     levels = Levels.of(solved, method)
     solution = levels.solutions[resolution]
@@ -160,7 +161,7 @@ def distribution_measures(
         true = TrueDistribution(plan, truth, name)
         if true.is_known and name in solution.distributions:
             apart, bar = true.compared(levels, resolution)
-            measures.append({"quantity": name, "error": apart, "bar": bar})
+            measures.append((name, apart, bar))
     return measures
 
 

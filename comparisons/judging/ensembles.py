@@ -20,7 +20,8 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels
 from comparisons.judging.multilevel import allocate, variances, within_budget
-from comparisons.solving.plan import Effort, MethodPlan, Plan
+from comparisons.solving.plan import Effort, Plan
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.surface_numbers import surface_cost
 from comparisons.tasks.solution import Solved
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from comparisons.facts.quantities import DISTRIBUTIONS
 from comparisons.judging.distributions import TrueDistribution, distribution_measures
+from comparisons.judging.metrics import Measure
 from comparisons.judging.pressures import TruePressure, pressure_measures
 from comparisons.judging.truth import Truth
 from comparisons.solving.plan import Plan
@@ -14,7 +13,7 @@ from comparisons.tasks.solution import Solved
 
 def field_measures(
     plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
-) -> list[dict[str, Any]]:
+) -> list[Measure]:
     """Return name, error and bar of each measure at the last load of one solution."""
     of_one = plan, solved, method, resolution, truth
     return [*pressure_measures(*of_one), *distribution_measures(*of_one)]

@@ -7,6 +7,8 @@ from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 # A ring of this share of the contact radius is left out on either side of a singular edge or tip.
 SINGULAR_RING = 0.1
+# What is compared at the last load: name, error, bar.
+Measure = tuple[str, float, float]
 
 
 def sizes_along_path(values: np.ndarray) -> np.ndarray:

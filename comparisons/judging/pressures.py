@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from math import gcd
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from comparisons.facts.methods import GRID
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
+from comparisons.judging.metrics import (
+    SINGULAR_RING,
+    Measure,
+    grid_pressure_at,
+    pressure_difference,
+)
 from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE
 from comparisons.methods.normal.closed_form import form_of
@@ -132,7 +136,7 @@ class TruePressure:
 
 def pressure_measures(
     plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
-) -> list[dict[str, Any]]:
+) -> list[Measure]:
     """Return name, error and bar of each pressure measure of one solution.
 
     Where the truth is singular (a sharp edge, the tip of a cone) a ring of SINGULAR_RING contact
@@ -144,10 +148,10 @@ def pressure_measures(
         return []
     force = float(solution.quantities["force"][0, -1])
     integral = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
-    measures = [{"quantity": "pressure_integral", "error": integral, "bar": 0.0}]
+    measures = [("pressure_integral", integral, 0.0)]
     same = same_grid_difference(solved, method, resolution)
     if same is not None:
-        measures.append({"quantity": "pressure_same_grid", "error": same, "bar": 0.0})
+        measures.append(("pressure_same_grid", same, 0.0))
     true = TruePressure(plan, truth)
     values = true.at(fields)
     if values is None:
@@ -155,10 +159,10 @@ def pressure_measures(
     keep = true.regular(fields) & np.isfinite(fields["pressure"])
     distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
     bar = true.bar(fields)
-    measures.append({"quantity": "pressure", "error": distance, "bar": bar})
+    measures.append(("pressure", distance, bar))
     if keep.all() and np.max(values) > 0:
         peak = float(np.max(fields["pressure"]) / np.max(values) - 1)
-        measures.append({"quantity": "pressure_peak", "error": peak, "bar": bar})
+        measures.append(("pressure_peak", peak, bar))
     return measures
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.table import ENCLOSED
 from comparisons.formatting import duration, relative
+from comparisons.judging.verdicts import Number
 
 if TYPE_CHECKING:
     from comparisons.judging.truth import Truth
@@ -52,53 +53,43 @@ class Verification:
     bars: int
     missed: int
     sentences: tuple[str, ...]
-    width: float
+    width: Number
     seconds: float
     truth_seconds: float
 
-    def document(self) -> dict[str, Any]:
-        """Return it as a record keeps it."""
-        return {
-            "bars": self.bars,
-            "missed": self.missed,
-            "width": self.width,
-            "seconds": self.seconds,
-            "truth_seconds": self.truth_seconds,
-        }
+    @property
+    def in_words(self) -> str:
+        """How wide the intervals are, how many bars reach them, what it all took."""
+        if not self.bars:
+            return f"theorems enclose none of the loads, as {duration(self.seconds)} have shown."
+        reached = "every bar of a reference reaches it"
+        if self.missed:
+            reached = f"{self.missed} of {self.bars} bars miss it"
+        return (
+            "interval in which the truth lies by theorem, at most "
+            f"{relative(self.width)} wide in force or penetration; {reached}. "
+            f"It took {duration(self.seconds)}, the truth {duration(self.truth_seconds)}."
+        )
 
 
-def in_words(proved: Mapping[str, Any]) -> str:
-    """Say of a document how wide the intervals are, how many bars reach them, what it all took."""
-    bars, missed = proved["bars"], proved["missed"]
-    if not bars:
-        return f"theorems enclose none of the loads, as {duration(proved['seconds'])} have shown."
-    reached = (
-        "every bar of a reference reaches it" if not missed else f"{missed} of {bars} bars miss it"
-    )
-    return (
-        "interval in which the truth lies by theorem, at most "
-        f"{relative(proved['width'])} wide in force or penetration; {reached}. "
-        f"It took {duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
-    )
-
-
-def tally(documents: Iterable[Mapping[str, Any]]) -> str:
+def tally(several: Iterable[Verification]) -> str:
     """Say in how many scenes bars are held against theorems, and in how many of them they miss.
 
     Scenes are counted: the loads and quantities of one are often one number.
 
-    >>> ball = {"bars": 6, "missed": 0, "seconds": 0.1, "truth_seconds": 0.5}
-    >>> tally([ball, ball | {"missed": 1}]).splitlines()[0]
+    >>> from dataclasses import replace
+    >>> ball = Verification(bars=6, missed=0, sentences=(), width=0.1, seconds=1, truth_seconds=2)
+    >>> tally([ball, replace(ball, missed=1)]).splitlines()[0]
     'Proved: the references of 2 scenes are held against theorems; bars miss in 1.'
-    >>> tally([ball | {"bars": 0}])
+    >>> tally([replace(ball, bars=0)])
     ''
     """
-    known = [document for document in documents if document["bars"]]
+    known = [item for item in several if item.bars]
     if not known:
         return ""
-    times = (duration(sum(item[key] for item in known)) for key in ("seconds", "truth_seconds"))
-    own, judged = times
-    missed = sum(item["missed"] > 0 for item in known)
+    own = duration(sum(item.seconds for item in known))
+    judged = duration(sum(item.truth_seconds for item in known))
+    missed = sum(item.missed > 0 for item in known)
     scenes = f"{len(known)} scene{'s' if len(known) > 1 else ''}"
     return (
         f"Proved: the references of {scenes} are held against theorems; "

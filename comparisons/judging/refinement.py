@@ -8,7 +8,8 @@ from dataclasses import replace
 from comparisons.facts.methods import INDEPENDENT, growth
 from comparisons.facts.quantities import FIELDS
 from comparisons.judging.truth import Truth, choose_truth
-from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.plan import Plan
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 

@@ -8,12 +8,23 @@ them (`comparisons.questions.claims.verdicts`).
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import BeforeValidator
+
+from comparisons import formatting as fmt
+from comparisons.facts.quantities import QUANTITIES, quantity
 
 WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT = "within", "outside", "not resolved", "no result"
+LAST_LOAD, NEVER = "last load", "never"
+NAN = math.nan
+# A number that JSON has as null where it is not known.
+Number = Annotated[float, BeforeValidator(lambda value: NAN if value is None else value)]
 SAME = 1e-9  # relative differences between load steps that mean nothing
 # Of several quantities the worst decides: one that is wrong, one that is missing, one unknown.
 WORST_FIRST = (OUTSIDE, NO_RESULT, NOT_RESOLVED, WITHIN)
@@ -56,12 +67,142 @@ class Judgement:
         from `high` on is held. `high` is NaN where a step has no error or no bar.
     """
 
-    word: str
-    step: int
-    error: float
-    uncertainty: float
-    low: float
-    high: float
+    word: str = NO_RESULT
+    step: int = -1
+    error: Number = NAN
+    uncertainty: Number = NAN
+    low: Number = NAN
+    high: Number = NAN
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict(Judgement):
+    """The verdict on one quantity of one setting: a method at a resolution.
+
+    Attributes
+    ----------
+    method, resolution : str, float
+        NaN for the resolution of a method that solved nothing.
+    quantity, at : str
+        What was compared, and what was equal when it was ("penetration", "force", "last load").
+    tolerance : float
+    signed, ratio : bool
+        Whether `error` has its sign, or is a size (norms); and whether it
+        is a ratio minus 1 (along paths errors are relative to the largest value).
+    rms : float
+        Root mean square of e over the load steps.
+    reason : str
+        Why there is no result.
+    counts : bool
+        False for a quantity that the scene's solutions cannot answer for any method.
+    offered : bool
+        False for a quantity that this method does not compute: a dash, no verdict on the method.
+    outside_band : str
+        Load steps, from 1, at which the one surface of a map is outside the band of single lines,
+        or "never"; "" where there is no such band. The error is that of the lines' mean.
+    single_low, single_high, single_step : float, float, int
+        5 and 95 % quantiles of single realisations' errors, at the step where they reach furthest.
+    """
+
+    method: str = ""
+    resolution: Number = NAN
+    quantity: str
+    at: str
+    tolerance: float
+    signed: bool = True
+    ratio: bool = True
+    rms: Number = NAN
+    reason: str = ""
+    counts: bool = True
+    offered: bool = True
+    outside_band: str = ""
+    single_low: Number = NAN
+    single_high: Number = NAN
+    single_step: int = -1
+
+    @property
+    def single(self) -> str:
+        """The band of single realisations' errors: "−31 to +37 %"; "–" where there is none."""
+        return fmt.between(self.single_low, self.single_high)
+
+    @property
+    def band(self) -> str:
+        """Where the one surface of a map lies: "in the lines' band", or outside it and when."""
+        if not self.outside_band:
+            return ""
+        if self.outside_band == NEVER:
+            return "in the lines' band"
+        steps = [int(step) for step in self.outside_band.split()]
+        if len(steps) == 1:
+            return f"outside the lines' band at load step {steps[0]}"
+        whole = steps[-1] - steps[0] + 1 == len(steps) > 2
+        several = f"{steps[0]} to {steps[-1]}" if whole else ", ".join(map(str, steps))
+        return f"outside the lines' band at load steps {several}"
+
+    @property
+    def number(self) -> str:
+        """The error with its bar, as everything prints it."""
+        return fmt.plus_minus(self.error, self.uncertainty, signed=self.signed, ratio=self.ratio)
+
+    @property
+    def when(self) -> str:
+        """The step that decided: "load step 4", "step 2", "last load"; "" for round-off."""
+        if self.at == LAST_LOAD:
+            return LAST_LOAD
+        if self.step < 0 or self.number == "round-off":
+            return ""
+        # Creeps, speeds, times and places along a path are steps, but no loads.
+        return f"{'load step' if quantity(self.at).load else 'step'} {self.step + 1}"
+
+    @property
+    def where(self) -> str:
+        """That step and what was equal there: "load step 4, equal force"; on maps the band."""
+        equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
+        return "; ".join(filter(None, [", ".join(filter(None, [self.when, equal])), self._place]))
+
+    @property
+    def _place(self) -> str:
+        return f"the lines' mean, the surface {self.band}" if self.band else ""
+
+    @property
+    def because(self) -> str:
+        """The comparison that decided: "|e| + u = 0.99 % ≤ t = 1 %", or why there is none."""
+        if self.word == NO_RESULT:
+            return self.reason
+        limit = f"t = {fmt.tolerance(self.tolerance)}"
+        if self.high < fmt.ROUND_OFF:
+            return f"round-off ≤ {limit}"
+        least, most = (fmt.relative(max(end, 0.0)) for end in (self.low, self.high))
+        if self.word == WITHIN:
+            return f"|e| + u = {most} ≤ {limit}"
+        if self.word == OUTSIDE:
+            return f"|e| − u = {least} > {limit}"
+        unknown = "u is not known" if not fmt.finite(self.high) else f"{limit} < |e| + u = {most}"
+        return f"|e| − u = {least} ≤ {limit}, but {unknown}" if fmt.finite(self.low) else unknown
+
+    @property
+    def text(self) -> str:
+        """Quantity, number and step, or why there is none: "force 2.3 ± 0.1 % at load step 4"."""
+        label = quantity(self.quantity).label
+        if self.word == NO_RESULT:
+            return f"{label}: {self.reason}"
+        return f"{label} {self.number}" + (f" at {self.when}" if self.when else "")
+
+
+def worst(items: Iterable[Verdict], *, asked: bool = False) -> Verdict:
+    """Return the verdict that decides over several quantities.
+
+    The worst one (`severity`). Quantities that nothing answers, or
+    that the method does not compute, decide only where all are such; with `asked` the method has to
+    compute all that some method answers.
+    """
+    several = list(items)
+    counted = [verdict for verdict in several if verdict.counts]
+    offered = [] if asked else [verdict for verdict in counted if verdict.offered]
+    return min(
+        offered or counted or several,
+        key=lambda item: severity(item.word, item.low, item.high, item.error),
+    )
 
 
 def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgement:
@@ -81,13 +222,12 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     >>> judged([0.05, 0.02], [0.001, 0.04], 0.01).step
     0
     """
-    nan = float("nan")
     signed = np.atleast_1d(np.asarray(error, dtype=float))
     errors = np.abs(signed)
     bars = np.broadcast_to(np.asarray(uncertainty, dtype=float), errors.shape)
     finite = np.isfinite(errors)
     if not finite.any():
-        return Judgement(NO_RESULT, -1, nan, nan, nan, nan)
+        return Judgement()
     bars = np.where(np.isfinite(bars), bars, np.inf)
     least = np.where(finite, errors - bars, -np.inf)
     most = np.where(finite, errors + bars, -np.inf)
@@ -95,9 +235,9 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     word = word_for(low, high, tolerance)
     step = _first_largest(least if word == OUTSIDE else most, np.where(finite, errors, 0.0))
     if not np.isfinite(high):
-        high = nan
-    bar = float(bars[step]) if np.isfinite(bars[step]) else nan
-    return Judgement(word, step, float(signed[step]), bar, low if np.isfinite(low) else nan, high)
+        high = NAN
+    bar = float(bars[step]) if np.isfinite(bars[step]) else NAN
+    return Judgement(word, step, float(signed[step]), bar, low if np.isfinite(low) else NAN, high)
 
 
 def _first_largest(values: np.ndarray, errors: np.ndarray) -> int:

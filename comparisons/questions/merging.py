@@ -17,10 +17,11 @@ from comparisons.machine import source_digest, versions
 from comparisons.questions.study import Study, solve_task
 from comparisons.results.folder import filled
 from comparisons.results.runs import MOVED
-from comparisons.results.selection import converged, setting_rows
-from comparisons.results.store import FIELDS, STUDY, StudyRecord, load_study
+from comparisons.results.selection import setting_rows
+from comparisons.results.store import FIELDS, STUDY, Run, StudyRecord, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
-from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.plan import Plan
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import plan_from
 from comparisons.tasks.archive import load_solution
 from comparisons.tasks.solution import Solution
@@ -115,14 +116,14 @@ def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
     """Read the plans of a run and all its complete solutions."""
     for record in run.scenes:
         scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
-        plan = plan_from(scene, record.plan, run.effort)  # type: ignore[arg-type]
+        plan = plan_from(scene, record.plan, run.effort)
         merged.plans.setdefault(record.name, []).append(plan)
         for task in plan.tasks:
             try:
                 solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
             except ResultsError:
                 rows = setting_rows(record, task.method, task.resolution)
-                if run.part or run.interrupted or rows.empty or not converged(rows).all():
+                if run.part or run.interrupted or not len(rows) or not rows["converged"].all():
                     continue  # in another run, or lost, which is reported at the end
                 solution = solve_task(task)  # it was not kept, because that is soon done
             _add(task, solution, str(run.directory), merged)
@@ -243,10 +244,9 @@ def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
         study.plans = [_settled(plan, study) for plan in study.plans]
     spent = sum(run.seconds for run in runs)
     record = study.record(spent)
-    parts: list[dict[str, Any]] = []
+    parts: list[Run] = []
     for run in runs:
-        header = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
-        parts += run.runs or [header]
+        parts += run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
     seconds = spent + time.perf_counter() - started
     # An interrupted run lists only the scenes that it had started; there may be more.
     interrupted = any(run.interrupted for run in runs)

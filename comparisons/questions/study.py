@@ -5,29 +5,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, Unpack
-
-import pandas as pd
+from typing import Unpack
 
 from comparisons.errors import ResultsError
-from comparisons.files import write_table
 from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
-from comparisons.results.checks import parse_study
-from comparisons.results.curves import curves
+from comparisons.results.exports import MEASURES, TO_TAKE, write_exports
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.results.record import record_scene
 from comparisons.results.store import (
     DISTRIBUTIONS,
     FIELDS,
-    MEASURES,
     RESULTS,
     STUDY,
+    Run,
     SceneRecord,
     StudyRecord,
+    read_study,
     save_study,
 )
 from comparisons.results.vtu import write_fields
@@ -46,7 +43,6 @@ from comparisons.tasks.task import Task
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
-CURVES = "curves.csv"
 SOON_SOLVED = 1.0  # seconds: a shorter solve of surfaces that no page shows is not kept
 
 
@@ -65,7 +61,7 @@ class Study(Campaign[Plan, StudyRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, CURVES, PAGE), FIELDS)
+    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE), FIELDS)
 
     def __init__(
         self,
@@ -79,7 +75,7 @@ class Study(Campaign[Plan, StudyRecord]):
         super().__init__(directory, **options)
         self.plans, self.part, self.paraview = plans, part, paraview
         self._solutions: dict[str, Solution] = {}
-        self._merged: tuple[dict[str, Any], ...] = ()
+        self._merged: tuple[Run, ...] = ()
         self._begun = False
         # Tasks of all parts that were seen so far, and those of this one.
         self._asked: set[str] = set()
@@ -155,15 +151,13 @@ class Study(Campaign[Plan, StudyRecord]):
         )
 
     def save(self, record: StudyRecord) -> None:
-        """Write the tables, the curves to take away, and study.json.
+        """Write study.json, its tables, and those to take away.
 
         Of a whole run later surfaces of an ensemble are kept only where they are not soon solved
         again, as `--resume` and `merge` do; parts wait to be merged.
         """
         save_study(record)
-        tables = [curves(scene) for scene in record.scenes]
-        if tables:
-            write_table(self.directory / CURVES, pd.concat(tables, ignore_index=True))
+        write_exports(record)
         tasks = [task for plan in self.plans for task in plan.tasks]
         if record.interrupted or not all(task.key in self._solutions for task in tasks):
             return
@@ -179,22 +173,17 @@ class Study(Campaign[Plan, StudyRecord]):
         ResultsError
             If the folder has scenes that would be dropped, or is damaged.
         """
-        file = self.directory / STUDY
-        if not file.exists():
+        if not (self.directory / STUDY).exists():
             return None
-        try:
-            document = parse_study(file.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise ResultsError(f"{self.directory}: damaged results ({error})") from error
-        scenes = {scene["name"] for scene in document["scenes"]}
-        dropped = scenes - {plan.scene.name for plan in self.plans}
+        record = read_study(self.directory)
+        dropped = {scene.name for scene in record.scenes} - {p.scene.name for p in self.plans}
         if dropped:
             raise ResultsError(
                 f"{self.directory} has results of {', '.join(sorted(dropped))}: include these "
                 "scenes, or choose another --out"
             )
-        self._merged = tuple(document.get("runs", ()))
-        return float(document["seconds"])
+        self._merged = record.runs
+        return record.seconds
 
     def lost(self) -> list[tuple[Task, str]]:
         """Return the planned solves without a complete answer, with the first reason."""

@@ -15,11 +15,19 @@ from comparisons.facts.methods import CLOSED_FORM, METHODS, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import MISSING, count, duration, relative, tolerance
-from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
+from comparisons.judging.reference import Bar
+from comparisons.judging.verdicts import (
+    NO_RESULT,
+    NOT_RESOLVED,
+    OUTSIDE,
+    WITHIN,
+    Verdict,
+    judged,
+    worst,
+)
 from comparisons.results import selection
 from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import (
-    Verdict,
     equal_at,
     finest,
     judged_methods,
@@ -27,7 +35,6 @@ from comparisons.results.decisions import (
     setting_verdicts,
     unanswered,
     verdicts,
-    worst,
 )
 from comparisons.results.runs import SLOWER
 from comparisons.results.store import SceneRecord, once
@@ -236,7 +243,7 @@ def advise(record: SceneRecord) -> Advice:
     what its own bar is within.
     """
     nothing = unanswered(record)
-    truth, finest_truth = selection.reference(record)
+    truth, finest_truth = record.reference.method, record.reference.resolution
     settings = [
         Setting(
             method,
@@ -249,11 +256,11 @@ def advise(record: SceneRecord) -> Advice:
         for method in selection.methods(record)
         for level in levels(record, method)
     ]
-    if truth and math.isfinite(finest_truth):
+    if truth:
         bars = tuple(_truth_verdict(record, name) for name in record.quantities)
         called = selection.title(record, truth)
         spent = cost(record, truth, finest_truth)
-        settings.append(Setting(truth, int(finest_truth), spent, bars, True, True, called))
+        settings.append(Setting(truth, finest_truth, spent, bars, True, True, called))
     depths = {name: finest(record, name) for name in selection.methods(record)}
     advice = Advice(
         tuple(name for name in record.quantities if name not in nothing),
@@ -266,24 +273,17 @@ def advise(record: SceneRecord) -> Advice:
 
 
 def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
-    at, nothing = equal_at(record, name), unanswered(record)
-    bars = record.reference.get("bars", {}).get(name, {})
-    bar = bars.get("bar", record.reference.get("uncertainty", {}).get(name))
-    if name in nothing:
-        reason = nothing[name]
-        return Verdict(name, at, NO_RESULT, record.tolerance, reason=reason, counts=False)
-    verdict = judged(0.0, math.nan if bar is None else bar, record.tolerance)
-    return Verdict(
-        name,
-        at,
-        verdict.word,
-        record.tolerance,
-        step=bars.get("step", -1),
-        error=0.0,
-        uncertainty=verdict.uncertainty,
-        low=verdict.low,
-        high=verdict.high,
-    )
+    asked: dict[str, Any] = {
+        "quantity": name,
+        "at": equal_at(record, name),
+        "tolerance": record.tolerance,
+    }
+    if name in unanswered(record):
+        return Verdict(**asked, reason=unanswered(record)[name], counts=False)
+    reference = record.reference
+    known = reference.bars.get(name) or Bar(reference.uncertainty.get(name, math.nan), -1)
+    decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
+    return Verdict(**asked, **decided)
 
 
 def _sentence(record: SceneRecord, advice: Advice) -> str:
@@ -293,11 +293,10 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     dense BEM (force 1.5 % at load step 1, N = 20); truth: ..., known to 0.03 %." N is the
     resolution.
     """
-    text = str(record.reference.get("text") or "")
-    if not record.reference:
+    if not record.reference.method:
         return "No 3-D method finished, so no reference is available."
     if all(setting.is_truth for setting in advice.settings):
-        return f"{text} Nothing else was run, so there is nothing to compare."
+        return f"{record.reference.text} Nothing else was run, so there is nothing to compare."
     reasons = [f"{quantity(name).label} ({why})" for name, why in advice.unanswered.items()]
     left = f"; not judged: {', '.join(reasons)}" if reasons else ""
     if not advice.quantities:
@@ -364,10 +363,11 @@ def _single(record: SceneRecord) -> str:
 
 def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
     """Return how well the truth is known in the worst of some quantities, NaN where unknown."""
-    uncertainties = record.reference.get("uncertainty", {})
-    truth_bars = record.reference.get("bars", {})
-    bars = [uncertainties.get(name) or truth_bars.get(name, {}).get("bar") for name in quantities]
-    return float(max((bar for bar in bars if bar is not None), default=math.nan))
+    reference = record.reference
+    widest = {name: known.bar for name, known in reference.bars.items()}
+    known = widest | {name: bar for name, bar in reference.uncertainty.items() if bar > 0}
+    bars = (known.get(name, math.nan) for name in quantities)
+    return max((bar for bar in bars if not math.isnan(bar)), default=math.nan)
 
 
 def wide_truth(record: SceneRecord, effort: str) -> str:
@@ -378,7 +378,7 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
         return ""
     worst = max(wide, key=lambda name: wide[name])
     refined = ": --full refines it" if effort == "quick" else ""
-    title = title_of(str(record.reference["method"]))
+    title = title_of(record.reference.method)
     limit = tolerance(record.tolerance)
     return (
         f"reference: {title}, known to {relative(wide[worst])} in {quantity(worst).label}, "
@@ -387,16 +387,16 @@ def wide_truth(record: SceneRecord, effort: str) -> str:
 
 
 def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
-    method = str(record.reference["method"])
+    method = record.reference.method
     if method == CLOSED_FORM:
         return "closed form"
     bar = truth_known_to(record, quantities)
     accuracy = f"known to {relative(bar)}"
     if not math.isfinite(bar):
-        grids = set(selection.column(selection.solved_rows(record, method), "resolution"))
+        grids = set(selection.solved_rows(record, method)["resolution"])
         alone = ": only one resolution was run" if len(grids) == 1 else ""
         accuracy = f"its error is not known{alone}"
-    level = f"N = {record.reference['resolution']}"
-    if ensemble := cost(record, method, record.reference["resolution"]).solves:
+    level = f"N = {record.reference.resolution}"
+    if ensemble := cost(record, method, record.reference.resolution).solves:
         level += f", mean over {ensemble}"
     return f"{selection.title(record, method)} ({level}), {accuracy}"

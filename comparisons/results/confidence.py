@@ -28,7 +28,7 @@ def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
 
 def confidence(record: SceneRecord) -> str:
     """Say what the bars of a scene stand for, in words."""
-    if record.reference.get("method") == "closed_form":
+    if record.reference.exact:
         return "The truth is exact; u is that of the reduced model's own discretisation."
     covered = [name for name in record.quantities if is_calibrated(record.tables, name)]
     rest = [quantity(name).label for name in record.quantities if name not in covered]

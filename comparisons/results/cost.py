@@ -81,5 +81,5 @@ def _first(
     record: SceneRecord, method: str, resolution: float, name: str, missing: float = np.nan
 ) -> float:
     """Return the first number in a column of a setting, whose rows share it."""
-    values = selection.column(selection.setting_rows(record, method, resolution), name)
+    values = selection.setting_rows(record, method, resolution)[name]
     return float(next((value for value in values if np.isfinite(value)), missing))

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.results import selection
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import Setting, advise
-from comparisons.results.decisions import Verdict, judged_methods, verdicts, worst
+from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 
@@ -182,9 +181,9 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
     along, text = scene.along, f"{symbol(verdict.quantity)} {verdict.number}"
     if not verdict.when or not quantity(along).load or not fmt.finite(verdict.resolution):
         return f"{text} at {verdict.when}" if verdict.when else text
-    rows = scene.rows[selection.column(scene.rows, "step") == verdict.step]
-    loads = selection.column(rows, along)
-    loads = loads[selection.column(rows, "resolution") == verdict.resolution]
+    rows = scene.rows
+    own = (rows["step"] == verdict.step) & (rows["resolution"] == verdict.resolution)
+    loads = rows[along][own]
     if not len(loads) or not fmt.finite(loads[0]):
         return f"{text} at {verdict.when}"
     return f"{text} at {symbol(along)} = {fmt.with_unit(loads[0], quantity(along).unit)}"

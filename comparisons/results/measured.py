@@ -13,14 +13,14 @@ from comparisons.results.store import SceneRecord
 
 def measured_curve(scene: SceneRecord) -> tuple[np.ndarray, np.ndarray] | None:
     """Return the measured penetrations and forces, or None."""
-    stored = scene.plan.get("measured")
-    return (np.array(stored["penetration"]), np.array(stored["force"])) if stored else None
+    stored = scene.plan.measured
+    return (np.array(stored.penetration), np.array(stored.force)) if stored else None
 
 
 def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the penetrations and forces of a method at its finest resolution, increasing."""
     rows = selection.curve(scene, method)
-    depth, force = (selection.column(rows, name) for name in ("penetration", "force"))
+    depth, force = (rows[name] for name in ("penetration", "force"))
     keep = (depth > 0) & (force > 0)
     order = np.argsort(depth[keep], kind="stable")
     return depth[keep][order], force[keep][order]
@@ -28,15 +28,15 @@ def computed_curve(scene: SceneRecord, method: str) -> tuple[np.ndarray, np.ndar
 
 def modulus_fits(scene: SceneRecord) -> dict[str, ModulusFit]:
     """Return the fits with the curves of the reduced model and of the reference, where possible."""
-    measured = measured_curve(scene)
-    if measured is None:
+    measured, stated = measured_curve(scene), scene.plan.measured
+    if measured is None or stated is None:
         return {}
-    stated, fits = scene.plan["measured"], {}
-    for name in dict.fromkeys([MODEL, selection.reference(scene)[0]]):
+    fits = {}
+    for name in dict.fromkeys([MODEL, scene.reference.method]):
         computed = computed_curve(scene, name)
         if len(computed[0]) < 2 or not (np.diff(computed[0]) > 0).all():
             continue
-        fit = fit_modulus(measured, computed, stated["modulus"], fit_zero=stated["fit_zero"])
+        fit = fit_modulus(measured, computed, stated.modulus, fit_zero=stated.fit_zero)
         if fit is not None:
             fits[name] = fit
     return fits

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.proofs import Verification
+from comparisons.judging.reference import NO_REFERENCE, Reference
 from comparisons.judging.truth import Truth
 from comparisons.results.advice import advise
+from comparisons.results.reasons import explained
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.plan import Plan
@@ -49,31 +50,32 @@ def record_scene(
         axis=plan.loads.axis,
         quantities=quantities,
         tolerance=scene.compare.tolerance,
-        plan=plan.document(),
-        reference={} if truth is None else _truth_document(plan, truth, verification),
+        plan=plan.record,
+        reference=NO_REFERENCE if truth is None else _reference(plan, truth, verification),
+        verdicts=result.verdicts,
         answer="",
         disagreements=(
             *(() if truth is None else truth.disagreements(quantities, scene.compare.tolerance)),
             *(() if verification is None else verification.sentences),
         ),
-        rows=result.rows,
-        measures=result.measures,
-        distributions=result.distributions,
+        rows=Rows.of(result.rows),
+        distributions=Rows.of(result.distributions),
         fields=dict(fields or {}),
     )
+    record = replace(record, verdicts=explained(record))
     return replace(record, answer=advise(record).sentence)
 
 
-def _truth_document(plan: Plan, truth: Truth, verification: Verification | None) -> dict[str, Any]:
+def _reference(plan: Plan, truth: Truth, verification: Verification | None) -> Reference:
     quantities = plan.compared
     told = truth.disagreements(quantities, plan.scene.compare.tolerance)
-    proved = {} if verification is None else {"proved": plain(verification.document())}
-    return proved | {
-        "method": truth.method,
-        "resolution": truth.resolution,
-        "text": truth.sentence(quantities),
-        "uncertainty": plain({name: truth.known_to(name) for name in quantities}),
-        "sources": plain({name: truth.known_from(name) for name in quantities}),
-        "bars": plain(truth_bars(plan, truth)),
-        "footnotes": [text for text in truth.disagreements(quantities) if text not in told],
-    }
+    return Reference(
+        method=truth.method,
+        resolution=truth.resolution,
+        text=truth.sentence(quantities),
+        uncertainty={name: truth.known_to(name) for name in quantities},
+        sources={name: truth.known_from(name) for name in quantities},
+        bars=truth_bars(plan, truth),
+        footnotes=tuple(text for text in truth.disagreements(quantities) if text not in told),
+        proved=verification,
+    )

@@ -10,6 +10,7 @@ import pandas as pd
 
 from comparisons.formatting import duration, finite, number, relative
 from comparisons.results import selection
+from comparisons.results.rows import NO_ROWS
 from comparisons.results.store import SceneRecord, StudyRecord
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
@@ -136,7 +137,7 @@ def compare_runs(
         solves = dict.fromkeys(
             (method, int(n))
             for scene in scenes
-            for method in dict.fromkeys(selection.texts(scene.rows, "method"))
+            for method in dict.fromkeys(scene.rows["method"])
             for n in selection.run_at(scene, method)
         )
         changes += [_change(name, *solve, was, now, moved, slower) for solve in solves]
@@ -169,7 +170,7 @@ def _notes(
         if scene.tables != scene_after.tables:
             yield f"{name}: the scene itself differs"
         truths = [
-            f"{run.reference['method']} {run.reference['resolution']}" if run.reference else "none"
+            f"{run.reference.method} {run.reference.resolution}" if run.reference.method else "none"
             for run in (scene, scene_after)
         ]
         if truths[0] != truths[1]:
@@ -190,8 +191,9 @@ def _change(
     slower: float,
 ) -> Change:
     """Return what became of one solve: a method at a resolution."""
+    setting = method, resolution
     old, new = (
-        pd.DataFrame() if scene is None else selection.setting_rows(scene, method, resolution)
+        NO_ROWS if scene is None else selection.setting_rows(scene, *setting)
         for scene in (was, now)
     )
     if was is None or now is None or not len(old) or not len(new):
@@ -200,13 +202,12 @@ def _change(
     kinds: dict[str, str] = {}
 
     # answers, and how far they moved
-    both = old.merge(new, on=["realisation", "step"], suffixes=("", "_after"))
-    solved, again = (
-        both[column].astype(str) == "True" for column in ("converged", "converged_after")
-    )
+    key = ["realisation", "step"]
+    both = old.frame().merge(new.frame(), on=key, suffixes=("", "_after"))
+    solved, again = both["converged"], both["converged_after"]
     lost = int((solved & ~again).sum()) + max(len(old) - len(both), 0)
     if lost:
-        reasons = [reason for reason in selection.texts(new, "reason") if reason]
+        reasons = [reason for reason in new["reason"] if reason]
         why = reasons[0] if reasons else "no reason given"
         kinds[LOST] = f"{lost} of {len(old)} answers lost: {why}"
     if recovered := int((~solved & again).sum()):
@@ -218,26 +219,22 @@ def _change(
 
     # verdicts, and the largest error of the solve
     sides = [
-        {
-            (str(row["quantity"]), str(row["at"])): row
-            for row in scene.measures.to_dict("records")
-            if (row.get("method"), row.get("resolution")) == (method, resolution)
-        }
+        {(v.quantity, v.at): v for v in scene.verdicts if (v.method, v.resolution) == setting}
         for scene in (was, now)
     ]
     told = [
         f"{which[0].replace('_', ' ')} at equal {which[1].replace('_', ' ')} was "
-        f"{row['verdict']}, is {sides[1][which]['verdict']}"
-        for which, row in sides[0].items()
-        if which in sides[1] and sides[1][which]["verdict"] != row["verdict"]
+        f"{verdict.word}, is {sides[1][which].word}"
+        for which, verdict in sides[0].items()
+        if which in sides[1] and sides[1][which].word != verdict.word
     ]
     if told:
         kinds[VERDICT] = "; ".join(told)
-    maxima = [[abs(row["maximum"]) for row in side.values()] for side in sides]
-    errors = tuple(max((e for e in side if finite(e)), default=float("nan")) for side in maxima)
+    sizes = [[abs(verdict.error) for verdict in side.values()] for side in sides]
+    errors = tuple(max((e for e in side if finite(e)), default=float("nan")) for side in sizes)
 
     # times, which all rows of a solve share
-    first, second = (float(selection.column(rows, "seconds")[0]) for rows in (old, new))
+    first, second = (float(rows["seconds"][0]) for rows in (old, new))
     times = f"{duration(first)} before, {duration(second)} after"
     if min(first, second) > 0 and max(first, second) >= SHORTEST:
         if second > slower * first:
@@ -263,7 +260,7 @@ def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
     for name in scene.quantities:
         if name not in both or f"{name}_after" not in both:
             continue
-        old, new = (selection.column(both, column) for column in (name, f"{name}_after"))
+        old, new = (both[column].to_numpy() for column in (name, f"{name}_after"))
         differing = np.isfinite(old) & np.isfinite(new) & (old != new)
         if not differing.any():
             continue

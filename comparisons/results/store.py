@@ -3,9 +3,9 @@
 Layout of a folder::
 
     results.csv      one row per scene, method, resolution, realisation and load step
-    measures.csv     one row per scene, method, resolution, quantity: rms and largest error
+    study.json       what was asked, plans, references, verdicts, machine, versions
+    measures.csv     the verdicts as a table, with the cost of each setting: never read back
                      (rows of all tables have the hash of their scene's text)
-    study.json       what was asked, plans, references, machine, versions
     fields/KEY.npz   arrays of one finished task (also what --resume finds)
     fields/*.vtu     the same fields for ParaView, where asked for
     pictures/*.png   the pictures of the report, by the digest of what they show
@@ -17,47 +17,55 @@ whole files or none. Nothing is ever unpickled.
 from __future__ import annotations
 
 import hashlib
-import json
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 import numpy as np
 import pandas as pd
+from pydantic import (
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+)
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_table, write_text
-from comparisons.results.checks import field_problems, parse_study, table_problems, with_columns
+from comparisons.judging.reference import Reference
+from comparisons.judging.verdicts import Verdict
+from comparisons.results import rows
+from comparisons.results.checks import field_problems
+from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.physics.absolute_loads import PATHS
+from comparisons.scene.problems import first_problems
+from comparisons.solving.plan_record import PlanRecord
 
 RESULTS = "results.csv"
-MEASURES = "measures.csv"
 DISTRIBUTIONS = "distributions.csv"
 STUDY = "study.json"
 FIELDS = "fields"
-# The tables by what they hold, and the column by which a row is known as its scene's.
-TABLES = {RESULTS: "rows", MEASURES: "measures", DISTRIBUTIONS: "distributions"}
+# The tables that are read: what they hold, and the columns that they must have.
+TABLES = {
+    RESULTS: ("rows", rows.ROWS),
+    DISTRIBUTIONS: ("distributions", rows.DISTRIBUTIONS),
+}
+# The column by which a row is known as its scene's.
 HASH = "scene_hash"
 # Beginnings of the columns of errors, bars and times.
 SHORT = ("error_", "reference_uncertainty", "seconds", "setup_seconds", "compile_seconds")
-STUDY_KEYS = (
-    *("created", "command", "effort", "seconds", "machine", "versions", "interrupted"),
-    *("source", "part", "runs"),
-)
-SCENE_KEYS = (
-    *("name", "title", "text", "control", "quantities", "tolerance", "plan"),
-    *("reference", "answer", "disagreements", "axis"),
-)
-
-
 # What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
 _AS_WRITTEN: dict[str, Any] = {
     "keep_default_na": False,
     "na_values": [""],
-    "dtype": dict.fromkeys(("scene", "method", "quantity", "at", HASH), str),
+    "dtype": dict.fromkeys((*rows.TEXTS, HASH), str),
     "low_memory": False,
 }
 
@@ -86,9 +94,30 @@ def once(function: Callable[P, T]) -> Callable[P, T]:
     return kept
 
 
+def _written(files: dict[tuple[str, int], Path]) -> list[tuple[str, int, str]]:
+    return [(*setting, f"{FIELDS}/{path.name}") for setting, path in files.items()]
+
+
+def _read(files: Any, info: ValidationInfo) -> dict[tuple[str, int], Path]:
+    """Return the paths of files; refuse names that lead out: results may come from strangers."""
+    root = Path(info.context or "")
+    try:
+        paths = {(str(m), int(n)): (root / name).resolve() for m, n, name in files}
+    except TypeError as error:
+        raise ValueError("expected lists of a method, a resolution and a file") from error
+    for path in paths.values():
+        if not path.is_relative_to(root.resolve()):
+            raise ValueError(f"{path.name!r} leads out of {root}")
+    return paths
+
+
+# (method, resolution) -> file; in JSON a list of method, resolution and name.
+Files = Annotated[dict[tuple[str, int], Path], PlainValidator(_read), PlainSerializer(_written)]
+
+
 @dataclass(frozen=True, eq=False)
 class SceneRecord:
-    """The results of a study for one scene.
+    """The results of a study for one scene: the same object after a run and read from a folder.
 
     A record is equal to itself only, and does not change: what is derived from it is kept with it
     (`once`).
@@ -106,42 +135,37 @@ class SceneRecord:
         What was compared.
     tolerance : float
         The relative error asked for.
-    plan : dict
-        ``methods`` (list of {method, supported, reason, resolutions, modelled, numbers}),
-        ``left_out`` (list of {what, why}), ``notes`` (list of str); ``switched_on`` (list of
-        {what, how}).
-    reference : dict
-        ``method``, ``resolution``, ``text`` (one sentence), ``uncertainty`` ({quantity: relative
-        95 % half-width, rms over the load steps, or None where unknown}) and ``bars`` ({quantity
-        that it gives: its widest ``bar`` on the very same surfaces, and the ``step`` of it}),
-        ``footnotes`` (disagreements that are small against the tolerance, in words).
+    plan : PlanRecord
+    reference : Reference
+    verdicts : tuple of Verdict
+        Of every setting, at each equal load.
     answer : str
         One sentence: the cheapest setting of each method within the tolerance.
     disagreements : tuple of str
         References that differ by more than their bars and a fifth of the tolerance, in words.
-    rows, measures : DataFrame
-        The scene's part of results.csv and measures.csv.
     fields : dict
         (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.
-    distributions : DataFrame
-        The scene's part of distributions.csv.
+    rows, distributions : Rows
+        The scene's part of results.csv and of distributions.csv.
     """
+
+    __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 
     name: str
     title: str
     text: str
     control: str
     quantities: tuple[str, ...]
-    tolerance: float
-    plan: dict[str, Any]
-    reference: dict[str, Any]
+    tolerance: Annotated[float, Field(gt=0, lt=1)]
+    plan: PlanRecord
+    reference: Reference
+    verdicts: tuple[Verdict, ...]
     answer: str
     disagreements: tuple[str, ...]
-    rows: pd.DataFrame
-    measures: pd.DataFrame
-    fields: dict[tuple[str, int], Path] = field(default_factory=dict)
+    fields: Files = field(default_factory=dict)
     axis: str = ""
-    distributions: pd.DataFrame = field(default_factory=pd.DataFrame)
+    rows: Annotated[Rows, Field(exclude=True)] = NO_ROWS
+    distributions: Annotated[Rows, Field(exclude=True)] = NO_ROWS
 
     @cached_property
     def tables(self) -> dict[str, Any]:
@@ -167,8 +191,7 @@ class SceneRecord:
 
     def called(self, method: str) -> str:
         """Return what a method is called here, where that is not its usual title; else ""."""
-        planned = (m for m in self.plan.get("methods", []) if m.get("method") == method)
-        return next((str(m.get("title") or "") for m in planned), "")
+        return next((item.title for item in self.plan.methods if item.method == method), "")
 
     def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
         """Return the stored arrays of one solution, or an empty dict where there are none.
@@ -201,12 +224,21 @@ def _checked_fields(path: Path, changed: int) -> Mapping[str, np.ndarray]:
 
 
 @dataclass(frozen=True)
+class Run:
+    """A run that was merged with others."""
+
+    created: str
+    command: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+
+
+@dataclass(frozen=True)
 class StudyRecord:
     """A whole results folder.
 
     Attributes
     ----------
-    directory : Path
     created : str
         ISO date and time of the run.
     command : str
@@ -226,38 +258,68 @@ class StudyRecord:
         Digest of roughline's own source.
     part : str
         "K/N" where only this part of the tasks was solved here.
-    runs : tuple of dict
-        The runs that were merged: ``created``, ``command``, ``seconds``, ``machine`` of each.
+    runs : tuple of Run
+        The runs that were merged.
+    directory : Path
     """
 
-    directory: Path
     created: str
     command: str
-    effort: str
-    seconds: float
-    machine: dict[str, Any]
+    effort: Literal["quick", "full"]
+    seconds: FiniteFloat
+    machine: dict[str, str | int | float | None]
     versions: dict[str, str]
     scenes: tuple[SceneRecord, ...]
     interrupted: bool = False
     source: str = ""
     part: str = ""
-    runs: tuple[dict[str, Any], ...] = ()
+    runs: tuple[Run, ...] = ()
+    directory: Annotated[Path, Field(exclude=True)] = Path()
+
+
+_FORM = TypeAdapter(StudyRecord)
 
 
 def save_study(record: StudyRecord) -> None:
-    """Write study.json and the tables of a study (fields are there already)."""
+    """Write study.json and the tables that are read back (fields are there already)."""
     root = record.directory
-    for name, kind in TABLES.items():
-        table = _stacked(record.scenes, kind)
-        # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
-        # ones are beyond the range of single precision.
-        short = [c for c in table if c.startswith(SHORT) and not (table[c].abs() > 1e37).any()]
-        table = table.astype(dict.fromkeys(short, np.float32))
+    for name, (kind, _) in TABLES.items():
+        table = stacked(record, [getattr(scene, kind).frame() for scene in record.scenes])
         if len(table) or name != DISTRIBUTIONS:
             write_table(root / name, table)
-    document = {name: getattr(record, name) for name in STUDY_KEYS}
-    document["scenes"] = [_scene_document(scene, root) for scene in record.scenes]
-    write_text(root / STUDY, json.dumps(document, indent=1, allow_nan=False))
+    write_text(root / STUDY, _FORM.dump_json(record, indent=1).decode())
+
+
+def stacked(record: StudyRecord, tables: list[pd.DataFrame]) -> pd.DataFrame:
+    """Return the tables of all scenes as one, each row with the hash of its scene."""
+    several = zip(tables, record.scenes, strict=True)
+    filled = [t.assign(**{HASH: _hash(scene.text)}) for t, scene in several if len(t)]
+    table = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
+    # Eight digits of errors, bars and times do, and make a quarter of the file less; absurd
+    # ones are beyond the range of single precision.
+    short = [c for c in table if c.startswith(SHORT) and not (table[c].abs() > 1e37).any()]
+    return table.astype(dict.fromkeys(short, np.float32))
+
+
+def read_study(root: Path) -> StudyRecord:
+    """Read study.json alone, without the tables.
+
+    Raises
+    ------
+    ResultsError
+        If there is none, or it is not as it should be.
+    """
+    try:
+        text = (root / STUDY).read_text(encoding="utf-8")
+        return replace(_FORM.validate_json(text, strict=True, context=root), directory=root)
+    except ValidationError as error:
+        raise ResultsError(f"{root}: damaged results ({first_problems(error, STUDY)})") from error
+    except NotADirectoryError as error:
+        raise ResultsError(f"{root}: expected a results folder, got a file") from error
+    except FileNotFoundError as error:
+        raise ResultsError(f"{root}: no results of roughline here ({STUDY} is missing)") from error
+    except (ValueError, OSError) as error:
+        raise ResultsError(f"{root}: damaged results ({error})") from error
 
 
 def load_study(directory: str | Path) -> StudyRecord:
@@ -269,98 +331,42 @@ def load_study(directory: str | Path) -> StudyRecord:
         If the folder holds no finished study, or its files cannot be read.
     """
     root = Path(directory)
-    try:
-        document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        tables, problems = {}, []
-        for name, kind in TABLES.items():
-            if name == DISTRIBUTIONS and not (root / name).exists():
-                tables[kind] = pd.DataFrame(columns=["scene"])
-                continue
-            table = with_columns(pd.read_csv(root / name, **_AS_WRITTEN), kind)
-            found = table_problems(table, kind) or _foreign(table, document["scenes"])
-            problems += [f"{name}: {problem}" for problem in found]
-            tables[kind] = table.drop(columns=HASH, errors="ignore")
-        if problems:
-            raise ValueError("; ".join(problems))
-        scenes = tuple(_scene_record(item, root, tables) for item in document["scenes"])
-        return StudyRecord(
-            directory=root,
-            scenes=scenes,
-            **{name: document[name] for name in document if name != "scenes"},
-        )
-    except NotADirectoryError as error:
-        raise ResultsError(f"{root}: expected a results folder, got a file") from error
-    except FileNotFoundError as error:
-        raise ResultsError(
-            f"{root}: no results of roughline here ({Path(error.filename).name} is missing)"
-        ) from error
-    except (ValueError, KeyError, TypeError, OSError) as error:
-        raise ResultsError(f"{root}: damaged results ({error})") from error
-
-
-def _stacked(scenes: Iterable[SceneRecord], kind: str) -> pd.DataFrame:
-    """Return the tables of all scenes as one, each row with the hash of its scene."""
-    tables = [(getattr(scene, kind), _hash(scene.text)) for scene in scenes]
-    filled = [table.assign(**{HASH: digest}) for table, digest in tables if len(table)]
-    return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
+    record = read_study(root)
+    hashes = {scene.name: _hash(scene.text) for scene in record.scenes}
+    tables, problems = {}, []
+    for name, (kind, columns) in TABLES.items():
+        try:
+            table = pd.read_csv(root / name, **_AS_WRITTEN)
+            tables[kind] = Rows.of(table.drop(columns=HASH, errors="ignore"), columns)
+            problems += [f"{name}: {problem}" for problem in _foreign(table, hashes)]
+        except FileNotFoundError:
+            tables[kind] = NO_ROWS
+            if name != DISTRIBUTIONS:
+                problems.append(f"{name} is missing")
+        except (ValueError, OSError) as error:
+            problems.append(f"{name}: {error}")
+    if problems:
+        raise ResultsError(f"{root}: damaged results ({'; '.join(problems)})")
+    scenes = []
+    for scene in record.scenes:
+        own: dict[str, Any] = {k: t.where(t["scene"] == scene.name) for k, t in tables.items()}
+        scenes.append(replace(scene, **own))
+    return replace(record, scenes=tuple(scenes))
 
 
 def _hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
 
 
-def _foreign(table: pd.DataFrame, scenes: list[dict[str, Any]]) -> list[str]:
-    """Return which rows are of another run; earlier versions wrote no hash.
+def _foreign(table: pd.DataFrame, hashes: dict[str, str]) -> list[str]:
+    """Return which rows are of another run.
 
     A run that was killed before its end has rows and no scene yet.
     """
-    if HASH not in table or not scenes:
+    if HASH not in table or not hashes:
         return []
-    hashes = {scene["name"]: _hash(scene["text"]) for scene in scenes}
     others = table[table[HASH] != table["scene"].map(hashes)]
     return [
         f"rows of another scene {name} than {STUDY} has: run it again with --resume or --overwrite"
         for name in others["scene"].unique()
     ]
-
-
-def _scene_document(scene: SceneRecord, root: Path) -> dict[str, Any]:
-    document = {name: getattr(scene, name) for name in SCENE_KEYS}
-    document["fields"] = [
-        [method, resolution, path.relative_to(root).as_posix()]
-        for (method, resolution), path in scene.fields.items()
-    ]
-    return document
-
-
-def _scene_record(
-    document: dict[str, Any], root: Path, tables: dict[str, pd.DataFrame]
-) -> SceneRecord:
-    values = dict(document)
-    values["quantities"] = tuple(values["quantities"])
-    values["disagreements"] = tuple(values["disagreements"])
-    values["fields"] = {
-        (method, int(resolution)): _inside(root, name)
-        for method, resolution, name in values["fields"]
-    }
-    name = values["name"]
-    own = {kind: _own(table, name) for kind, table in tables.items()}
-    return SceneRecord(**own, **values)
-
-
-def _own(table: pd.DataFrame, scene: str) -> pd.DataFrame:
-    """Return the rows of a scene in a few blocks: pages take thousands of selections of them.
-
-    A table that was read from a file has a block for each column, and its texts in one of Arrow's.
-    """
-    rows = table[table["scene"] == scene].reset_index(drop=True)
-    texts = rows.select_dtypes("string").columns
-    return rows.astype(dict.fromkeys(texts, object)).copy()
-
-
-def _inside(root: Path, name: str) -> Path:
-    """Refuse names that lead out of the folder: results may come from strangers."""
-    path = (root / name).resolve()
-    if not path.is_relative_to(root.resolve()):
-        raise ResultsError(f"{name!r} leads out of {root}")
-    return path

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
-from comparisons.geometry.measured_curve import MeasuredCurve
 from comparisons.geometry.plausibility import doubtful
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
+from comparisons.solving.plan_record import PlanRecord
 from comparisons.solving.surface_numbers import realisation_count
 from comparisons.solving.surface_roughness import roughness_of
 from comparisons.tasks.task import Task
@@ -20,45 +20,14 @@ from comparisons.tasks.task import Task
 Effort = Literal["quick", "full"]
 
 
-@dataclass(frozen=True)
-class MethodPlan:
-    """The plan of one method for a scene, or the reason for a refusal.
-
-    Attributes
-    ----------
-    numbers : tuple of int
-        Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
-    title : str
-        What the method is called on this scene; "": as everywhere.
-    """
-
-    method: str
-    supported: bool
-    reason: str
-    resolutions: tuple[int, ...] = ()
-    modelled: str = ""
-    numbers: tuple[int, ...] = ()
-    title: str = ""
-
-    def finer(self, resolution: int) -> MethodPlan:
-        """Return it with one more resolution, on as many surfaces as the finest one so far."""
-        numbers = (*self.numbers, self.numbers[-1]) if self.numbers else ()
-        return replace(self, resolutions=(*self.resolutions, resolution), numbers=numbers)
-
-
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, kw_only=True)
+class Plan(PlanRecord):
     """All solves of one scene, and what was left out."""
 
     scene: Scene
     geometry: Geometry
     loads: AbsoluteLoads
-    methods: tuple[MethodPlan, ...]
-    left_out: tuple[tuple[str, str], ...]
-    notes: tuple[str, ...]
     realisations: int
-    switched_on: tuple[tuple[str, str], ...] = ()
-    measured: MeasuredCurve | None = None
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
@@ -120,32 +89,13 @@ class Plan:
         solver = solver_for(method, self.scene)
         return 1 if isinstance(solver, Refusal) else solver.block(resolution)
 
-    def document(self) -> dict[str, Any]:
-        """Return the plan as plain data for study.json."""
-        data: dict[str, Any] = {}
-        if self.measured is not None:
-            data["measured"] = {
-                "penetration": self.measured.penetration.tolist(),
-                "force": self.measured.force.tolist(),
-                "modulus": self.scene.effective_modulus,
-                "fit_zero": self.scene.compare.fit_zero,
-            }
-        if self._roughness:
-            data["roughness"] = self._roughness
-        keys = ("method", "supported", "reason", "resolutions", "modelled", "numbers", "title")
-        lists = {"resolutions", "numbers"}
-        data["methods"] = [
-            {k: list(getattr(m, k)) if k in lists else getattr(m, k) for k in keys}
-            for m in self.methods
-        ]
-        data["switched_on"] = [{"what": effect, "how": model} for effect, model in self.switched_on]
-        data["left_out"] = [{"what": effect, "why": reason} for effect, reason in self.left_out]
-        data["notes"] = list(self.notes)
-        return data
-
     @cached_property
-    def _roughness(self) -> dict[str, Any]:
-        return roughness_of(self.geometry) if isinstance(self.geometry, RoughGeometry) else {}
+    def record(self) -> PlanRecord:
+        """The plan as it is kept with the results."""
+        said = {part.name: getattr(self, part.name) for part in fields(PlanRecord)}
+        if isinstance(self.geometry, RoughGeometry):
+            said["roughness"] = roughness_of(self.geometry)
+        return PlanRecord(**said)
 
 
 def task_of(

@@ -14,7 +14,8 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.normal.grid import SIDE, cells
 from comparisons.scene.physics.descriptions import left_out
 from comparisons.scene.scene import Scene
-from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.plan import Plan
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.tasks.shown_loads import MOST_POINTS
 
 # Means of nonlinear curves differ by what is held: where the gap is, high peaks carry most force.

@@ -28,8 +28,9 @@ from comparisons.scene.scene import Scene, SceneError, load_scene
 from comparisons.scene.suites import SUITES
 from comparisons.scene.surface import SelfAffine
 from comparisons.solving.map_patches import patch_of
-from comparisons.solving.plan import Effort, MethodPlan, Plan, task_of
+from comparisons.solving.plan import Effort, Plan, task_of
 from comparisons.solving.plan_notes import notes_of, omissions
+from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord
 from comparisons.solving.surface_numbers import QUICK_REALISATIONS, pilots, realisation_count
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
@@ -76,34 +77,24 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     return plans
 
 
-def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
-    """Return the plan that `Plan.document` describes, whatever this machine would have planned.
+def plan_from(scene: Scene, said: PlanRecord, effort: Effort) -> Plan:
+    """Return the plan of a record, whatever this machine would have planned.
 
     Raises
     ------
     InputError
-        If the document is no such plan, or has a method that is not known here.
+        If it has a method that is not known here.
     """
-    try:
-        methods = tuple(
-            MethodPlan(**method | {key: tuple(method[key]) for key in ("resolutions", "numbers")})
-            for method in document["methods"]
-        )
-        omitted = tuple((entry["what"], entry["why"]) for entry in document["left_out"])
-        notes = tuple(document["notes"])
-        applied = tuple((entry["what"], entry["how"]) for entry in document["switched_on"])
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{scene.name}: not a plan of this roughline ({error})") from error
-    unknown = [method.method for method in methods if method.method not in METHODS]
+    unknown = [method.method for method in said.methods if method.method not in METHODS]
     if unknown:
         problem = f"{', '.join(unknown)} not known here (--method-file adds methods)"
         raise InputError(f"{scene.name}: {problem}")
     return replace(
         _draft(scene, effort),
-        methods=methods,
-        left_out=omitted,
-        notes=notes,
-        switched_on=applied,
+        methods=said.methods,
+        left_out=said.left_out,
+        notes=said.notes,
+        switched_on=said.switched_on,
     )
 
 
@@ -116,11 +107,19 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
     measured = None
     if scene.compare.measured is not None:
         try:
-            measured = read_curve(Path(scene.directory) / scene.compare.measured)
+            curve = read_curve(Path(scene.directory) / scene.compare.measured)
         except FileError as error:
             where = f"compare.measured: {scene.compare.measured}"
             raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
-    return Plan(scene, geometry, loads, (), (), (), realisations, measured=measured)
+        measured = Measured(
+            tuple(curve.penetration.tolist()),
+            tuple(curve.force.tolist()),
+            scene.effective_modulus,
+            scene.compare.fit_zero,
+        )
+    return Plan(
+        scene=scene, geometry=geometry, loads=loads, realisations=realisations, measured=measured
+    )
 
 
 def _plan(scene: Scene, effort: Effort) -> Plan:

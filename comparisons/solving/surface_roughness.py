@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.normal.reduced_lines import whole_spectrum
+from comparisons.solving.plan_record import Roughness
 
 MOST_RINGS = 100
 
 
-def roughness_of(geometry: RoughGeometry) -> dict[str, Any]:
-    """Return spectrum and statistics of a surface as plain data, in SI units.
+def roughness_of(geometry: RoughGeometry) -> Roughness:
+    """Return spectrum and statistics of a surface.
 
     The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q.
     Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap h)^2>/<|grad h|^2>^2, at least 1.5. Skewness
@@ -30,18 +29,14 @@ def roughness_of(geometry: RoughGeometry) -> dict[str, Any]:
     )
     held = density > 0
     height, slope, curvature = spectrum.rms_height, spectrum.rms_slope, spectrum.rms_curvature
-    statistics = {
-        "rms_height": geometry.rms_height,
-        "rms_slope": geometry.rms_slope,
-        "rms_curvature": curvature,
-        "nayak": 1.5 * (height * curvature / slope**2) ** 2,
-    }
     heights = geometry.measured
-    if heights is not None:
-        scaled = (heights - heights.mean()) / heights.std()
-        statistics |= {"skewness": np.mean(scaled**3), "kurtosis": np.mean(scaled**4)}
-    return {
-        "wavenumber": wavenumber[held].tolist(),
-        "density": density[held].tolist(),
-        "statistics": {name: float(value) for name, value in statistics.items()},
-    }
+    scaled = None if heights is None else (heights - heights.mean()) / heights.std()
+    return Roughness(
+        tuple(wavenumber[held].tolist()),
+        tuple(density[held].tolist()),
+        float(geometry.rms_height),
+        float(geometry.rms_slope),
+        float(curvature),
+        float(1.5 * (height * curvature / slope**2) ** 2),
+        *(() if scaled is None else (float(np.mean(scaled**power)) for power in (3, 4))),
+    )

@@ -12,9 +12,9 @@ from typing import Any
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import in_order
-from comparisons.judging.verdicts import NO_RESULT
+from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results.advice import Advice, Setting
-from comparisons.results.decisions import Verdict, judged_methods, verdicts
+from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.families import family
 from comparisons.results.finding import largest_error, symbol
 from comparisons.results.store import SceneRecord

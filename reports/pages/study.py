@@ -16,12 +16,12 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, MODEL, ours
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
-from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
 from comparisons.results.confidence import confidence
 from comparisons.results.cost import spent
-from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
+from comparisons.results.decisions import judged_methods, second_rows, verdicts
 from comparisons.results.families import family
 from comparisons.results.finding import deciding, methods_of
 from comparisons.results.store import SceneRecord, StudyRecord
@@ -232,7 +232,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
 
 
 def _truth(scene: SceneRecord, advice: Advice) -> str:
-    method, _ = selection.reference(scene)
+    method = scene.reference.method
     if not method:
         return "none"
     label = look(method, scene).label
@@ -245,9 +245,7 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     """Return the labels of all methods that solved a scene, the reduced model first."""
     names = [m for scene in scenes for m in selection.methods(scene)]
-    solved = {
-        m for scene in scenes for m in set(names) if not selection.solved_rows(scene, m).empty
-    }
+    solved = {m for scene in scenes for m in set(names) if len(selection.solved_rows(scene, m))}
     ordered = [name for name in ours() if name in solved]
     ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
     return [

@@ -192,9 +192,9 @@ def _known(record: SceneRecord) -> list[Nearest]:
         # A0 and h' of a synthetic surface, as it was made; NaN where they are not known.
         area = slope = math.nan
         size = None if scene.surface is None else scene.surface.size
-        if size is not None and "roughness" in record.plan:
+        if size is not None and record.plan.roughness:
             area = math.prod(size)
-            slope = float(record.plan["roughness"]["statistics"]["rms_slope"])
+            slope = record.plan.roughness.rms_slope
         modulus_slope = scene.effective_modulus * slope
         unit = scene.loading.unit(area, modulus_slope) if math.isfinite(area) else None
         return nearest(scene, loads_of(scene, unit), area * modulus_slope)

@@ -16,7 +16,6 @@ from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.modulus_fit import force_at
-from comparisons.judging.proofs import in_words
 from comparisons.results import selection
 from comparisons.results.measured import (
     computed_curve,
@@ -193,22 +192,22 @@ def _apart(drawn: list[_Curve]) -> float:
 @once
 def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
     """Return the curves of all methods that have one, in drawing order."""
-    truth = selection.reference(scene)[0]
+    truth = scene.reference.method
     drawn = []
     for method in drawing_order(selection.methods(scene)):
         rows = selection.curve(scene, method)
-        x, y = (selection.column(rows, name) for name in (across, up))
+        x, y = (rows[name] for name in (across, up))
         if not (np.isfinite(x) & np.isfinite(y)).any():
             continue
         # Bars and bands lie along the axis that is not prescribed.
         sideways = up == scene.control
         name, value, along = (across, x, y) if sideways else (up, y, x)
-        bar = selection.column(rows, f"reference_uncertainty_{name}")
+        bar = rows[f"reference_uncertainty_{name}"]
         half = np.full(len(value), np.nan)
         if method == truth:
             half = bar * (sizes_along_path(value) if scene.is_path else np.abs(value))
         visible = np.any(half > VISIBLE * np.nanmax(np.abs(value), initial=0.0))
-        resolution = float(selection.column(rows, "resolution")[0])
+        resolution = float(rows["resolution"][0])
         exact, style = method == "closed_form", look(method, scene)
         series = Series(
             *(style, x, y),
@@ -217,7 +216,7 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
             hover=style.label if exact else f"{style.label}, N = {fmt.count(resolution)}",
         )
         bands = []
-        low, high = (selection.column(rows, f"{name}_{side}") for side in ("lower", "upper"))
+        low, high = (rows[f"{name}_{side}"] for side in ("lower", "upper"))
         if np.isfinite(low).any():
             # inside the estimated bar, drawn solid: nothing is estimated about it
             bands.append(Band(along, low, high, opacity=0.9, label=PROVED, sideways=sideways))
@@ -228,21 +227,19 @@ def _curves(scene: SceneRecord, across: str, up: str) -> list[_Curve]:
         row = METHODS.get(method)
         of_lines = row is not None and row.dimension == 1
         # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
-        if not single.empty and (truth in ("", method) or of_lines):
+        if len(single) and (truth in ("", method) or of_lines):
             # 5 % to 95 % of the realisations, and the standard error of their mean: at the loads
             # of the mean, because the prescribed load is the same for all.
-            steps = selection.column(single, "step")
-            grouped = pd.Series(selection.column(single, name)).groupby(steps)
+            grouped = pd.Series(single[name]).groupby(single["step"])
             low, high = (
-                grouped.quantile(share).reindex(selection.column(rows, "step")).to_numpy()
-                for share in (0.05, 0.95)
+                grouped.quantile(share).reindex(rows["step"]).to_numpy() for share in (0.05, 0.95)
             )
             bands.append(Band(along, low, high, style.colour, 0.10, sideways=sideways))
-            half = selection.column(rows, f"stderr_{name}")
+            half = rows[f"stderr_{name}"]
             low, high = value - half, value + half
             bands.append(Band(along, low, high, style.colour, 0.28, sideways=sideways))
-        loads = selection.column(rows, selection.drawn_along(scene))
-        errors = selection.column(rows, f"error_{name}")
+        loads = rows[selection.drawn_along(scene)]
+        errors = rows[f"error_{name}"]
         drawn.append(_Curve(series, tuple(bands), loads, errors, bar))
     return drawn
 
@@ -254,23 +251,23 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
         parts.append(f"The curves coincide within {fmt.relative(apart)}: see {where}.")
     if scene.along == "step":
         parts.append("Points are joined in the order of the path, along the arrows.")
-    bar = (scene.reference.get("uncertainty") or {}).get(name)
-    if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
-        hidden = " (thinner than its line)" if float(bar) < VISIBLE else ""
+    bar = scene.reference.uncertainty.get(name, np.nan)
+    if bar > fmt.ROUND_OFF:
+        hidden = " (thinner than its line)" if bar < VISIBLE else ""
         parts.append(
             "Light band and error bars: uncertainty of the reference, "
             f"{fmt.relative(bar)} in the rms over the loads{hidden}."
         )
-    proved = scene.reference.get("proved")
+    proved = scene.reference.proved
     # the rows of a study have the columns of all of its scenes
-    if proved and np.isfinite(selection.column(scene.rows, f"{name}_lower")).any():
-        parts.append(f"Solid band: {in_words(proved)}")
+    if proved and np.isfinite(scene.rows[f"{name}_lower"]).any():
+        parts.append(f"Solid band: {proved.in_words}")
     finest = {
         method: levels[-1]
         for method in selection.methods(scene)
         if (levels := selection.resolutions(scene, method))
     }
-    if any(not selection.realisations(scene, *setting).empty for setting in finest.items()):
+    if any(len(selection.realisations(scene, *setting)) for setting in finest.items()):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "
             "95 % of the realisations (for 3-D solvers, those of the reference)."
@@ -280,8 +277,8 @@ def _caption(scene: SceneRecord, name: str, apart: float) -> str:
 
 def measured(scene: SceneRecord) -> Figure | None:
     """Return measured points with the curves of the model and of the reference, fitted by E*."""
-    known = measured_curve(scene)
-    if known is None:
+    known, stated = measured_curve(scene), scene.plan.measured
+    if known is None or stated is None:
         return None
     stride = -(-len(known[0]) // MOST_MEASURED)
     x, y = (values[::stride] for values in known)
@@ -291,7 +288,7 @@ def measured(scene: SceneRecord) -> Figure | None:
     for method in drawing_order(fits):
         fit, computed, style = fits[method], computed_curve(scene, method), look(method)
         depth = np.linspace(0.0, computed[0][-1], FITTED_POINTS)
-        force = force_at(depth, computed) * fit.modulus / scene.plan["measured"]["modulus"]
+        force = force_at(depth, computed) * fit.modulus / stated.modulus
         text = f"{style.label}, E* = {fmt.with_unit(fit.modulus, 'Pa')}"
         style = style.labelled(f"{style.label}, fitted")
         drawn.append(Series(style, depth + fit.zero, force, marks=False, hover=text))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
@@ -13,6 +12,7 @@ from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.judging.metrics import at_equal
 from comparisons.results import selection
 from comparisons.results.decisions import finest, judged_methods, verdicts
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
@@ -39,13 +39,15 @@ PREMISE = 0.1  # of the apparent area: rough lines are for real contact areas fa
 
 def errors(scene: SceneRecord) -> list[Figure]:
     """Return the error magnitude of each compared quantity at every load step, on one scale."""
-    tables: dict[str, dict[str, pd.DataFrame]] = {}
+    tables: dict[str, dict[str, Rows]] = {}
     sizes = []
     for name in scene.quantities:
         for method in drawing_order(selection.methods(scene)):
             level = finest(scene, method)
-            rows = pd.DataFrame() if level is None else selection.curve(scene, method, level)
-            error = selection.column(rows, f"error_{name}")
+            if level is None:
+                continue
+            rows = selection.curve(scene, method, level)
+            error = rows[f"error_{name}"]
             if np.isfinite(error).any():
                 tables.setdefault(name, {})[method] = rows
                 sizes.append(np.abs(error))
@@ -57,15 +59,15 @@ def errors(scene: SceneRecord) -> list[Figure]:
 
 
 def _figure(
-    scene: SceneRecord, name: str, tables: dict[str, pd.DataFrame], limits: tuple[float, float]
+    scene: SceneRecord, name: str, tables: dict[str, Rows], limits: tuple[float, float]
 ) -> Figure:
     low, high = limits
     row, along = quantity(name), quantity(scene.along)
     series: list[Series] = []
     for method, rows in tables.items():
-        style, error = look(method, scene), selection.column(rows, f"error_{name}")
+        style, error = look(method, scene), rows[f"error_{name}"]
         loads = selection.compared_along(scene, rows)
-        title = f"{style.label}, N = {fmt.count(selection.column(rows, 'resolution')[0])}"
+        title = f"{style.label}, N = {fmt.count(rows['resolution'][0])}"
         hover = tuple(
             f"{title}\n{fmt.with_unit(load, along.unit)}\nerror {fmt.signed_error(value)}"
             for load, value in zip(loads, error, strict=True)
@@ -80,9 +82,9 @@ def _figure(
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
     # The bar of the reference, from the method with most steps.
     column = f"reference_uncertainty_{name}"
-    known = [np.isfinite(selection.column(rows, column)).sum() for rows in tables.values()]
+    known = [np.isfinite(rows[column]).sum() for rows in tables.values()]
     longest = list(tables.values())[int(np.argmax(known))]
-    bars = selection.column(longest, column)
+    bars = longest[column]
     bars = np.where(bars > low, bars, np.nan)
     places = selection.compared_along(scene, longest)
     floor = Band(places, np.full(len(places), low), bars, label=TRUTH_BAR)
@@ -99,19 +101,16 @@ def _figure(
     )
 
 
-def _decided(
-    scene: SceneRecord, name: str, tables: dict[str, pd.DataFrame], low: float
-) -> list[Series]:
+def _decided(scene: SceneRecord, name: str, tables: dict[str, Rows], low: float) -> list[Series]:
     """Return a ring around the error that decided, for the method that the page leads with."""
     method = judged_methods(scene)[0]
-    known = {verdict.quantity: verdict for verdict in verdicts(scene, method)}
-    verdict = known.get(name)
+    verdict = next((v for v in verdicts(scene, method) if v.quantity == name), None)
     if verdict is None or verdict.step < 0 or method not in tables:
         return []
     rows = tables[method]
-    rows = rows[selection.column(rows, "step") == verdict.step]
+    rows = rows.where(rows["step"] == verdict.step)
     loads = selection.compared_along(scene, rows)
-    size = np.maximum(np.abs(selection.column(rows, f"error_{name}")), low)
+    size = np.maximum(np.abs(rows[f"error_{name}"]), low)
     style = replace(look(method), label="decided here", marker=CIRCLE, colour=INK)
     hover = (f"{verdict.text}\n{verdict.because}: {verdict.word}",) * len(loads)
     return [Series(style, loads, size, line=False, hollow=True, size=16, hover=hover)]
@@ -134,15 +133,15 @@ def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
 
     At a tenth of the apparent area, by the reference; no mark in scenes without rough lines.
     """
-    method, level = selection.reference(scene)
+    method, level = scene.reference.method, scene.reference.resolution
     line, truth = selection.curve(scene, MODEL), selection.curve(scene, method, level)
-    if truth.empty or not np.isfinite(selection.column(line, "contact_length")).any():
+    if not len(truth) or not np.isfinite(line["contact_length"]).any():
         return figures
-    size = scene.load_fields(method, int(level)).get("size")
+    size = scene.load_fields(method, level).get("size")
     if size is None or scene.control not in NORMAL or scene.is_path:
         return figures
     loads = selection.compared_along(scene, truth)
-    share = selection.column(truth, "contact_area") / float(np.prod(size))
+    share = truth["contact_area"] / float(np.prod(size))
     known = np.isfinite(share) & (share > 0)
     if not known.any() or np.nanmax(share) <= PREMISE:
         return figures
@@ -153,7 +152,7 @@ def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:
         f"Dark: real contact area A above {fmt.tolerance(PREMISE)} of the apparent one, where the "
         "premise of rough lines has ended."
     )
-    errors = selection.column(line, "error_contact_area")
+    errors = line["error_contact_area"]
     if len(errors) == len(share) and np.isfinite(errors).any():
         by_load = ", ".join(
             f"{fmt.signed_error(error)} at {fmt.relative(part)}"

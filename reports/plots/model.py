@@ -99,9 +99,9 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
 def _earlier_depths(scene: SceneRecord) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = selection.solved_rows(scene, MODEL)
-    rows = rows[selection.column(rows, "resolution") == selection.resolutions(scene, MODEL)[-1]]
-    rows = rows[[name != selection.MEAN for name in selection.texts(rows, "realisation")]]
-    steps, depth = selection.column(rows, "step"), selection.column(rows, "penetration")
+    finest = rows["resolution"] == selection.resolutions(scene, MODEL)[-1]
+    rows = rows.where(finest & (rows["realisation"] != selection.MEAN))
+    steps, depth = rows["step"], rows["penetration"]
     # The first realisation stands first.
     first = [depth[steps == step][:1] for step in slider_steps(scene).steps[:-1]]
     return [float(depths[0]) if len(depths) else float("nan") for depths in first]
@@ -164,7 +164,7 @@ def _surface(scene: SceneRecord, item: Field, loads: SliderSteps) -> Figure:
 def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figure]:
     """Return contact area and length over the load as shares, with the load of the slider."""
     nominal = float(np.prod([np.diff(outer(axis))[0] for axis in item.axes]))
-    truth = selection.reference(scene)[0] or item.method
+    truth = scene.reference.method or item.method
     along = selection.drawn_along(scene)
     drawn: list[Series] = []
     steps: list[np.ndarray] = []
@@ -174,12 +174,12 @@ def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figu
         (MODEL, "contact_length", LENGTH, float(np.sqrt(nominal))),
     ):
         rows = selection.curve(scene, method)
-        share = selection.column(rows, name) / whole
+        share = rows[name] / whole
         label = style.label if style is LENGTH else f"area, {style.label}"
         if (share > LEAST).any():
-            x = selection.column(rows, along)
+            x = rows[along]
             drawn.append(Series(style.labelled(label), x, share, hover=label))
-            steps.append(selection.column(rows, "step"))
+            steps.append(rows["step"])
     if len(drawn) < 2:
         return []
     reached, places = (np.concatenate([getattr(series, axis) for series in drawn]) for axis in "yx")

@@ -143,7 +143,7 @@ def worn_profiles(scene: SceneRecord) -> list[Figure]:
     near = (shapes[0] <= top) | worn
     steps, row = len(shapes) - 1, quantity(scene.control)
     rows = selection.curve(scene, stored.method, stored.resolution)
-    values = selection.column(rows, scene.control)[:steps]
+    values = rows[scene.control][:steps]
     if len(values) < steps:
         labels = [f"step {number}" for number in range(1, steps + 1)]
     elif row.unit:

@@ -91,9 +91,8 @@ def _field(stored: Stored) -> Field | None:
 
 def leading_map(scene: SceneRecord, maps: list[Field]) -> Field:
     """Return the field of the reference, else ours before the peers', the leading grid first."""
-    name, level = selection.reference(scene)
     for item in maps:
-        if item.method == name and item.resolution == level:
+        if selection.is_reference(scene, item.method, item.resolution):
             return item
     return min(maps, key=lambda item: (item.method not in ours(), item.method != GRID))
 
@@ -119,12 +118,11 @@ def pressures(scene: SceneRecord) -> list[Figure]:
 
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     """Return contact radius and mean pressure F/(π a²) at the last load, the reference's first."""
-    name, level = selection.reference(scene)
-    settings = [(name, level if np.isfinite(level) else None)]
+    settings: list[tuple[str, int | None]] = [(scene.reference.method, scene.reference.resolution)]
     settings += [(method, None) for method in selection.methods(scene)]
     for method, resolution in settings:
-        rows = selection.curve(scene, method, resolution).tail(1)
-        radius, force = (selection.column(rows, key) for key in ("contact_radius", "force"))
+        rows = selection.curve(scene, method, resolution)
+        radius, force = (rows[key][-1:] for key in ("contact_radius", "force"))
         if len(radius) and np.isfinite(radius[0]) and np.isfinite(force[0]) and radius[0] > 0:
             return float(radius[0]), float(force[0] / (np.pi * radius[0] ** 2))
     return float("nan"), float("nan")

@@ -7,16 +7,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.judging.metrics import front
-from comparisons.judging.verdicts import NO_RESULT
+from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting
-from comparisons.results.cost import cost
+from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import (
@@ -51,61 +50,55 @@ OVERVIEW_CAPTION = (
     "quantities that it gives, over the tolerance. Below the line: within. Arrows at the foot: "
     "at or below it. Click one to open its scene."
 )
-# A setting's columns as plain arrays: a table of pandas takes ten times as long to be parted.
-Columns = dict[str, np.ndarray]
+# The settings of a method for one quantity: the verdict on each, its cost, its unknowns.
+Points = list[tuple[Verdict, Cost, float]]
 Scenes = Sequence[tuple[str, SceneRecord, Advice]]
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
     """Return error against time, one figure per compared quantity."""
-    table = selection.compared_measures(scene)
-    at = np.array(selection.texts(table, "at"))
-    timed: dict[str, Columns] = {}
-    for name in dict.fromkeys(str(entry) for entry in table["quantity"]):
-        # The load held equal is the one used for the verdicts.
-        judged = (table["quantity"] == name).to_numpy() & (at == equal_at(scene, name))
-        points = _timed(scene, table[judged])
-        if len(points["method"]):
+    timed = {}
+    for name in dict.fromkeys(item.quantity for item in scene.verdicts):
+        if name in scene.quantities and (points := _timed(scene, name)):
             timed[name] = points
-    ends = ("maximum", "single_low", "single_high")
-    sizes = [np.abs(points[end]) for points in timed.values() for end in ends]
-    if not sizes:
+    several = [item for points in timed.values() for item, *_ in points]
+    if not several:
         return []
+    sizes = [np.abs([v.error, v.single_low, v.single_high]) for v in several]
     limits = error_range(np.concatenate(sizes), scene.tolerance)
     return [_figure(scene, name, points, limits) for name, points in timed.items()]
 
 
-def _timed(scene: SceneRecord, part: pd.DataFrame) -> Columns:
-    """Return the errors and times of all settings that have both, the reference left out."""
-    errors = ("resolution", "maximum", "error", "uncertainty", "rms", "unknowns")
-    columns = {
-        name: selection.column(part, name) for name in (*errors, "single_low", "single_high")
-    }
-    columns["method"] = np.array(selection.texts(part, "method"), dtype=object)
-    settings = list(zip(columns["method"], columns["resolution"], strict=True))
-    costs = [cost(scene, *setting) for setting in settings]
-    for name in ("seconds", "setup_seconds", "single_seconds", "surfaces"):
-        columns[name] = np.array([getattr(c, name) for c in costs], dtype=float)
-    drawn = np.isfinite(columns["seconds"] + columns["maximum"])
-    drawn &= [not selection.is_reference(scene, *setting) for setting in settings]
-    return {name: values[drawn] for name, values in columns.items()}
+def _timed(scene: SceneRecord, name: str) -> Points:
+    """Return all settings that have an error and a time, but for the reference, coarse to fine."""
+    points = []
+    for item in scene.verdicts:
+        # The load held equal is the one used for the verdicts.
+        if (item.quantity, item.at) != (name, equal_at(scene, name)) or item.word == NO_RESULT:
+            continue
+        spent = cost(scene, item.method, item.resolution)
+        rows = selection.setting_rows(scene, item.method, item.resolution)
+        if np.isfinite(spent.seconds):
+            points.append((item, spent, float(rows["unknowns"][0])))
+    return sorted(points, key=lambda point: point[0].resolution)
 
 
-def _figure(scene: SceneRecord, name: str, points: Columns, limits: tuple[float, float]) -> Figure:
+def _figure(scene: SceneRecord, name: str, points: Points, limits: tuple[float, float]) -> Figure:
     low, high = limits
-    truth, level = selection.reference(scene)
+    truth, level = scene.reference.method, scene.reference.resolution
+    errors = np.array([abs(item.error) for item, *_ in points])
+    seconds = np.array([spent.seconds for _, spent, _ in points])
     truth_seconds = cost(scene, truth, level).seconds
     lost = selection.failures(scene)
     # Every solve is in the plot: those without their set-up, of one surface, and what failed, too.
-    bare = points["seconds"] - np.nan_to_num(points["setup_seconds"])
-    failed_after = [item.seconds for item in lost]
-    times = [points["seconds"], points["single_seconds"], bare, failed_after, [truth_seconds]]
-    span = _time_range(np.concatenate(times))
+    times = [truth_seconds, *seconds, *(item.seconds for item in lost)]
+    for _, spent, _ in points:
+        times += [spent.single_seconds, spent.seconds - np.nan_to_num(spent.setup_seconds)]
+    span = _time_range(np.array(times))
     # The bar of the reference, or else the widest bar of the settings.
-    bar = (scene.reference.get("uncertainty") or {}).get(name)
+    bar = scene.reference.uncertainty.get(name, np.nan)
     if not fmt.finite(bar):
-        bar = np.max(points["uncertainty"][np.isfinite(points["uncertainty"])], initial=0.0)
-    bar = float(bar)
+        bar = max((v.uncertainty for v, *_ in points if fmt.finite(v.uncertainty)), default=0.0)
     known_to = max(low, bar)
     series: list[Series] = []
     if bar > low and span[0] < truth_seconds < span[1]:
@@ -117,20 +110,19 @@ def _figure(scene: SceneRecord, name: str, points: Columns, limits: tuple[float,
         style = style.labelled(f"reference ({style.label})")
         at = np.array([truth_seconds]), np.array([bar])
         series.append(Series(style, *at, line=False, outlined=True, size=9, hover=(text,)))
-    reached = np.maximum(points["maximum"], known_to)
-    corners = front(points["seconds"], reached)
-    along, reached = points["seconds"][corners], reached[corners]
+    reached = np.maximum(errors, known_to)
+    corners = front(seconds, reached)
+    along, reached = seconds[corners], reached[corners]
     if reached[-1] > known_to:
         along, reached = np.append(along, span[1]), np.append(reached, reached[-1])
     series.append(Series(FRONT, along, reached, marks=False, width=1.5, stairs=True))
-    order = np.argsort(points["resolution"], kind="stable")
-    for method in drawing_order(dict.fromkeys(points["method"])):
-        own = order[points["method"][order] == method]
-        settings = {key: values[own] for key, values in points.items() if key != "method"}
-        drawn = _method_series(scene, method, settings, bar)
+    for method in drawing_order(dict.fromkeys(item.method for item, *_ in points)):
+        own = [point for point in points if point[0].method == method]
+        drawn = _method_series(scene, method, own, bar)
         series += [part for whole in drawn for part in parted(whole, known_to)]
-        series += sign_marks(drawn[-1], settings["error"], known_to, high)
-    several = bool((points["surfaces"] > 1).any())
+        signed = np.array([item.error if item.signed else np.nan for item, *_ in own])
+        series += sign_marks(drawn[-1], signed, known_to, high)
+    several = any(spent.surfaces > 1 for _, spent, _ in points)
     at_equal = equal_at(scene, name)
     equal = f" at equal {quantity(at_equal).label}" if at_equal in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
@@ -157,48 +149,47 @@ def _guides(span: tuple[float, float]) -> tuple[Guide, ...]:
     return tuple(guide for guide in GUIDES if span[0] < guide.value < span[1])
 
 
-def _method_series(scene: SceneRecord, method: str, settings: Columns, bar: float) -> list[Series]:
+def _method_series(scene: SceneRecord, method: str, points: Points, bar: float) -> list[Series]:
     """Return the hollow single surfaces or bare solves of a method, if any, then its settings.
 
     The reference is known to `bar`.
     """
     style = look(method, scene)
-    if method == selection.reference(scene)[0]:
+    if method == scene.reference.method:
         style = style.labelled(f"{style.label}*")
-    total, setup = settings["seconds"], np.nan_to_num(settings["setup_seconds"])
-    rows = [dict(zip(settings, row, strict=True)) for row in zip(*settings.values(), strict=True)]
-    several = (settings["surfaces"] > 1).any()
     texts, singles = [], []
-    for row in rows:
-        at = f"{style.label}, N = {fmt.count(row['resolution'])}"
-        count = fmt.count(row["surfaces"])
-        signed = np.isfinite(row["error"])
-        size = row["error"] if signed else row["maximum"]
-        error = fmt.plus_minus(size, row["uncertainty"], signed=signed)
-        if row["maximum"] <= bar:
+    for item, spent, unknowns in points:
+        at, count = f"{style.label}, N = {fmt.count(item.resolution)}", fmt.count(spent.surfaces)
+        error = item.number
+        if abs(item.error) <= bar:
             error = f"≤ {fmt.relative(bar)}, the bar of the reference: {error}"
         texts.append(
-            f"{at}{f' of {count} at this N' if row['surfaces'] > 1 else ''}\n"
+            f"{at}{f' of {count} at this N' if spent.surfaces > 1 else ''}\n"
             f"largest error {error}\n"
-            f"rms {fmt.relative(row['rms'])}\n"
-            f"time {fmt.duration(row['seconds'])}, "
-            f"of which set-up {fmt.duration(row['setup_seconds'])}\n"
-            f"unknowns {fmt.count(row['unknowns'])}"
+            f"rms {fmt.relative(item.rms)}\n"
+            f"time {fmt.duration(spent.seconds)}, "
+            f"of which set-up {fmt.duration(spent.setup_seconds)}\n"
+            f"unknowns {fmt.count(unknowns)}"
         )
         singles.append(
             f"{at}: one of {count}\n"
-            f"90 % err within {fmt.between(row['single_low'], row['single_high'])}\n"
-            f"time {fmt.duration(row['single_seconds'])}"
+            f"90 % err within {item.single}\n"
+            f"time {fmt.duration(spent.single_seconds)}"
         )
+    total, setup, single_seconds = (
+        np.array([getattr(spent, name) for _, spent, _ in points])
+        for name in ("seconds", "setup_seconds", "single_seconds")
+    )
+    setup = np.nan_to_num(setup)
     shared: dict[str, Any] = {"group": method, "width": 1.5}
-    errors, hover = settings["maximum"], tuple(texts)
+    errors, hover = np.array([abs(item.error) for item, *_ in points]), tuple(texts)
     filled = Series(style, total, errors, size=9, hover=hover, **shared)
     shared |= {"line": False, "hollow": True, "size": 8}
-    if several:
-        ends = np.fmax(np.abs(settings["single_low"]), np.abs(settings["single_high"]))
+    if any(spent.surfaces > 1 for _, spent, _ in points):
+        ends = [np.fmax(abs(item.single_low), abs(item.single_high)) for item, *_ in points]
         single, legend = style.labelled(f"{style.label}, one"), method == MODEL
         shared |= {"legend": legend, "hover": tuple(singles)}
-        return [Series(single, settings["single_seconds"], ends, **shared), filled]
+        return [Series(single, single_seconds, np.array(ends), **shared), filled]
     if not (setup > 0).any():
         return [filled]
     solve_times = np.where((setup > 0) & (total > setup), total - setup, np.nan)

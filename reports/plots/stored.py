@@ -41,7 +41,7 @@ def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[S
 
 def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:
     """Return the reference's fields, or another method's, if they hold all names."""
-    first, _ = selection.reference(scene)
+    first = scene.reference.method
     methods = drawing_order(selection.methods(scene))
     candidates = stored_fields(scene, sorted(methods, key=lambda name: name != first))
     return next((item for item in candidates if set(names) <= item.fields.keys()), None)
@@ -64,14 +64,14 @@ def slider_steps(scene: SceneRecord) -> SliderSteps:
     if scene.control not in (*NORMAL, "creep", "lateral_creep") or scene.is_path:
         return NO_STEPS
     rows = selection.solved(scene)
-    steps = selection.column(rows, "step")
+    steps = rows["step"]
     if not len(steps) or steps.min() < 0 or steps.max() > 10**6:
         return NO_STEPS
     count = int(steps.max()) + 1
     chosen = shown_steps(count)
     if len(chosen) < 2:
         return NO_STEPS
-    values = selection.column(rows, scene.control)
+    values = rows[scene.control]
     row = quantity(scene.control)
     step_name = "load" if scene.control in NORMAL else "step"
     labels = []

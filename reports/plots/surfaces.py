@@ -9,7 +9,6 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import DISTRIBUTIONS, quantity
-from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import log_axis, log_ticks, padded, value_axis
 from reports.plots.figure import Axis, Figure, Series
@@ -30,25 +29,24 @@ LAW_DECADES = 1.5  # that the law at zero is drawn over
 
 def roughness(scene: SceneRecord) -> list[Figure]:
     """Return the radial spectrum of the surface and its statistics; nothing for indenters."""
-    stored = scene.plan.get("roughness")
-    if not stored or len(stored["wavenumber"]) < 2:
+    stored = scene.plan.roughness
+    if stored is None or len(stored.wavenumber) < 2:
         return []
-    wavenumber, density = (np.array(stored[name]) for name in ("wavenumber", "density"))
+    wavenumber, density = np.array(stored.wavenumber), np.array(stored.density)
     longest, shortest = (fmt.with_unit(2 * np.pi / wavenumber[end], "m") for end in (0, -1))
-    statistics = stored["statistics"]
-    curvature = fmt.prefix_for(1 / statistics["rms_curvature"], "m")
-    radius = fmt.number(curvature.factor / statistics["rms_curvature"])
+    curvature = fmt.prefix_for(1 / stored.rms_curvature, "m")
+    radius = fmt.number(curvature.factor / stored.rms_curvature)
     heights = (
-        f"; heights with skewness {fmt.number(statistics['skewness'], 2)} and kurtosis "
-        f"{fmt.number(statistics['kurtosis'], 2)} (Gaussian: 0 and 3)"
-        if "skewness" in statistics
+        f"; heights with skewness {fmt.number(stored.skewness, 2)} and kurtosis "
+        f"{fmt.number(stored.kurtosis, 2)} (Gaussian: 0 and 3)"
+        if stored.skewness is not None
         else ""
     )
     caption = (
         f"Mean of C2D over circles (19.23), waves from {longest} to {shortest}. "
-        f"Rms height {fmt.with_unit(statistics['rms_height'], 'm')}, "
-        f"rms slope h' = {fmt.number(statistics['rms_slope'])}, rms curvature 1/({radius} "
-        f"{curvature.unit}), Nayak's parameter {fmt.number(statistics['nayak'])}{heights}."
+        f"Rms height {fmt.with_unit(stored.rms_height, 'm')}, "
+        f"rms slope h' = {fmt.number(stored.rms_slope)}, rms curvature 1/({radius} "
+        f"{curvature.unit}), Nayak's parameter {fmt.number(stored.nayak)}{heights}."
     )
     scale = fmt.Scale(1e-6, "1/µm")
     limits, spectrum = padded(wavenumber, 0.05, 0.2), Look("C2D", INK, size=5)
@@ -69,20 +67,17 @@ def roughness(scene: SceneRecord) -> list[Figure]:
 def distributions(scene: SceneRecord) -> list[Figure]:
     """Return the density of each compared distribution at the last load, all methods together."""
     table = scene.distributions
-    if "quantity" not in table:
-        return []
     figures = []
     for name in DISTRIBUTIONS:
-        rows = table[table["quantity"] == name]
-        if name not in scene.quantities or rows.empty:
+        rows = table.where(table["quantity"] == name)
+        if name not in scene.quantities or not len(rows):
             continue
         series: list[Series] = []
         solved: list[Series] = []
         for method in drawing_order(dict.fromkeys(rows["method"])):
-            own = rows[rows["method"] == method].sort_values("low")
-            middle, density = _density(
-                *(selection.column(own, key) for key in ("low", "high", "amount"))
-            )
+            own = rows.where(rows["method"] == method)
+            own = own.where(np.argsort(own["low"], kind="stable"))
+            middle, density = _density(*(own[key] for key in ("low", "high", "amount")))
             if len(middle):
                 series.append(Series(look(method, scene), middle, density, marks=False, hover=""))
                 if METHODS[method].dimension == 3:

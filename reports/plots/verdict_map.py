@@ -9,8 +9,8 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT
-from comparisons.results.decisions import Verdict, judged_methods, verdicts
+from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import log_axis
 from reports.plots.figure import Axis, Figure, Guide, Series

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-import pandas as pd
 from pydantic import BaseModel
 
 from comparisons import formatting as fmt
@@ -15,6 +14,7 @@ from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.methods.normal.closed_form import form_of
 from comparisons.results import selection
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import Measured
 from comparisons.scene.loading import LoadRange
@@ -58,13 +58,11 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
             stress = fmt.with_unit(peak / yield_pressure(body.poisson_ratio), "Pa")
             text = f"{stress}, below the surface: elastic only if the yield stress is higher"
             lines.append(("von Mises' stress", text))
-    statistics = (scene.plan.get("roughness") or {}).get("statistics", {})
-    if "rms_slope" in statistics:
-        height = fmt.with_unit(statistics["rms_height"], "m")
-        slope = statistics["rms_slope"]
+    if roughness := scene.plan.roughness:
+        height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
         sized = finest_fields(scene, "size")
-        force = selection.column(_reference_curve(scene), "force")
+        force = _reference_curve(scene)["force"]
         if sized is not None and np.isfinite(force).any():
             area = float(np.prod(sized.fields["size"]))
             scale = body.effective_modulus * area * slope
@@ -135,13 +133,13 @@ def _unit(field: Any) -> str:
     return ""
 
 
-def _reference_curve(scene: SceneRecord) -> pd.DataFrame:
-    return selection.curve(scene, selection.reference(scene)[0])
+def _reference_curve(scene: SceneRecord) -> Rows:
+    return selection.curve(scene, scene.reference.method)
 
 
 def _loads(scene: SceneRecord) -> list[tuple[str, str]]:
     rows = _reference_curve(scene)
-    loads = {name: selection.column(rows, name) for name in LOADS}
+    loads = {name: rows[name] for name in LOADS}
     lines = [
         (quantity(name).label, _range(values, quantity(name).unit))
         for name, values in loads.items()
@@ -172,13 +170,13 @@ def _peak(scene: SceneRecord, body: Scene) -> float:
 
     Of a closed form along its longer axis, else of the reference's stored field.
     """
-    first, _ = selection.reference(scene)
+    first = scene.reference.method
     indenter = body.indenter
     if indenter is None or indenter.flat or not first:
         return 0.0
     if first == CLOSED_FORM and not body.physics and body.half_space.uniform:
         form = form_of(indenter, body.effective_modulus)
-        depth = selection.column(_reference_curve(scene), "penetration")
+        depth = _reference_curve(scene)["penetration"]
         if form is None or form.pressure_is_singular or not len(depth):
             return 0.0
         half = float(form.semi_axes(depth[-1])[0])

@@ -8,17 +8,12 @@ from dataclasses import replace
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, NOT_ASKED, title_of
 from comparisons.facts.quantities import in_order, quantity
-from comparisons.judging.verdicts import NO_RESULT
+from comparisons.judging.verdicts import NO_RESULT, Verdict, worst
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, advise
 from comparisons.results.confidence import WHERE
 from comparisons.results.cost import cost
-from comparisons.results.decisions import (
-    Verdict,
-    judged_methods,
-    verdicts,
-    worst,
-)
+from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.finding import finding, symbol
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
@@ -151,7 +146,7 @@ def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]
     label = cells.method(method, scene=scene)
     judged = [judgement for judgement in verdicts(scene, method) if judgement.word != NO_RESULT]
     if not judged:
-        truth = selection.reference(scene)[0]
+        truth = scene.reference.method
         word = "reference" if method == truth else NO_RESULT
         return [(label, "", "", "", "", cells.verdict(word))]
     time = cells.duration(cost(scene, method, judged[0].resolution).seconds)

@@ -8,6 +8,7 @@ from comparisons import formatting as fmt
 from comparisons.judging.multilevel import ensemble_text
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
+from comparisons.solving.plan_record import MethodPlan
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Table, table
@@ -34,13 +35,13 @@ def plan(planned: Plan) -> Table:
 def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
     """Return the model and resolutions of each method that ran, or the reason for a refusal."""
     refused = selection.unsupported(scene)
-    planned = {str(item.get("method", "")): item for item in scene.plan.get("methods", [])}
+    planned = {item.method: item for item in scene.plan.methods}
     rows = []
     for method in selection.methods(scene):
-        item = planned.get(method, {})
-        levels = item.get("resolutions") or selection.resolutions(scene, method)
-        ensemble = ensemble_text(method, item.get("numbers", []), item.get("resolutions", []))
-        modelled = "; ".join(filter(None, [str(item.get("modelled") or ""), ensemble]))
+        item = planned.get(method, MethodPlan(method, True, ""))
+        levels = item.resolutions or selection.resolutions(scene, method)
+        ensemble = ensemble_text(method, item.numbers, item.resolutions)
+        modelled = "; ".join(filter(None, [item.modelled, ensemble]))
         rows.append(
             {
                 "method": method,

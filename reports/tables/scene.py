@@ -5,16 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
+from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.confidence import confidence
 from comparisons.results.cost import Cost, cost
-from comparisons.results.decisions import Verdict, equal_at, verdict_of
-from comparisons.results.store import SceneRecord, once
+from comparisons.results.decisions import equal_at
+from comparisons.results.rows import Rows
+from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Cell, Head, Table
@@ -28,28 +29,31 @@ OF_MEANS = (
 
 def settings(scene: SceneRecord) -> Table:
     """Return the cost and largest errors of every method and resolution, including failures."""
-    measures = selection.compared_measures(scene, details=True)
-    at = selection.texts(measures, "at")
-    pairs = list(dict.fromkeys(zip(measures["quantity"], at, strict=True)))
+    # With a comparison of pressures come their peak and their integral.
+    details = "pressure_" if "pressure" in scene.quantities else ""
+    pairs = dict.fromkeys(
+        (item.quantity, item.at)
+        for item in _compared(scene)
+        if item.quantity in scene.quantities or (details and item.quantity.startswith(details))
+    )
     return replace(
-        _settings(scene, measures, pairs),
+        _settings(scene, list(pairs)),
         note=f"Errors: largest over all load steps ± uncertainty. {OF_MEANS}",
     )
 
 
 def printed_settings(scene: SceneRecord) -> Table:
     """Return the cost and errors at the loads used for the verdicts, for papers."""
-    measures = selection.compared_measures(scene)
-    names = dict.fromkeys(str(name) for name in measures["quantity"])
-    pairs = [(name, equal_at(scene, name)) for name in names]
+    names = dict.fromkeys(item.quantity for item in _compared(scene))
+    pairs = [(name, equal_at(scene, name)) for name in names if name in scene.quantities]
     title = (
         f"{scene.title}: largest relative errors over all load steps{_equal_loads(scene)}, with "
         "the half-widths of their bars, and the cost of each setting on one thread. "
-        f"{confidence(scene)} {scene.reference.get('text', 'There is no reference.')}"
+        f"{confidence(scene)} {scene.reference.text or 'There is no reference.'}"
     )
     if single := advise(scene).single:
         title += f" {OF_MEANS} {single}"
-    printed = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
+    printed = _settings(scene, pairs).without("set-up", "memory", "outcome")
     return replace(printed, title=title)
 
 
@@ -62,7 +66,11 @@ def _equal_loads(scene: SceneRecord) -> str:
     return f"{clause} ({quantity(scene.along).label} itself at equal {counterpart_label})"
 
 
-def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str, str]]) -> Table:
+def _compared(scene: SceneRecord) -> list[Verdict]:
+    return [item for item in scene.verdicts if item.word != NO_RESULT]
+
+
+def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
     names = [name for name, _ in pairs]
     heads = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
     heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
@@ -73,7 +81,7 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
         suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
         single.append(Head(f"{label} of one{suffix}, 5 to 95 %", short=f"{label} of one"))
-    judged = _verdicts_by_setting(scene, measures)
+    judged = {(v.method, v.resolution, v.quantity, v.at): v for v in _compared(scene)}
     ensemble = any(cost(scene, *setting).surfaces > 1 for setting in _all_settings(scene))
     rows = []
     for setting in _all_settings(scene):
@@ -84,34 +92,9 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
     return Table((*heads, *single) if ensemble else tuple(heads), tuple(rows))
 
 
-def _verdicts_by_setting(
-    scene: SceneRecord, measures: pd.DataFrame
-) -> dict[tuple[str, float, str, str], Verdict]:
-    """Return (method, resolution, quantity, at) -> the verdict on it."""
-    names = (selection.texts(measures, key) for key in ("quantity", "at"))
-    settings = zip(
-        selection.texts(measures, "method"),
-        selection.column(measures, "resolution"),
-        *names,
-        strict=True,
-    )
-    verdicts = (verdict_of(scene, row) for row in measures.to_dict("records"))
-    pairs = list(zip(settings, verdicts, strict=True))
-    return dict(reversed(pairs))  # the first of several rows counts
-
-
-@once
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
-    refused = selection.unsupported(scene)
-    names = selection.texts(scene.rows, "method")
-    levels = selection.column(scene.rows, "resolution")
-    pairs = {
-        (name, level)
-        for name, level in zip(names, levels, strict=True)
-        if name not in refused and np.isfinite(level)
-    }
-    order = selection.methods(scene)
-    return sorted(pairs, key=lambda pair: (order.index(pair[0]), pair[1]))
+    names = [n for n in selection.methods(scene) if n not in selection.unsupported(scene)]
+    return [(name, level) for name in names for level in selection.run_at(scene, name)]
 
 
 def _setting_row(
@@ -122,7 +105,7 @@ def _setting_row(
 ) -> tuple[Cell, ...]:
     rows = selection.setting_rows(scene, method, level)
     first = {
-        name: next((v for v in selection.column(rows, name) if np.isfinite(v)), np.nan)
+        name: next((v for v in rows[name] if np.isfinite(v)), np.nan)
         for name in ("unknowns", "memory")
     }
     spent = cost(scene, method, level)
@@ -134,7 +117,7 @@ def _setting_row(
         cells.duration(spent.seconds),
         cells.duration(spent.setup_seconds),
         cells.number(fmt.memory(first["memory"] or None), first["memory"]),
-        _outcome(rows, truth, judges_itself=method == selection.reference(scene)[0]),
+        _outcome(rows, truth, judges_itself=method == scene.reference.method),
         *(_error_cell(error, truth) for error in errors),
     )
 
@@ -155,8 +138,8 @@ def _error_cell(error: Verdict | None, truth: bool) -> Cell:
     return cells.error(error.error, error.uncertainty, error.number)
 
 
-def _outcome(rows: pd.DataFrame, truth: bool, *, judges_itself: bool) -> Cell:
-    good = selection.converged(rows)
+def _outcome(rows: Rows, truth: bool, *, judges_itself: bool) -> Cell:
+    good = rows["converged"]
     if good.all():
         text = "same method as the reference" if judges_itself else "converged"
         return Cell("reference" if truth else text, "reference" if truth else text, "text")
@@ -178,17 +161,15 @@ def stability(scene: SceneRecord) -> Table:
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
     rows = selection.setting_rows(scene, method, level)
-    names = selection.texts(rows, "realisation")
-    rows = rows[[name != selection.MEAN for name in names]]
-    good = selection.converged(rows)
+    rows = rows.where(rows["realisation"] != selection.MEAN)
+    good = rows["converged"]
     total, solved = len(good), int(good.sum())
-    solved_rows = rows[good]
-    rounds = selection.column(solved_rows, "iterations")
+    rounds = rows["iterations"][good]
     rounds = rounds[np.isfinite(rounds)]
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
-    violation = selection.column(solved_rows, "violation")
+    violation = rows["violation"][good]
     worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(reason for reason in selection.texts(rows[~good], "reason") if reason)
+    reasons = dict.fromkeys(filter(None, rows["reason"][~good]))
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
     return (
         cells.method(method, scene=scene),
@@ -223,21 +204,14 @@ def load_steps(scene: SceneRecord) -> Table:
         for method in selection.methods(scene)
         for level in selection.resolutions(scene, method)
     ]
-    rows = pd.concat(tables, ignore_index=True) if tables else scene.rows.iloc[:0]
-    total = len(rows)
-    rows = rows.head(MOST_ROWS)
+    total = sum(map(len, tables))
+    rows = Rows.joined(tables, MOST_ROWS)
     first = [selection.drawn_along(scene), scene.control, "penetration", "force", "contact_area"]
     names = list(dict.fromkeys(first))
     names += [name for name in scene.quantities if name not in names]
-    names = [name for name in names if np.isfinite(selection.column(rows, name)).any()]
-    errors = [
-        name
-        for name in scene.quantities
-        if np.isfinite(selection.column(rows, f"error_{name}")).any()
-    ]
-    scales = {
-        name: fmt.prefix_for(selection.column(rows, name), quantity(name).unit) for name in names
-    }
+    names = [name for name in names if np.isfinite(rows[name]).any()]
+    errors = [name for name in scene.quantities if np.isfinite(rows[f"error_{name}"]).any()]
+    scales = {name: fmt.prefix_for(rows[name], quantity(name).unit) for name in names}
     heads = [Head("method"), Head("N", "resolution"), Head("step")]
     heads += [Head(quantity(name).title(scales[name].unit)) for name in names]
     heads += [Head(f"error of {quantity(name).label}") for name in errors]
@@ -250,22 +224,22 @@ def load_steps(scene: SceneRecord) -> Table:
 
 def _step_rows(
     scene: SceneRecord,
-    rows: pd.DataFrame,
+    rows: Rows,
     names: list[str],
     scales: dict[str, fmt.Scale],
     errors: list[str],
 ) -> list[tuple[Cell, ...]]:
     columns: list[list[Cell]] = [
-        [cells.method(method, scene=scene) for method in selection.texts(rows, "method")],
-        [cells.count(v) for v in selection.column(rows, "resolution")],
-        [cells.count(v + 1) for v in selection.column(rows, "step")],
+        [cells.method(method, scene=scene) for method in rows["method"]],
+        [cells.count(v) for v in rows["resolution"]],
+        [cells.count(v + 1) for v in rows["step"]],
     ]
     for name in names:
-        values = selection.column(rows, name)
+        values = rows[name]
         scaled = values * scales[name].factor
         columns.append([cells.number(fmt.number(v), v) for v in scaled])
     for name in errors:
-        values = selection.column(rows, f"error_{name}")
+        values = rows[f"error_{name}"]
         columns.append([cells.signed_error(v) for v in values])
-    columns.append([cells.count(v) for v in selection.column(rows, "iterations")])
+    columns.append([cells.count(v) for v in rows["iterations"]])
     return list(zip(*columns, strict=True))

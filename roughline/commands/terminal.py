@@ -80,7 +80,7 @@ def print_study(
 
     console = _console()
     for scene in record.scenes:
-        for note in doubtful(scene.plan.get("notes", [])):
+        for note in doubtful(scene.plan.notes):
             console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
@@ -120,7 +120,7 @@ def print_study(
     for table in findings:
         console.print()
         _print_rows(console, table)
-    proved = [scene.reference["proved"] for scene in record.scenes if "proved" in scene.reference]
+    proved = [known for scene in record.scenes if (known := scene.reference.proved)]
     if proved:
         console.print(tally(proved), markup=False, highlight=False)
     _print_path(console, record.directory / "report.html", record.seconds)

@@ -6,6 +6,7 @@ that cannot do it, a hostile title) and one rough ensemble (five realisations an
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +14,12 @@ import pandas as pd
 import pytest
 
 from comparisons.files import write_arrays
-from comparisons.judging.verdicts import judge
+from comparisons.judging.reference import Reference
+from comparisons.judging.verdicts import Verdict, judged
+from comparisons.results.reasons import explained
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord, StudyRecord, save_study
+from comparisons.solving.plan_record import MethodPlan, PlanRecord
 
 RADIUS, MODULUS = 0.01, 231e9
 DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])
@@ -99,36 +104,23 @@ def _one_surface(rows: pd.DataFrame) -> pd.DataFrame:
     return rows.assign(seconds_all=rows["seconds"], setup_seconds_all=rows["setup_seconds"])
 
 
-def measures_of(rows: pd.DataFrame, quantities: dict[str, str], tolerance: float) -> pd.DataFrame:
-    """Root mean square and largest error per method and resolution."""
+def verdicts_of(
+    rows: pd.DataFrame, quantities: dict[str, str], tolerance: float
+) -> tuple[Verdict, ...]:
+    """Return the verdicts on every method and resolution."""
     kept = rows[rows["step"].notna() & ~rows["realisation"].isin(["0", "1", "2", "3", "4"])]
     if kept.empty:
         kept = rows[rows["step"].notna()]
-    measures = []
+    verdicts = []
     for (method, resolution), group in kept.groupby(["method", "resolution"], sort=False):
         for name, at in quantities.items():
             error = group[f"error_{name}"].to_numpy()
             bar = group[f"reference_uncertainty_{name}"].to_numpy()
-            measures.append(
-                {
-                    "scene": group["scene"].iloc[0],
-                    "method": method,
-                    "resolution": resolution,
-                    "quantity": name,
-                    "at": at,
-                    "rms": np.sqrt(np.mean(error**2)),
-                    "maximum": np.abs(error).max(),
-                    "uncertainty": bar.max(),
-                    "low": (np.abs(error) - bar).max(),
-                    "high": (np.abs(error) + bar).max(),
-                    "verdict": judge(error, group[f"reference_uncertainty_{name}"], tolerance),
-                    "seconds": group["seconds"].iloc[0],
-                    "setup_seconds": group["setup_seconds"].iloc[0],
-                    "unknowns": group["unknowns"].iloc[0],
-                    "converged": True,
-                }
-            )
-    return pd.DataFrame(measures)
+            decided = vars(judged(error, bar, tolerance))
+            setting = {"method": method, "resolution": resolution, "tolerance": tolerance}
+            rms = np.sqrt(np.mean(error**2))
+            verdicts.append(Verdict(quantity=name, at=at, rms=rms, **setting, **decided))
+    return tuple(verdicts)
 
 
 def hertz_pressure(x: np.ndarray, y: np.ndarray, depth: float = DEPTHS[-1]) -> np.ndarray:
@@ -200,49 +192,50 @@ def written(folder: Path, stem: str, arrays: dict) -> dict[tuple[str, int], Path
 
 def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
     rows = sphere_rows(rng)
-    measures = measures_of(rows, {"force": "penetration", "contact_area": "penetration"}, 0.01)
+    verdicts = verdicts_of(rows, {"force": "penetration", "contact_area": "penetration"}, 0.01)
+    modelled = {
+        "closed_form": "Hertz' paraboloid on an elastic half-space",
+        "reduced": "a row of independent springs under the profile g(x) = x²/R",
+        "fem": "a quarter of a block, eight-node bricks, penalty contact",
+    }
+    cells = "an elastic half-space with uniform pressure on square cells"
     methods = [
-        {
-            "method": name,
-            "supported": True,
-            "reason": "",
-            "resolutions": list(spec[0]),
-            "modelled": {
-                "closed_form": "Hertz' paraboloid on an elastic half-space",
-                "reduced": "a row of independent springs under the profile g(x) = x²/R",
-                "fem": "a quarter of a block, eight-node bricks, penalty contact",
-            }.get(name, "an elastic half-space with uniform pressure on square cells"),
-        }
+        MethodPlan(name, True, "", spec[0], modelled.get(name, cells))
         for name, spec in SPHERE_METHODS.items()
     ]
     reason = "the surface is smooth: ContactMechanics takes rough maps only"
-    methods.append({"method": "contactmechanics", "supported": False, "reason": reason})
-    return SceneRecord(
-        name="steel-ball",
-        title=HOSTILE,
-        text='name = "steel-ball"\n[half_space]\neffective_modulus = 231e9 # </script><b>&\n',
-        control="penetration",
-        quantities=("force", "contact_area"),
-        tolerance=0.01,
-        plan={
-            "methods": methods,
-            "left_out": [
-                {"what": "friction", "why": "identical materials: no slip in normal contact"}
-            ],
-            "notes": ["The block is 12 contact radii wide; its far field is matched."],
-        },
-        reference={
-            "method": "closed_form",
-            "resolution": 1,
-            "text": "Hertz (Johnson 1985, eq. 4.22-4.24), exact.",
-            "uncertainty": {"force": 0.0, "contact_area": 0.0},
-        },
-        answer="For 1 % in force: reduced, 10 springs, 2 µs (BEM 20 ms, FEM 5 s); exact truth.",
-        disagreements=(),
-        rows=rows,
-        measures=measures,
-        fields=sphere_fields(folder),
+    methods.append(MethodPlan("contactmechanics", False, reason))
+    return whole(
+        SceneRecord(
+            name="steel-ball",
+            title=HOSTILE,
+            text='name = "steel-ball"\n[half_space]\neffective_modulus = 231e9 # </script><b>&\n',
+            control="penetration",
+            quantities=("force", "contact_area"),
+            tolerance=0.01,
+            plan=PlanRecord(
+                methods=tuple(methods),
+                left_out=(("friction", "identical materials: no slip in normal contact"),),
+                notes=("The block is 12 contact radii wide; its far field is matched.",),
+            ),
+            reference=Reference(
+                "closed_form",
+                1,
+                "Hertz (Johnson 1985, eq. 4.22-4.24), exact.",
+                {"force": 0.0, "contact_area": 0.0},
+            ),
+            answer="For 1 % in force: reduced, 10 springs, 2 µs (BEM 20 ms, FEM 5 s); exact truth.",
+            disagreements=(),
+            rows=Rows.of(rows),
+            verdicts=tuple(verdict for verdict in verdicts if verdict.method != "closed_form"),
+            fields=sphere_fields(folder),
+        )
     )
+
+
+def whole(scene: SceneRecord) -> SceneRecord:
+    """Return a scene with all its verdicts, as a study records them."""
+    return replace(scene, verdicts=explained(scene))
 
 
 ROUGH_METHODS = {
@@ -337,46 +330,35 @@ def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int]
 
 def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
     rows = rough_rows(rng)
-    kept = measures_of(rows, {"penetration": "force", "contact_area": "force"}, 0.05)
-    methods = [
-        {
-            "method": name,
-            "supported": True,
-            "reason": "",
-            "resolutions": [32, 64, 128],
-            "modelled": "five realisations",
-        }
-        for name in ROUGH_METHODS
-    ]
-    methods.append(
-        {
-            "method": "fem",
-            "supported": False,
-            "reason": "a rough patch of 64 x 64 points needs 10⁸ unknowns",
-        }
-    )
-    return SceneRecord(
-        name="rough-patch",
-        title="Self-affine patch, H = 0.8, five realisations",
-        text='name = "rough-patch"\n[surface]\nkind = "self_affine"\nseed = 1\n',
-        control="force",
-        quantities=("penetration", "contact_area"),
-        tolerance=0.05,
-        plan={"methods": methods, "left_out": [], "notes": []},
-        reference={
-            "method": "bem_fft",
-            "resolution": 128,
-            "text": "BEM (FFT) on 128 x 128 points, five surfaces.",
-            "uncertainty": {"penetration": 0.01, "contact_area": 0.02},
-            "sources": {"contact_area": {"discretisation": 0.016, "realisations": 0.012}},
-        },
-        answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
-        disagreements=(
-            "Contact area at the lowest load: bem_fft 64 and 128 differ by 4.1 %, bars 2 %.",
-        ),
-        rows=rows,
-        measures=kept[~((kept["method"] == "bem_fft") & (kept["resolution"] == 128))],
-        fields=rough_fields(folder, rng),
+    kept = verdicts_of(rows, {"penetration": "force", "contact_area": "force"}, 0.05)
+    levels = (32, 64, 128)
+    methods = [MethodPlan(name, True, "", levels, "five realisations") for name in ROUGH_METHODS]
+    reason = "a rough patch of 64 x 64 points needs 10⁸ unknowns"
+    methods.append(MethodPlan("fem", False, reason))
+    return whole(
+        SceneRecord(
+            name="rough-patch",
+            title="Self-affine patch, H = 0.8, five realisations",
+            text='name = "rough-patch"\n[surface]\nkind = "self_affine"\nseed = 1\n',
+            control="force",
+            quantities=("penetration", "contact_area"),
+            tolerance=0.05,
+            plan=PlanRecord(methods=tuple(methods)),
+            reference=Reference(
+                "bem_fft",
+                128,
+                "BEM (FFT) on 128 x 128 points, five surfaces.",
+                {"penetration": 0.01, "contact_area": 0.02},
+                {"contact_area": {"discretisation": 0.016, "realisations": 0.012}},
+            ),
+            answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
+            disagreements=(
+                "Contact area at the lowest load: bem_fft 64 and 128 differ by 4.1 %, bars 2 %.",
+            ),
+            rows=Rows.of(rows),
+            verdicts=tuple(v for v in kept if (v.method, v.resolution) != ("bem_fft", 128)),
+            fields=rough_fields(folder, rng),
+        )
     )
 
 

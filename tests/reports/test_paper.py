@@ -20,8 +20,12 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 import roughline
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
+from comparisons.judging.reference import NO_REFERENCE
+from comparisons.results import selection
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import deciding
+from comparisons.results.reasons import explained
+from comparisons.results.rows import NO_ROWS
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import overview, panels, single
 from reports.paper.files import write_paper
@@ -74,9 +78,9 @@ def test_curves_hold_the_numbers_of_the_results(ball):
     """Force over penetration, in the units of the axes (µm and N or kN)."""
     axes = drawn(ball, "force-penetration")
     line = next(curve for curve in axes.get_lines() if curve.get_label() == "closed form")
-    rows = ball.rows[ball.rows["method"] == "closed_form"]
+    rows = ball.rows.where(ball.rows["method"] == "closed_form")
     np.testing.assert_allclose(line.get_xdata(), rows["penetration"] * 1e6, rtol=1e-12)
-    ratio = line.get_ydata() / rows["force"].to_numpy()
+    ratio = line.get_ydata() / rows["force"]
     np.testing.assert_allclose(ratio, ratio[0], rtol=1e-12)
     assert axes.get_xlabel() == "penetration depth $d$\N{NO-BREAK SPACE}/\N{NO-BREAK SPACE}µm"
 
@@ -98,8 +102,7 @@ def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
     corners = band.get_paths()[0].vertices
     edge = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
     width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))
-    rows = rough.rows[(rough.rows["method"] == "bem_fft") & (rough.rows["resolution"] == 128)]
-    bar = rows.loc[rows["realisation"] == "mean", "reference_uncertainty_contact_area"].iloc[-1]
+    bar = selection.curve(rough, "bem_fft", 128)["reference_uncertainty_contact_area"][-1]
     np.testing.assert_allclose(width, 2 * bar, rtol=1e-6)
 
 
@@ -296,16 +299,10 @@ def test_hostile_results_are_drawn_as_text_and_written_inside_the_folder(small, 
 
 
 def test_a_scene_without_errors_has_only_curves(rough):
-    bare = replace(rough, measures=rough.measures.iloc[:0], reference={})
+    bare = replace(rough, verdicts=(), reference=NO_REFERENCE)
     assert all(not key.startswith("speed") for key in roughline.Comparison(bare).plots)
-    empty = replace(rough, measures=rough.measures.iloc[:0], rows=rough.rows.iloc[:0])
+    empty = replace(rough, verdicts=(), rows=NO_ROWS)
     assert overview(empty) is None
-
-
-def test_measures_without_their_verdict_column_are_no_verdicts(study, ball):
-    """A table that somebody cut is told as it is, and ends nothing."""
-    cut = replace(ball, measures=ball.measures.drop(columns="verdict"))
-    assert {row[3].text for row in printed_verdicts([cut]).rows} == {"no result"}
 
 
 def test_a_run_without_results_makes_no_empty_tables(study, tmp_path):
@@ -316,8 +313,10 @@ def test_a_run_without_results_makes_no_empty_tables(study, tmp_path):
 
 def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(study, tmp_path):
     """No curve, no error, no cost: there is nothing to draw, and the tables say so."""
-    lost = study.scenes[0].rows[study.scenes[0].rows["step"].isna()]
-    scene = replace(study.scenes[0], rows=lost, measures=study.scenes[0].measures[:0], reference={})
+    whole = study.scenes[0]
+    lost = whole.rows.where(np.isnan(whole.rows["step"]))
+    scene = replace(whole, rows=lost, verdicts=(), reference=NO_REFERENCE)
+    scene = replace(scene, verdicts=explained(scene))
     written = write_paper(replace(study, scenes=(scene,)), tmp_path / "out")
     assert {path.name for path in written if path.suffix == ".pdf"} == {"verdicts.pdf"}
     verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")

@@ -27,7 +27,8 @@ from comparisons.questions.claims.parameters import Side
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.solving.inquiries import Inquiry, curves
-from comparisons.solving.plan import MethodPlan, Plan
+from comparisons.solving.plan import Plan
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import plan_scene, refusal
 from comparisons.tasks.solution import Solved
 
@@ -284,10 +285,9 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     assert levels.finest is not None
     if name in FIELDS:
         measures = field_measures(plan, solved, claim.method, levels.finest, truth)
-        for measure in measures:
-            if measure["quantity"] == name:
-                bar = {"field": np.array([measure["bar"]])}
-                return interval(claim, name, np.array([measure["error"]]), bar)
+        for measured, error, bar in measures:
+            if measured == name:
+                return interval(claim, name, np.array([error]), {"field": np.array([bar])})
         reason = "no pressure field" if not measures else "the true pressure has no finite peak"
         return np.nan, np.nan, {"no result": reason}
     at = claim.at or main_axis(truth.axis, name)

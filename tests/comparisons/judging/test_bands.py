@@ -7,7 +7,7 @@ import pytest
 
 from comparisons.judging.bands import FEWEST
 from comparisons.judging.comparison import compare
-from comparisons.results.decisions import Verdict
+from comparisons.judging.verdicts import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -35,11 +35,9 @@ def outside(plan, lines, surface, grids=(1.0, 1.0)):
     task = task_of(plan, "reduced", 16, tuple(range(len(lines))))
     curves = np.asarray(lines)[:, None] * np.ones(steps)
     solved["reduced", 16] = Solution.of(task, {AREA: curves})
-    measures = compare(plan, solved, {}).measures
-    (row,) = measures[(measures.method == "reduced") & (measures["at"] == "force")].to_dict(
-        "records"
-    )
-    return row.get("outside_band")
+    verdicts = compare(plan, solved, {}).verdicts
+    (own,) = [v for v in verdicts if (v.method, v.at) == ("reduced", "force")]
+    return own.outside_band
 
 
 def test_a_surface_is_inside_or_outside_the_band_of_single_lines(plan):
@@ -57,8 +55,7 @@ def test_the_bar_of_the_surface_counts_for_it(plan):
 
 
 def test_few_lines_have_no_band(plan):
-    absent = outside(plan, np.arange(1.0, FEWEST), np.ones(5))
-    assert absent is None or np.isnan(absent)
+    assert outside(plan, np.arange(1.0, FEWEST), np.ones(5)) == ""
 
 
 @pytest.mark.parametrize(
@@ -72,7 +69,9 @@ def test_few_lines_have_no_band(plan):
     ],
 )
 def test_a_verdict_says_where_the_surface_lies(steps, words):
-    judged = Verdict(AREA, "force", "outside", 0.05, 4, 0.2, 0.01, 0.19, 0.21, outside_band=steps)
+    numbers = {"step": 4, "error": 0.2, "uncertainty": 0.01, "low": 0.19, "high": 0.21}
+    asked = {"quantity": AREA, "at": "force", "tolerance": 0.05}
+    judged = Verdict(word="outside", outside_band=steps, **asked, **numbers)
     assert judged.band == words
     expected = "load step 5, equal force"
     assert judged.where == expected + (f"; the lines' mean, the surface {words}" if words else "")

@@ -96,9 +96,9 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     expected = 0.001 * load / 4.0
     assert rows["error_tangential_displacement"].to_numpy() == pytest.approx(expected, abs=1e-12)
     assert np.ptp(rows["tangential_force"]) == 8.0
-    measures = result.measures[result.measures["resolution"] == 10]
-    assert list(measures["at"]) == ["step"]
-    assert float(measures["maximum"].iloc[0]) == pytest.approx(0.001, rel=1e-9)
+    (verdict,) = [verdict for verdict in result.verdicts if verdict.resolution == 10]
+    assert verdict.at == "step"
+    assert abs(verdict.error) == pytest.approx(0.001, rel=1e-9)
 
 
 @pytest.mark.usefixtures("sheared")

@@ -20,6 +20,7 @@ from comparisons.methods.normal import proved
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
+from comparisons.results.rows import Rows
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
@@ -205,13 +206,13 @@ def test_a_built_in_scene_may_be_given_physics_that_nothing_is_proved_of():
 def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     record = recorded()
     assert record.disagreements == ()
-    truth = record.rows[record.rows["resolution"] == 32]
-    assert np.isfinite(truth["force_lower"]).all()
+    sides = record.rows["force_lower"][record.rows["resolution"] == 32]
+    assert np.isfinite(sides).all()
     # force, stiffness and energy of two load steps; what it took, and what the truth took
-    proved = record.reference["proved"]
-    assert (proved["bars"], proved["missed"]) == (6, 0)
-    assert 0 < proved["width"] < 2e-5
-    assert min(proved["seconds"], proved["truth_seconds"]) > 0
+    proved = record.reference.proved
+    assert (proved.bars, proved.missed) == (6, 0)
+    assert 0 < proved.width < 2e-5
+    assert min(proved.seconds, proved.truth_seconds) > 0
     figure = curve(record, "penetration", "force")
     assert figure is not None
     assert PROVED in [band.label for band in figure.bands]
@@ -223,8 +224,8 @@ def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     assert "6 of 6 bars miss it" in curve(record, "penetration", "force").caption
     # another scene of the same study, of which nothing is proved, has the columns, too
     columns = {name: np.nan for name in record.rows if name.endswith(("_lower", "_upper"))}
-    reference = {key: entry for key, entry in record.reference.items() if key != "proved"}
-    other = replace(record, rows=record.rows.assign(**columns), reference=reference)
+    rows = Rows.of(record.rows.frame().assign(**columns))
+    other = replace(record, rows=rows, reference=replace(record.reference, proved=None))
     figure = curve(other, "penetration", "force")
     assert PROVED not in [band.label for band in figure.bands]
     assert "theorem" not in figure.caption
@@ -235,15 +236,15 @@ def test_every_reference_is_held_against_the_interval_not_only_the_best(monkeypa
     (plan,) = plan_scene(make_scene(scene, "ball", Path()))
     grids = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in (8, 16, 32)}
     solved = {("closed_form", 1): execute(task_of(plan, "closed_form", 1), 1), **grids}
-    assert record_scene(plan, solved).reference["proved"]["bars"] == 12
+    assert record_scene(plan, solved).reference.proved.bars == 12
     # bars that are a thousandth of what they are: the grid's miss, the closed form's do not
     narrow = Truth.bar
     monkeypatch.setattr(Truth, "bar", lambda self, *at, **kind: 1e-3 * narrow(self, *at, **kind))
     record = record_scene(plan, solved)
-    assert record.reference["method"] == "closed_form"
+    assert record.reference.method == "closed_form"
     missed = [text for text in record.disagreements if "misses the proved interval" in text]
     # a sentence for each of three quantities, whose bars miss at both loads
-    assert (len(missed), record.reference["proved"]["missed"]) == (3, 6)
+    assert (len(missed), record.reference.proved.missed) == (3, 6)
     assert all("bem_fft 32" in text for text in missed)
 
 
@@ -279,16 +280,16 @@ def quick_suite():
 @pytest.mark.skipif("ROUGHLINE_QUICK" not in os.environ, reason="needs a finished quick suite")
 def test_no_bar_of_the_quick_suite_misses_what_is_proved():
     """Each of them is a theorem's word against an estimate: a miss is a defect."""
-    documents = {s.name: s.reference["proved"] for s in quick_suite() if "proved" in s.reference}
+    proved = {s.name: s.reference.proved for s in quick_suite() if s.reference.proved}
     # eleven single contacts, each of some quantities at some load steps
-    assert len(documents) >= 11
-    assert sum(document["bars"] for document in documents.values()) >= 600
-    assert {name: d["missed"] for name, d in documents.items() if d["missed"]} == {}
+    assert len(proved) >= 11
+    assert sum(item.bars for item in proved.values()) >= 600
+    assert [name for name, item in proved.items() if item.missed] == []
 
 
-def test_a_run_counts_the_bars_that_are_held_against_theorems(tmp_path, capsys):
+def test_a_run_counts_the_bars_that_are_held_against_theorems(capsys):
     record = recorded()
     header = {"created": "", "command": "", "effort": "quick", "machine": {}, "versions": {}}
-    print_study(StudyRecord(tmp_path, seconds=1.0, scenes=(record, record), **header), [])
+    print_study(StudyRecord(seconds=1.0, scenes=(record, record), **header), [])
     said = " ".join(capsys.readouterr().out.split())
     assert "references of 2 scenes are held against theorems; no bar misses" in said

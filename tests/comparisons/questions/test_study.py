@@ -12,11 +12,13 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
+from comparisons.judging.reference import NO_REFERENCE
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerns
 from comparisons.questions import study as study_module
-from comparisons.questions.study import CURVES, Study
-from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
+from comparisons.questions.study import Study
+from comparisons.results.exports import MEASURES, TO_TAKE
+from comparisons.results.store import FIELDS, RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -85,7 +87,7 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     directory = tmp_path / "out"
     record = Study(ball, directory, command="roughline run test.toml", paraview=True).run()
     names = {path.name for path in directory.iterdir()}
-    assert names == {RESULTS, MEASURES, CURVES, STUDY, FIELDS}
+    assert names == {RESULTS, MEASURES, TO_TAKE, STUDY, FIELDS}
     assert len(list((directory / FIELDS).glob("*.npz"))) == 5
     assert len(list((directory / FIELDS).glob("*.vtu"))) == 2  # the grids
     assert not record.interrupted
@@ -127,10 +129,10 @@ def test_what_is_read_back_is_what_was_run(ball, tmp_path):
     record = Study(ball, tmp_path / "out").run()
     again = load_study(tmp_path / "out")
     (old,), (new,) = record.scenes, again.scenes
-    assert new.reference["method"] == "closed_form"
+    assert new.reference.method == "closed_form"
     assert new.answer == old.answer
     assert set(new.fields) == set(old.fields)
-    np.testing.assert_array_equal(new.measures["rms"], old.measures["rms"])
+    assert repr(new.verdicts) == repr(old.verdicts)
     assert "pressure" in new.load_fields("bem_fft", 12)
     assert load_scene(tmp_path_scene(tmp_path, new.text)) == load_scene(
         tmp_path_scene(tmp_path, old.text)
@@ -208,8 +210,8 @@ def test_theorems_are_asked_at_the_end_only(scene, tmp_path, monkeypatch):
             Study(plans, tmp_path).run()
     stopped = load_study(tmp_path).scenes
     finished = Study(plans, tmp_path, resume=True).run().scenes
-    assert not any("proved" in record.reference for record in stopped)
-    assert all(record.reference["proved"]["bars"] for record in finished)
+    assert not any(record.reference.proved for record in stopped)
+    assert all(record.reference.proved.bars for record in finished)
 
 
 def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
@@ -288,7 +290,7 @@ def test_an_interrupt_keeps_what_is_done_and_resuming_completes_it(ball, tmp_pat
     assert set(kept.loc[kept["step"].notna(), "method"]) == {"closed_form", "reduced"}
     record = load_study(tmp_path / "out")
     assert record.interrupted
-    assert record.scenes[0].reference["method"] == "closed_form"
+    assert record.scenes[0].reference.method == "closed_form"
     monkeypatch.setattr(study_module, "execute", execute)
     record = Study(ball, tmp_path / "out", resume=True).run()
     assert not record.interrupted
@@ -351,11 +353,11 @@ def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
     coarse = [replace(m, resolutions=(2, 4)) if m.supported else m for m in plan.methods]
     Study([replace(plan, methods=tuple(coarse))], tmp_path / "out", effort="full").run()
     record = load_study(tmp_path / "out").scenes[0]
-    assert record.reference["method"] == "bem_fft"
-    assert record.reference["resolution"] > 4
-    assert record.reference["uncertainty"]["force"] <= 0.02 / 5
-    (planned,) = [m for m in record.plan["methods"] if m["method"] == "bem_fft"]
-    assert planned["resolutions"][-1] == record.reference["resolution"]
+    assert record.reference.method == "bem_fft"
+    assert record.reference.resolution > 4
+    assert record.reference.uncertainty["force"] <= 0.02 / 5
+    (planned,) = [m for m in record.plan.methods if m.method == "bem_fft"]
+    assert planned.resolutions[-1] == record.reference.resolution
 
 
 # --- failures -------------------------------------------------------------------------------
@@ -400,9 +402,9 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
     square = {"shape": "square_punch", "side": 1e-3}
     only = scene(indenter=square, compare={"methods": ["reduced"], "resolutions": [10]})
     record = Study(plan_scene(only), tmp_path / "out").run()
-    assert record.scenes[0].reference == {}
+    assert record.scenes[0].reference == NO_REFERENCE
     assert "so no reference is available" in record.scenes[0].answer
-    assert load_study(tmp_path / "out").scenes[0].reference == {}
+    assert load_study(tmp_path / "out").scenes[0].reference == NO_REFERENCE
 
 
 # --- workers --------------------------------------------------------------------------------

@@ -14,47 +14,73 @@ from hypothesis import strategies as st
 from comparisons import machine
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
-from comparisons.judging.verdicts import judge, judged
+from comparisons.judging.reference import NO_REFERENCE, Bar, Reference
+from comparisons.judging.verdicts import Verdict, judge, judged, worst
 from comparisons.results.advice import advise, wide_truth
-from comparisons.results.decisions import asked_in_vain, verdicts, worst
+from comparisons.results.decisions import asked_in_vain, verdicts
 from comparisons.results.finding import finding
+from comparisons.results.reasons import explained
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
+from comparisons.solving.plan_record import PlanRecord
 from roughline.commands.app import run_command
 
 
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):
     """Make a record as a study would, from (method, N, |e|, seconds) of each quantity; u = 0."""
-    columns = ("method", "resolution", "maximum", "seconds", "quantity")
-    table = pd.DataFrame([(*row, "force")[:5] for row in rows], columns=columns)
-    verdict = np.where(table["maximum"] <= tolerance, "within", "outside")
-    measures = table.assign(at="penetration", verdict=verdict, uncertainty=0.0, step=2)
-    measures = measures.assign(low=table["maximum"], high=table["maximum"], rms=table["maximum"])
-    solved = table[["method", "resolution", "seconds"]].drop_duplicates()
-    solved = solved.assign(step=0, converged=True, force=1.0)
-    truth = {"method": method, "resolution": 64, "seconds": 2.0, "step": 0, "converged": True}
-    solved = pd.concat([solved, pd.DataFrame([truth])], ignore_index=True)
-    return SceneRecord(
+    rows = [(*row, "force")[:5] for row in rows]
+    verdicts = tuple(
+        Verdict(
+            word="within" if e <= tolerance else "outside",
+            method=name,
+            resolution=n,
+            quantity=quantity,
+            at="penetration",
+            tolerance=tolerance,
+            step=2,
+            error=e,
+            signed=False,
+            uncertainty=0.0,
+            low=e,
+            high=e,
+            rms=e,
+        )
+        for name, n, e, _, quantity in rows
+    )
+    truth = (method, 64, None, 2.0)
+    solved = [
+        {"method": name, "resolution": n, "seconds": seconds, "seconds_all": seconds}
+        for name, n, _, seconds, *_ in dict.fromkeys(row[:4] for row in (*rows, truth))
+    ]
+    table = pd.DataFrame(solved).assign(step=0, converged=True, force=1.0)
+    table.loc[table["resolution"] == 64, "force"] = np.nan
+    made = SceneRecord(
         name="scene",
         title="Scene",
         text="",
         control="penetration",
         quantities=quantities,
         tolerance=tolerance,
-        plan={},
-        reference={
-            "method": method,
-            "resolution": 64,
-            "text": "The truth.",
-            "uncertainty": dict.fromkeys(quantities, bar),
-            "bars": {name: {"bar": bar, "step": 1} for name in quantities},
-        },
+        plan=PlanRecord(),
+        reference=Reference(
+            *(method, 64, "The truth."),
+            uncertainty=dict.fromkeys(quantities, bar),
+            bars={name: Bar(bar, 1) for name in quantities},
+        ),
+        verdicts=verdicts,
         answer="",
         disagreements=(),
-        rows=solved.assign(seconds_all=solved["seconds"]),
-        measures=measures,
+        rows=Rows.of(table),
     )
+    return recorded(made)
+
+
+def recorded(made, **changes):
+    """Return a changed record with the reasons for what is missing."""
+    made = replace(made, **changes)
+    return replace(made, verdicts=explained(made))
 
 
 # --- the sentence ----------------------------------------------------------------------------
@@ -103,28 +129,30 @@ def test_a_coarse_grid_that_is_right_by_chance_is_no_way_to_get_there():
 
 
 def test_the_sentence_admits_what_is_not_known():
-    unknown = advise(record([("reduced", 10, 0.2, 1e-3)], "bem_fft", None))
+    unknown = advise(record([("reduced", 10, 0.2, 1e-3)], "bem_fft", np.nan))
     assert "no setting that was run is within tolerance" in unknown.sentence
     assert "its error is not known" in unknown.sentence
     assert unknown.cheapest is None
     assert "Nothing else was run" in advise(record([])).sentence
-    nothing = replace(record([]), reference={})
+    nothing = recorded(record([]), reference=NO_REFERENCE)
     assert "so no reference is available" in advise(nothing).sentence
 
 
 def test_the_sentence_says_how_many_surfaces_were_solved_on_which_grid():
     many = record([("reduced", 10, 0.001, 1e-3)], "bem_fft", 0.02)
     numbers = {16: 50, 32: 25, 64: 10}
-    means = pd.concat([many.rows[many.rows["method"] == "bem_fft"]] * 3, ignore_index=True)
+    table = many.rows.frame()
+    means = pd.concat([table[table["method"] == "bem_fft"]] * 3, ignore_index=True)
     means = means.assign(resolution=[*numbers], surfaces=[*numbers.values()], realisation="mean")
-    said = advise(replace(many, rows=pd.concat([many.rows, means]))).sentence
+    said = advise(recorded(many, rows=Rows.of(pd.concat([table, means])))).sentence
     assert "(N = 64, mean over 50 + 25 + 10 surfaces), known to 2.0\u202f%" in said
 
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
     rows = record([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
-    wide = rows.measures.assign(verdict="not resolved", uncertainty=0.05, low=-0.02, high=0.06)
-    advice = advise(replace(rows, measures=wide))
+    wide = {"word": "not resolved", "uncertainty": 0.05, "low": -0.02, "high": 0.06}
+    verdicts = tuple(replace(verdict, **wide) for verdict in rows.verdicts)
+    advice = advise(replace(rows, verdicts=verdicts))
     assert "no setting that was run is within tolerance" in advice.sentence
     assert "not resolved: " in advice.sentence
     assert "FEM (force 0.4 ± 5.0\u202f% at load step 3, N = 4)" in advice.sentence
@@ -157,8 +185,7 @@ def test_what_one_method_does_not_give_is_a_dash_and_what_none_gives_is_said():
     advice = advise(rows)
     assert advice.cheapest is None
     assert worst(verdicts(rows)).word == "within"
-    reference = rows.reference | {"bars": {"force": {"bar": 0.0, "step": 0}}}
-    nobody = replace(rows, reference=reference)
+    nobody = recorded(rows, reference=replace(rows.reference, bars={"force": Bar(0.0, 0)}))
     advice = advise(nobody)
     assert advice.cheapest.method == "reduced"
     assert worst(verdicts(nobody)).word == "within"
@@ -264,8 +291,9 @@ def test_input_errors_are_value_errors_and_survive_a_pickle():
 def physics(table, *rows, low=None):
     """Make a scene of a family by its table, from (quantity, |e|) of the reduced model."""
     made = record([("reduced", 10, e, 1e-3, q) for q, e in rows], quantities=("force", "stiffness"))
-    measures = made.measures if low is None else made.measures.assign(low=low)
-    return replace(made, name=f"{table}-{rows[0][1]}", text=f"[{table}]\n", measures=measures)
+    changed = {} if low is None else {"low": low, "word": "not resolved"}
+    verdicts = tuple(replace(v, **changed) if v.word != "no result" else v for v in made.verdicts)
+    return replace(made, name=f"{table}-{rows[0][1]}", text=f"[{table}]\n", verdicts=verdicts)
 
 
 def test_a_family_is_answered_only_as_far_as_was_shown():

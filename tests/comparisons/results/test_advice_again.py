@@ -38,15 +38,14 @@ def stored():
 def change_again(plan, record, setting):
     """Solve a setting again; return the largest relative change of each judged quantity."""
     rows = selection.solved_rows(record, setting.method)
-    rows = rows[selection.column(rows, "resolution") == setting.resolution]
-    single = rows[[text != selection.MEAN for text in selection.texts(rows, "realisation")]]
-    surfaces = sorted(set(selection.column(single, "realisation").astype(int)))[:AGAIN]
+    single = (rows["resolution"] == setting.resolution) & (rows["realisation"] != selection.MEAN)
+    rows = rows.where(single)
+    surfaces = sorted(set(rows["realisation"].astype(int)))[:AGAIN]
     solution = execute(task_of(plan, setting.method, setting.resolution, tuple(surfaces)), 1)
     changes = {}
     for name in {verdict.quantity for verdict in setting.counted} - set(FIELDS):
         for row, surface in enumerate(surfaces):
-            before = single[selection.column(single, "realisation") == surface]
-            values = selection.column(before, name)
+            values = rows[name][rows["realisation"] == str(surface)]
             change = np.abs(solution.quantities[name][row] / values - 1)
             changes[name] = max(changes.get(name, 0.0), float(np.max(change)))
     return changes

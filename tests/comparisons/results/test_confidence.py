@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import pandas as pd
 import pytest
 
+from comparisons.judging.reference import Reference
 from comparisons.questions import calibration, rough_calibration
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS, confidence
 from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
+from comparisons.solving.plan_record import PlanRecord
 from reports.tables.problems import sheet_text
 
 
 def record(name, method="bem_fft"):
     scene = load_scene(name)
-    none = pd.DataFrame()
     return SceneRecord(
         *(name, name, scene.text, "force", scene.compare.quantities, 0.01),
-        *({}, {"method": method}, "", (), none, none),
+        *(PlanRecord(), Reference(method, 1, ""), (), "", ()),
     )
 
 

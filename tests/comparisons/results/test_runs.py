@@ -8,6 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.judging.reference import Reference
+from comparisons.judging.verdicts import Verdict
+from comparisons.results.rows import Rows
 from comparisons.results.runs import (
     CHANGED,
     LOST,
@@ -19,6 +22,7 @@ from comparisons.results.runs import (
     compare_runs,
 )
 from comparisons.results.store import SceneRecord, StudyRecord
+from comparisons.solving.plan_record import PlanRecord
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6])
 
@@ -41,8 +45,8 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
         for method, resolution in (("reduced", 40), ("bem_fft", 20))
         for step, depth in enumerate(DEPTHS)
     ]
-    measure = {"method": "reduced", "resolution": 40, "quantity": "force", "at": "penetration"}
-    measures = [measure | {"maximum": 0.002, "verdict": verdict}]
+    setting = {"method": "reduced", "resolution": 40, "tolerance": 0.01}
+    judged = Verdict(quantity="force", at="penetration", word=verdict, error=0.002, **setting)
     scene = SceneRecord(
         name="ball",
         title="Ball",
@@ -50,12 +54,12 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
         control="penetration",
         quantities=("force", "penetration"),
         tolerance=0.01,
-        plan={},
-        reference={"method": "bem_fft", "resolution": 20},
+        plan=PlanRecord(),
+        reference=Reference("bem_fft", 20, ""),
+        verdicts=(judged,),
         answer="",
         disagreements=(),
-        rows=pd.DataFrame(rows),
-        measures=pd.DataFrame(measures),
+        rows=Rows.of(pd.DataFrame(rows)),
     )
     record = StudyRecord(
         directory=tmp_path,
@@ -145,7 +149,7 @@ def test_a_scene_that_was_only_laid_out_differently_is_the_same(tmp_path):
 
 def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):
     after = study(tmp_path, versions={"numpy": "3.0"})
-    scene = replace(after.scenes[0], text="other", reference={"method": "fem", "resolution": 6})
+    scene = replace(after.scenes[0], text="other", reference=Reference("fem", 6, ""))
     other = replace(after.scenes[0], name="cone")
     record = compare_runs(study(tmp_path), replace(after, scenes=(scene, other)))
     assert record.notes == (

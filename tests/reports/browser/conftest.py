@@ -6,7 +6,7 @@ import shutil
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -150,22 +150,6 @@ def visited(
     visit.settled()
     yield visit
     context.close()
-
-
-@pytest.fixture(scope="session")
-def study(study):
-    """Return the synthetic study with the ends of its errors, as every newer folder has them."""
-    scenes = tuple(
-        replace(
-            scene,
-            measures=scene.measures.assign(
-                low=scene.measures["maximum"] - scene.measures["uncertainty"],
-                high=scene.measures["maximum"] + scene.measures["uncertainty"],
-            ),
-        )
-        for scene in study.scenes
-    )
-    return replace(study, scenes=scenes)
 
 
 @pytest.fixture(scope="session")

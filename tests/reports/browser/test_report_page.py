@@ -200,10 +200,11 @@ def test_tables_are_saved_as_they_are_shown_with_every_digit(followed, study, tm
     path = seen.save(f"#scene-1 .table-tools button[aria-label='{name}']", tmp_path)
     rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
     assert [row["N"] for row in rows] == ["40", "20", "10"]
-    measures = study.scenes[0].measures
-    own = measures[(measures["method"] == "reduced") & (measures["quantity"] == "force")]
+    scene = study.scenes[0]
+    own = [v for v in scene.verdicts if (v.method, v.quantity) == ("reduced", "force")]
+    own.sort(key=lambda verdict: -verdict.resolution)
     assert [float(row["error of force"]) for row in rows] == pytest.approx(
-        own.sort_values("resolution", ascending=False)["maximum"].tolist(), rel=1e-7
+        [verdict.error for verdict in own], rel=1e-7
     )
     assert [float(row["time / s"]) for row in rows] == pytest.approx([3.92e-6, 2.8e-6, 2e-6])
     assert "uncertainty of error of force" in rows[0]

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.results.rows import Rows
 from comparisons.results.runs import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page
@@ -46,8 +48,8 @@ def of_hard_cases(study) -> str:
 def of_two_runs(study) -> str:
     """Return the page of a study before and after FEM became a thousand times slower."""
     scene = study.scenes[0]
-    slower = scene.rows["seconds"].where(scene.rows["method"] != "fem", 1000.0)
-    changed = replace(scene, rows=scene.rows.assign(seconds=slower))
+    slower = np.where(scene.rows["method"] == "fem", 1000.0, scene.rows["seconds"])
+    changed = replace(scene, rows=Rows.of(scene.rows.frame().assign(seconds=slower)))
     later = replace(study, scenes=(changed, *study.scenes[1:]))
     return comparison_page(compare_runs(study, later, 1e-6, 1.5), "roughline compare A B")
 

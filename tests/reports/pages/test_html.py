@@ -8,12 +8,17 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.judging.verdicts import judge
+from comparisons.judging.reference import NO_REFERENCE
+from comparisons.judging.verdicts import judge, worst
 from comparisons.results.advice import advise
-from comparisons.results.decisions import second_rows, verdicts, worst
+from comparisons.results.decisions import second_rows, verdicts
+from comparisons.results.reasons import explained
+from comparisons.results.rows import NO_ROWS, Rows
+from comparisons.solving.plan_record import PlanRecord
 from reports.pages import study as html
 from reports.pages.page import embedded_json
 from reports.tables import scene as tables
@@ -216,24 +221,25 @@ def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):
 
 def test_a_reduced_model_without_a_result_says_why(study):
     scene = study.scenes[0]
-    lost = replace(scene, measures=scene.measures[scene.measures["method"] != "reduced"])
+    lost = tuple(item for item in scene.verdicts if item.method != "reduced")
+    lost = recorded(scene, verdicts=lost)
     assert {item.word for item in verdicts(lost)} == {"no result"}
     assert "no value of the reduced model" in verdicts(lost)[0].reason
-    silent = replace(lost, rows=lost.rows[lost.rows["method"] != "reduced"])
+    silent = recorded(lost, rows=lost.rows.where(lost.rows["method"] != "reduced"))
     assert "not computed by the method" in verdicts(silent)[0].reason
+
+
+def recorded(scene, **changes):
+    """Return a changed scene with the reasons for what is missing."""
+    other = replace(scene, **changes)
+    return replace(other, verdicts=explained(other))
 
 
 def bare(study, **changes):
     """Return a study of one scene of which nothing is known but its name."""
-    empty = {
-        "rows": pd.DataFrame(columns=["scene", "method"]),
-        "measures": pd.DataFrame(columns=["scene"]),
-        "plan": {},
-        "reference": {},
-        "fields": {},
-        "answer": "",
-    }
-    scene = replace(study.scenes[0], **(empty | changes))
+    empty = {"rows": NO_ROWS, "verdicts": (), "fields": {}, "answer": ""}
+    empty |= {"plan": PlanRecord(), "reference": NO_REFERENCE}
+    scene = recorded(study.scenes[0], **(empty | changes))
     return replace(study, scenes=(scene,), machine={}, interrupted=True)
 
 
@@ -246,22 +252,20 @@ def test_a_scene_without_results_still_makes_a_page(study):
 
 def test_all_solves_failed(study):
     rows = study.scenes[0].rows
-    lost = rows[rows["step"].isna()]
+    lost = rows.where(np.isnan(rows["step"]))
     page = Page(html.page(bare(study, rows=lost, plan=study.scenes[0].plan), with_pictures=False))
     assert "active set cycled" in page.text
 
 
 def test_unknown_methods_are_drawn_in_grey(study):
     scene = study.scenes[0]
-    rows, measures = scene.rows.copy(), scene.measures.copy()
-    for table in (rows, measures):
-        table["method"] = table["method"].replace({"bem_fft": "tamaas <2>"})
-    page = Page(
-        html.page(
-            replace(study, scenes=(replace(scene, rows=rows, measures=measures),)),
-            with_pictures=False,
-        )
+    table = scene.rows.frame()
+    rows = Rows.of(table.assign(method=table["method"].replace({"bem_fft": "tamaas <2>"})))
+    verdicts = tuple(
+        replace(v, method="tamaas <2>") if v.method == "bem_fft" else v for v in scene.verdicts
     )
+    renamed = recorded(scene, rows=rows, verdicts=verdicts)
+    page = Page(html.page(replace(study, scenes=(renamed,)), with_pictures=False))
     traces = [t for figure in page.figures.values() for t in figure["data"]]
     peers = [t for t in traces if t.get("name") == "tamaas &lt;2&gt;"]
     assert peers
@@ -280,9 +284,10 @@ def test_the_file_is_written_whole(study, tmp_path):
 def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     """Contact area at equal penetration is within; at equal force it would be outside."""
     scene = study.scenes[0]
-    area = scene.measures[scene.measures["quantity"] == "contact_area"]
-    other = area.assign(at="force", maximum=0.5, low=0.5, high=0.5, verdict="outside")
-    both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
+    far = {"at": "force", "error": 0.5, "low": 0.5, "high": 0.5, "word": "outside"}
+    area = [item for item in scene.verdicts if item.quantity == "contact_area"]
+    other = tuple(replace(item, **far) for item in area if item.word != "no result")
+    both = replace(scene, verdicts=scene.verdicts + other)
     (area,) = [item for item in verdicts(both) if item.quantity == "contact_area"]
     assert (area.at, area.word) == ("penetration", "within")
     assert worst(verdicts(both)).word == "within"
@@ -294,8 +299,9 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
 
 def test_lost_solves_are_listed_once_with_their_steps(study):
     scene = study.scenes[0]
-    lost = scene.rows[scene.rows["step"].isna() & (scene.rows["method"] == "bem_dense")]
+    table = scene.rows.frame()
+    lost = table[table["step"].isna() & (table["method"] == "bem_dense")]
     steps = pd.concat([lost.assign(step=n, penetration=1e-6 * n) for n in (1, 2, 3)])
-    rows = pd.concat([scene.rows[~scene.rows.index.isin(lost.index)], steps])
-    (line,) = tables.lost_solves(replace(scene, rows=rows))
+    rows = pd.concat([table.drop(index=lost.index), steps])
+    (line,) = tables.lost_solves(replace(scene, rows=Rows.of(rows)))
     assert line.startswith("dense BEM, N = 20, 3 load steps: active set cycled")

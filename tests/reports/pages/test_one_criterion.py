@@ -13,12 +13,13 @@ import pytest
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.judging.verdicts import judge
+from comparisons.judging.verdicts import judge, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.decisions import equal_at, verdicts, worst
+from comparisons.results.decisions import equal_at, verdicts
 from comparisons.results.finding import NOTHING, finding
+from comparisons.results.reasons import explained
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
@@ -82,7 +83,7 @@ def scene(request):
 
 
 def study_of(scene, folder):
-    return StudyRecord(folder, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    return StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,), directory=folder)
 
 
 def rows_of(table):
@@ -127,11 +128,9 @@ def assert_one_voice(scene, folder, capsys):
 
 def assert_times_were_measured(scene, advice):
     """Every time in the sentence is that of all solves of the setting whose N stands beside it."""
-    rows = scene.rows[scene.rows["resolution"].notna()]
-    run = {
-        (fmt.duration(row.seconds_all), int(row.resolution))
-        for row in rows[["seconds_all", "resolution"]].itertuples()
-    }
+    rows = scene.rows.where(np.isfinite(scene.rows["resolution"]))
+    times = map(fmt.duration, rows["seconds_all"])
+    run = set(zip(times, rows["resolution"].astype(int).tolist(), strict=True))
     said = re.findall(r"(\d[\d.]*\u202f[mµn]?s) \(N = (\d+)", advice.sentence)
     assert {(time, int(level)) for time, level in said} <= run
     assert len(said) == len(advice.reaching())
@@ -168,8 +167,8 @@ def test_the_prescribed_load_decides(scene):
         for item in setting.counted:
             if item.quantity == "pressure":
                 continue
-            error = selection.column(rows, f"error_{item.quantity}")
-            bar = selection.column(rows, f"reference_uncertainty_{item.quantity}")
+            error = rows[f"error_{item.quantity}"]
+            bar = rows[f"reference_uncertainty_{item.quantity}"]
             assert item.word == judge(error, bar, scene.tolerance)
             reach = np.abs(error) + bar
             assert reach[item.step] == pytest.approx(np.max(reach), rel=1e-8)
@@ -209,8 +208,7 @@ def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
     scene = solved("ellipsoid-2", COARSE | {"compare.quantities": ["force", "contact_area"]})
     assert worst(verdicts(scene)).word == "within"
     assert advise(scene).cheapest.method == "reduced"
-    other = scene.measures[(scene.measures["at"] == "force")]
-    assert "outside" in set(other["verdict"])
+    assert "outside" in {item.word for item in scene.verdicts if item.at == "force"}
 
 
 def test_a_method_without_an_asked_quantity_is_not_advised():
@@ -238,7 +236,8 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
     few = {"compare.methods": ["reduced", "bem_fft"], "compare.resolutions": [32]}
     scene = solved("square-punch", few | {"compare.quantities": ["force", "pressure"]})
     assert advise(scene).unanswered == {}
-    unknown = replace(scene, reference=scene.reference | {"bars": {}})
+    unknown = replace(scene, reference=replace(scene.reference, bars={}))
+    unknown = replace(unknown, verdicts=explained(unknown))
     assert "pressure" in advise(unknown).unanswered
 
 

@@ -65,8 +65,11 @@ def test_times_to_an_error_are_those_of_settings_that_were_run(study):
 def test_a_bar_too_wide_is_no_certainty(study):
     """A setting whose error is small counts only where error and bar together are."""
     scene = study.scenes[0]
-    wide = scene.measures.assign(uncertainty=0.5, high=scene.measures["maximum"] + 0.5)
-    advice = advise(replace(scene, measures=wide))
+    wide = tuple(
+        replace(v, uncertainty=0.5, high=abs(v.error) + 0.5, word="not resolved")
+        for v in scene.verdicts
+    )
+    advice = advise(replace(scene, verdicts=wide))
     chosen = advice.cheapest_for(0.2)
     assert all(part is None for method, part in chosen.items() if method != "closed_form")
 

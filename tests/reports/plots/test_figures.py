@@ -11,6 +11,7 @@ import pytest
 
 from comparisons.facts.methods import BUILT_IN, ours
 from comparisons.results import selection
+from comparisons.results.rows import Rows
 from reports.plots import curves, errors, maps, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
@@ -98,10 +99,10 @@ def test_curves_that_coincide_are_shown_as_ratios_too(study):
     scene = study.scenes[0]
     shown = {figure.key: figure for figure in curves.curves(scene)}
     (trace,) = traces(shown["ratio-force"], "FFT BEM")
-    error = selection.column(selection.curve(scene, "bem_fft"), "error_force")
+    error = selection.curve(scene, "bem_fft")["error_force"]
     np.testing.assert_allclose(trace["y"], 1 + error, rtol=1e-5)  # six digits in the page
     assert "ratios" in shown["curve-force"].caption
-    far = replace(scene, rows=scene.rows.assign(error_force=0.2))
+    far = replace(scene, rows=Rows.of(scene.rows.frame().assign(error_force=0.2)))
     assert "ratio-force" not in {figure.key for figure in curves.curves(far)}
 
 
@@ -144,8 +145,9 @@ def test_errors_of_all_quantities_share_their_limits(study):
 def test_what_is_below_the_axis_is_an_arrow_at_its_foot(study):
     """Round-off is no value: no point stands on the axis, and the lowest tick says "at most"."""
     scene = study.scenes[0]
-    tiny = scene.rows["error_force"].where(scene.rows["method"] != "reduced", 1e-13)
-    figure = errors.errors(replace(scene, rows=scene.rows.assign(error_force=tiny)))[0]
+    tiny = np.where(scene.rows["method"] == "reduced", 1e-13, scene.rows["error_force"])
+    rows = Rows.of(scene.rows.frame().assign(error_force=tiny))
+    figure = errors.errors(replace(scene, rows=rows))[0]
     points, arrows = traces(figure, "reduced model")
     layout = spec(figure)["layout"]["yaxis"]
     foot = 10 ** layout["range"][0]
@@ -205,8 +207,8 @@ def test_the_reference_is_marked_at_its_own_uncertainty(study):
 def test_an_error_below_the_bar_of_the_reference_is_no_achievement(study):
     """The reference is known to 1 %: errors of 0.1 % are arrows there, where the front ends."""
     scene = study.scenes[1]
-    measures = scene.measures.assign(maximum=1e-3)
-    figure = speed.speed(replace(scene, measures=measures))[0]
+    verdicts = tuple(replace(item, error=1e-3) for item in scene.verdicts)
+    figure = speed.speed(replace(scene, verdicts=verdicts))[0]
     (points, arrows) = traces(figure, "reduced model")
     assert points["y"] == [None, None, None]
     assert arrows["y"] == [0.01, 0.01, 0.01]
@@ -223,10 +225,11 @@ def test_a_method_that_is_compared_with_itself_is_marked(study):
 def test_the_end_of_the_premise_of_rough_lines_is_marked(study):
     """A = 0.9 A0 (F / 10 uN)^0.95: a tenth of the apparent area at 0.99 uN."""
     scene = study.scenes[1]
-    truth = (scene.rows["method"] == "bem_fft").to_numpy()
+    truth = scene.rows["method"] == "bem_fft"
     area = np.where(truth, 0.9e-12 * (scene.rows["force"] / 1e-5) ** 0.95, 1e-14)
-    rows = scene.rows.assign(contact_area=area, contact_length=np.where(truth, np.nan, 1e-7))
-    for figure in errors.errors(replace(scene, rows=rows)):
+    length = np.where(truth, np.nan, 1e-7)
+    rows = scene.rows.frame().assign(contact_area=area, contact_length=length)
+    for figure in errors.errors(replace(scene, rows=Rows.of(rows))):
         assert [guide.value for guide in figure.guides] == pytest.approx([9.9e-7], rel=1e-3)
         assert "premise of rough lines has ended" in figure.caption
     for figure in errors.errors(scene):  # no lines
@@ -297,4 +300,4 @@ def test_an_axis_of_errors_has_one_unit():
 
 def test_a_setting_without_any_answer_has_no_curve(study):
     """As where the finest grid lost all its steps; the page then ended in an error."""
-    assert selection.curve(study.scenes[0], "reduced", 10**6).empty
+    assert not len(selection.curve(study.scenes[0], "reduced", 10**6))

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.judging.reference import Reference
+from comparisons.judging.verdicts import Verdict
 from comparisons.results import selection
+from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
+from comparisons.solving.plan_record import PlanRecord
 from reports.plots import curves, errors, speed
 from reports.plots.interactive import spec
 from reports.tables import scene as tables
@@ -28,16 +33,14 @@ def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRec
         frame[f"error_{name}"] = (factor - 1) * values / scale if level > 1 else np.nan
         frame[f"reference_uncertainty_{name}"] = bar
         frames.append(frame.assign(seconds=1e-3, seconds_all=1e-3, setup_seconds=0.0))
-    measure = {"scene": "s", "method": "reduced", "resolution": 40, "quantity": name, "at": axis}
-    measure |= {"maximum": 0.01, "rms": 0.005, "uncertainty": bar, "seconds": 1e-3}
-    measure |= {"low": 0.01 - bar, "high": 0.01 + bar}
+    error = {"error": 0.01, "rms": 0.005, "uncertainty": bar, "low": 0.01 - bar, "high": 0.01 + bar}
+    setting = {"method": "reduced", "resolution": 40, "quantity": name, "at": axis}
+    verdict = Verdict(word="within", tolerance=0.05, signed=False, **setting, **error)
     return SceneRecord(
-        *("s", "S", "", control, (name,), 0.05, {"methods": []}),
-        {"method": "closed_form", "resolution": 1, "text": "", "uncertainty": {name: bar}},
-        "",
-        (),
-        pd.concat(frames, ignore_index=True),
-        pd.DataFrame([measure | {"setup_seconds": 0.0, "verdict": "within", "converged": True}]),
+        *("s", "S", "", control, (name,), 0.05, PlanRecord()),
+        Reference("closed_form", 1, "", {name: bar}),
+        *((verdict,), "", ()),
+        rows=Rows.of(pd.concat(frames, ignore_index=True)),
         axis=axis,
     )
 
@@ -102,12 +105,10 @@ def test_speeds_over_decades_take_a_logarithmic_axis():
 
 
 def test_a_lost_step_of_a_path_is_told_at_its_step(loop):
-    rows = loop.rows.copy()
+    rows = loop.rows.frame()
     rows.loc[(rows["method"] == "reduced") & (rows["step"] == 4), "converged"] = False
     rows.loc[~rows["converged"], "reason"] = "it slides away"
-    (failure,) = selection.failures(
-        SceneRecord(**{**vars(loop), "rows": rows})  # vars: the fields as they are
-    )
+    (failure,) = selection.failures(replace(loop, rows=Rows.of(rows)))
     assert (failure.load, failure.reason) == (5.0, "it slides away")
 
 

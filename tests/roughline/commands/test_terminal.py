@@ -12,6 +12,7 @@ from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
+from comparisons.results.rows import NO_ROWS
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
 from roughline.commands import terminal
@@ -64,9 +65,9 @@ def test_titles_are_printed_as_they_are(capsys, plans, record, tmp_path):
 
 def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     (scene,) = record.scenes
-    reference = scene.reference | {"text": "[/] truth."}
-    odd = replace(scene, reference=reference, measures=scene.measures.iloc[:0])
-    odd = replace(odd, rows=odd.rows.iloc[:0], disagreements=("[/red] they differ",))
+    reference = replace(scene.reference, text="[/] truth.")
+    odd = replace(scene, reference=reference, verdicts=(), rows=NO_ROWS)
+    odd = replace(odd, disagreements=("[/red] they differ",))
     lost = [(task_of(plans), f"[/bold] broke {k}") for k in range(14)] * 2
     terminal.print_study(replace(record, scenes=(odd,)), lost, verbose=True)
     told = capsys.readouterr().out

@@ -58,10 +58,11 @@ def test_springs_agree_with_the_closed_form_over_speeds(hit):
     result = compare(plan, solved_in_memory(plan, "quick")[1], {})
     assert result.truth is not None
     assert result.truth.method == "closed_form"
-    finest = result.measures[result.measures["resolution"] == 40]
-    assert set(finest["quantity"]) == {"restitution", "contact_duration", "penetration"}
-    assert set(finest["at"]) == {"velocity"}
-    assert finest["maximum"].max() < 1e-3
+    finest = [verdict for verdict in result.verdicts if verdict.resolution == 40]
+    judged = {verdict.quantity for verdict in finest}
+    assert judged == {"restitution", "contact_duration", "penetration"}
+    assert {verdict.at for verdict in finest} == {"velocity"}
+    assert max(abs(verdict.error) for verdict in finest) < 1e-3
     rows = result.rows[result.rows["method"] == "reduced"]
     assert np.isfinite(rows["velocity"]).all()
 

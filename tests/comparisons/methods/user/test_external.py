@@ -16,6 +16,7 @@ from comparisons.facts.methods import GROUP, METHODS
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.judging.truth import truths
+from comparisons.judging.verdicts import worst
 from comparisons.methods import registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
@@ -31,7 +32,7 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.decisions import judged_methods, verdicts, worst
+from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
@@ -153,7 +154,7 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
     arguments += ["--methods", ",".join(["closed_form", "reduced", *names])]
     assert run_command([*arguments, "--method-file", str(bad), *limits]) == 1
     assert "lost" in capsys.readouterr().out
-    rows = load_study(tmp_path / "out").scenes[0].rows
+    rows = load_study(tmp_path / "out").scenes[0].rows.frame()
     planned = rows["reason"] != "not asked for"
     lost = rows[~rows["converged"] & planned].groupby("method")
     steps = rows[rows["method"] == "fine"]["step"].nunique()
@@ -554,7 +555,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(*solved_in_memory(plan, "quick"))
     assert judged_methods(scene) == ["reduced", "winkler"]
-    study = StudyRecord(tmp_path, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    study = StudyRecord("2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
     print_study(study, [], verbose=True)
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]

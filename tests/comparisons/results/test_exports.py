@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 import roughline
-from comparisons.questions.study import CURVES
+from comparisons.results.exports import TO_TAKE
 
 HERTZ = {
     "name": "ball",
@@ -22,7 +22,7 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
     """F = (4/3) E* R^(1/2) d^(3/2), A = pi R d."""
     methods = ["reduced", "closed_form"]
     found = roughline.Study(HERTZ, tmp_path / "out", methods=methods).run()
-    table = pd.read_csv(tmp_path / "out" / CURVES)
+    table = pd.read_csv(tmp_path / "out" / TO_TAKE)
     (comparison,) = found
     pd.testing.assert_frame_equal(table.drop(columns="scene"), comparison.curves())
     assert list(table)[:5] == [
@@ -38,4 +38,4 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
         np.testing.assert_allclose(area, np.pi * 1e-3 * depth, rtol=tolerance)
     # What was derived does not keep a record from another process.
     again = pickle.loads(pickle.dumps(comparison.record))
-    pd.testing.assert_frame_equal(again.rows, comparison.record.rows)
+    pd.testing.assert_frame_equal(again.rows.frame(), comparison.record.rows.frame())
