@@ -124,19 +124,21 @@ class Forecast:
     """Measured costs of jobs: seconds per realisation, by scene, method and resolution.
 
     The cost of a job is estimated from jobs with the same scene, method and resolution; else from
-    those at the nearest resolution, scaled by the growth of the method's work; else from the mean
-    job of the method. For a new method it is unknown.
+    those at the nearest resolution, the solving scaled by the growth of the method's work; else
+    from the mean job of the method. For a new method it is unknown.
     """
 
-    _costs: dict[tuple[str, str], dict[int, tuple[float, int]]] = field(default_factory=dict)
+    _costs: dict[tuple[str, str], dict[int, tuple[float, float, int]]] = field(default_factory=dict)
 
-    def learn(self, kind: Kind, seconds: float) -> None:
-        """Record the cost of a job, excluding compilation."""
+    def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
+        """Record the cost of a job without compilation, and what of it was solving."""
         if not math.isfinite(seconds):
             return
         costs = self._costs.setdefault((kind.scene, kind.method), {})
-        spent, count = costs.get(kind.resolution, (0.0, 0))
-        costs[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
+        spent, solved, count = costs.get(kind.resolution, (0.0, 0.0, 0))
+        seconds = max(seconds, 0.0)
+        solved += solving if solving < seconds else seconds  # of what is lost NaN
+        costs[kind.resolution] = (spent + seconds, solved, count + kind.realisations)
 
     def cost(self, kind: Kind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
@@ -144,9 +146,10 @@ class Forecast:
         if costs is None:
             return self._of_method(kind)
         nearest = min(costs, key=lambda n: abs(math.log(n / kind.resolution)))
-        spent, count = costs[nearest]
+        spent, solved, count = costs[nearest]
         doublings = math.log2(kind.resolution / nearest)
-        return spent / count * kind.realisations * growth(kind.method) ** doublings
+        grown = spent - solved + solved * growth(kind.method) ** doublings
+        return grown / count * kind.realisations
 
     def _of_method(self, kind: Kind) -> float | None:
         costs = [
@@ -157,7 +160,7 @@ class Forecast:
         ]
         if not costs:
             return None
-        spent, count = (sum(column) for column in zip(*costs, strict=True))
+        spent, _, count = (sum(column) for column in zip(*costs, strict=True))
         return spent / count * kind.realisations
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:

@@ -34,6 +34,14 @@ def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind, method):
     assert math.isclose(forecast.cost(finer), METHODS[method].growth ** 2)
 
 
+def test_what_a_job_takes_beside_its_solve_does_not_grow_with_the_grid(kind):
+    """Seconds around solves of a millisecond became minutes on a grid four times finer."""
+    forecast = Forecast()
+    forecast.learn(kind, 10.0, solving=0.001)
+    finer = forecast.cost(replace(kind, resolution=256))
+    assert math.isclose(finer, 9.999 + 0.001 * METHODS["bem_fft"].growth ** 2)
+
+
 def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(kind):
     forecast = Forecast()
     forecast.learn(replace(kind, resolution=16), 1.0)
