@@ -1,9 +1,9 @@
 """Make the tables of docs/adhesion.md: springs against closed forms, range, punches, grids.
 
-Run from the repository's root (some three minutes on one core); the tables between the markers of
-the page are written anew::
+Run from the repository's root (some three minutes on one core). Tables that the page shows are
+written into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/adhesion_tables.py
+    python docs/examples/adhesion_tables.py NAME
 """
 
 # %%

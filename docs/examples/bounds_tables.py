@@ -1,7 +1,7 @@
 """Make the tables of docs/bounds.md: enclosures, their width, their cost.
 
-Run from the repository's root (half an hour on one core, most of it the rough contacts); the tables
-between the markers of the page are written anew, and docs/problem-sheet.csv::
+Run from the repository's root (half an hour on one core, most of it the rough contacts). Tables
+that the page shows are written into it, and docs/problem-sheet.csv; others are printed::
 
     python docs/examples/bounds_tables.py               # or only some: round order two-radii
 """

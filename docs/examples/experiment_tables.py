@@ -1,9 +1,9 @@
 """Make the tables of docs/reduced-model.md: readings of Fig. 19.8, load curves, costs, constants.
 
-Run from the repository's root (a quarter of an hour on one core); the tables between the markers of
-the page are written anew::
+Run from the repository's root (a quarter of an hour on one core). Tables that the page shows are
+written into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/experiment_tables.py              # or only some: constants costs
+    python docs/examples/experiment_tables.py NAME
 """
 
 # %%

@@ -1,10 +1,9 @@
 """Make the tables of docs/finite-elements.md: errors, penalties, stresses, waves, rough surfaces.
 
-Run from the repository's root (five minutes on one core); the tables between the markers of the
-page are written anew, all or those that are named::
+Run from the repository's root (five minutes on one core). Tables that the page shows are written
+into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/finite_element_tables.py
-    python docs/examples/finite_element_tables.py waves rough
+    python docs/examples/finite_element_tables.py NAME
 """
 
 # %%

@@ -1,9 +1,9 @@
 """Make the tables of docs/friction-and-impact.md: the law (19.1), and a mass on a contact (19.3).
 
-Run from the repository's root (about a minute on one core); the tables between the markers of the
-page are written anew::
+Run from the repository's root (about a minute on one core). Tables that the page shows are written
+into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/friction_and_impact_tables.py
+    python docs/examples/friction_and_impact_tables.py NAME
 """
 
 # %%

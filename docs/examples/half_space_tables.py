@@ -1,10 +1,9 @@
 """Make the tables of docs/half-space.md: kernels, stages of the solver, dense against FFT.
 
-Run from the repository's root (a minute on one core); the tables between the markers of the page
-are written anew, or those named::
+Run from the repository's root (a minute on one core). Tables that the page shows are written into
+it, others are printed; all of them, or those that are named::
 
-    python docs/examples/half_space_tables.py
-    python docs/examples/half_space_tables.py kernel-choice
+    python docs/examples/half_space_tables.py NAME
 """
 
 # %%

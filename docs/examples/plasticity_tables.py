@@ -1,9 +1,9 @@
 """Make the tables of docs/plasticity.md: finite elements, and what springs and fits err by.
 
-Run from the repository's root (ten minutes on one core); the tables between the markers of the
-page are written anew::
+Run from the repository's root (ten minutes on one core). Tables that the page shows are written
+into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/plasticity_tables.py
+    python docs/examples/plasticity_tables.py NAME
 """
 
 # %%

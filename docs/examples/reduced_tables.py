@@ -1,9 +1,9 @@
 """Make the tables of docs/reduced-model.md: convergence, spectra, stress rules, rough stiffness.
 
-Run from the repository's root (two minutes on one core); the tables between the markers of the page
-are written anew::
+Run from the repository's root (two minutes on one core). Tables that the page shows are written
+into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/reduced_tables.py
+    python docs/examples/reduced_tables.py NAME
 """
 
 # %%

@@ -1,10 +1,9 @@
 """Make the tables of docs/rolling.md: creep coefficients, creep curves, grids and their cost.
 
-Run from the repository's root (three minutes on one core); the tables between the markers of the
-page are written anew, all or those that are named::
+Run from the repository's root (three minutes on one core). Tables that the page shows are written
+into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/rolling_tables.py grids cylinder elements inertia coefficients curve
-        others contact rubber
+    python docs/examples/rolling_tables.py NAME
 """
 
 # %%

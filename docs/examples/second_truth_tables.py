@@ -1,4 +1,4 @@
-"""Make the tables of docs/finite-elements.md, "Two truths": elements and half-space on one surface.
+"""Print the tables of docs/finite-elements.md, "Two references": both below one surface.
 
 Run from the repository's root (a minute on one core); maps of your own are cropped and added::
 

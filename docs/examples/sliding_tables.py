@@ -1,9 +1,9 @@
 """Make the tables of docs/viscoelastic.md: Problem 1 as printed and corrected, and in 3-D.
 
-Run from the repository's root (a minute of one core, seven where others use it too); the tables
-between the markers of the page are written anew::
+Run from the repository's root (a minute of one core, seven where others use it too). Tables that
+the page shows are written into it, others are printed; all of them, or those that are named::
 
-    python docs/examples/sliding_tables.py
+    python docs/examples/sliding_tables.py NAME
 """
 
 # %%
