@@ -26,7 +26,7 @@ from reference.bounds.dirichlet import Prisms
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
-from reference.bounds.profiles import PowerLaw, RoundedPunch, Sphere, cone, paraboloid
+from reference.bounds.revolution import PowerLaw, RoundedPunch, Sphere, cone, paraboloid
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.loads import Load

@@ -30,14 +30,13 @@ from reference.fem import (
     Enforcement,
     Material,
     RingMesh,
-    grid_contact,
+    grid_body,
     half_space_body,
     indent,
     press,
     recover,
 )
-from reference.fem.column_elements import ELEMENTS
-from reference.fem.columns import Layers, compliance, of_smooth_pressure
+from reference.fem.columns import ELEMENTS, Layers, compliance, of_smooth_pressure
 from reference.fem.condensed_body import supported_body
 from reference.fem.grid_body import PeriodicBody
 from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
@@ -327,7 +326,7 @@ def rough_table() -> list[list[str]]:
         body = PeriodicBody(gap.shape, spacing, Material(1 - 0.3**2, 0.3))
         body.convolution(np.float64)
         made = time.process_time() - start
-        elements = list(grid_contact.sweep(body, gap, load))
+        elements = list(grid_body.sweep(body, gap, load))
         middle = time.process_time()
         half_space = PeriodicOperator(gap.shape, spacing, 1.0)
         half = list(unilateral.sweep(half_space, gap, load))
@@ -360,7 +359,7 @@ def large(cells: int) -> list[str]:
     body = PeriodicBody(gap.shape, spacing, Material(1 - 0.3**2, 0.3))
     body.convolution(np.float64)
     made = time.process_time()
-    (elements,) = grid_contact.sweep(body, gap, load)
+    (elements,) = grid_body.sweep(body, gap, load)
     end = time.process_time()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     middle = time.process_time()

@@ -14,7 +14,7 @@ import numpy as np
 from reference.contact.body import ElasticBody
 from reference.contact.press import press
 from reference.fem import Material
-from reference.fem.column_elements import ELEMENTS
+from reference.fem.columns import ELEMENTS
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.halfspace.contact_line import located_area

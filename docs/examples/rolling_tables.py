@@ -26,8 +26,7 @@ from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
-from reference.fem.column_elements import Element
-from reference.fem.columns import ELEMENTS
+from reference.fem.columns import ELEMENTS, Element
 from reference.fem.grid_body import ShearBody
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress

@@ -37,7 +37,7 @@ SHARES = (5, 20)
 # held side (its displacement is 6e-4 of the penetration), and the stiffness of the penalty in E*.
 ON_TOP, BELOW, FINE, FAR, PENALTY = 1 / 24, 1 / 6, 1.5, 1000.0, 1000.0
 ORDER = 3
-# Of the logarithm of the load, at its end; before it as `reference.plastic.path` has it.
+# Of the logarithm of the load, at its end; before it as `reference.plastic.indentation` has it.
 STEP, FIRST = 0.03, 1 / 32
 ROUNDS, SETTLED = 40, 1e-12
 

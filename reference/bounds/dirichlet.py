@@ -29,6 +29,7 @@ from skfem.helpers import dot, grad
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, nested
 from reference.fem.condensation import Front, LinearSystem, Shift, condense, expand
+from reference.fem.mesh_lines import power_lines
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -49,24 +50,10 @@ for _edge, _pair in enumerate(_EDGES):
     _NODAL[3 + _edge, [*_pair, 3 + _edge]] = 0.25, 0.25, 0.5
 
 
-def graded(cells: int, exponent: float, end: float) -> Array:
-    """Places that grow as t^exponent with t = j/cells and, beyond t = 1, faster, from 0 to an end.
-
-    Examples
-    --------
-    >>> graded(2, 1.0, 4.0).round(3).tolist()
-    [0.0, 1.125, 4.0]
-    """
-    t = np.arange(64 * cells) / cells
-    grown = t**exponent * (1 + t) ** 2
-    last = int(np.searchsorted(grown, end))
-    return grown[: last + 1] * (end / grown[last])
-
-
 def shells_about(outline: Outline, cells: int, exponent: float) -> tuple[Array, Array]:
     """Shells for `fan` and depths of layers, graded towards an outline from either side."""
     t = np.arange(cells + 1) / cells
-    outwards = graded(cells, exponent, _OUTSKIRTS * max(outline.extents) / outline.size)
+    outwards = power_lines(cells, exponent, _OUTSKIRTS * max(outline.extents) / outline.size)
     shells = outline.shells(1 - t[-2::-1] ** exponent, outwards[1:])
     return shells, outline.size * outwards
 

@@ -120,35 +120,39 @@ def best_ellipse(
     for start in starts:
         ellipse, force = start, 0.0
         for _ in range(_SEARCHES):
-            size = math.sqrt(ellipse.a * ellipse.b)
-            if not size > 0:
-                break
-
-            def made(p: Array, about: Ellipse = ellipse, size: float = size) -> Ellipse:
-                # at most a factor of a million either way
-                a, b = (math.exp(float(np.clip(x, -14, 14))) for x in p[:2])
-                x, y = about.x + size * float(p[2]), about.y + size * float(p[3])
-                turned = about.angle + float(p[4])
-                return gap.within(Ellipse(x, y, about.a * a, about.b * b, turned))
-
-            def less(p: Array) -> float:
-                trial = made(p)
-                # below zero, too, so that the search knows where to go
-                return -trial.stiffness * (penetration - gap.above(trial))
-
-            simplex = np.concatenate([np.zeros((1, 5)), np.diag([0.3, -0.3, 0.2, 0.2, 0.3])])
-            enough = 1e-7 * ellipse.stiffness * penetration
-            options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": enough, "maxfev": 400}
-            again = made(minimize(less, np.zeros(5), method="Nelder-Mead", options=options).x)
+            again = _better(gap, penetration, ellipse)
             gained = force_of_ellipse(gap, again, penetration)
-            settled = gained <= force * (1 + 1e-5)
+            enough = gained <= force * (1 + 1e-5)
             if gained > force:
                 ellipse, force = again, gained
-            if settled:
+            if enough:
                 break
         if force > most:
             best, most = ellipse, force
     return best, most
+
+
+def _better(gap: MeanGap, penetration: float, start: Ellipse) -> Ellipse:
+    """Return an ellipse that proves more than the start, by one search on a simplex about it."""
+    size = math.sqrt(start.a * start.b)
+    if not size > 0:
+        return start
+
+    def made(p: Array) -> Ellipse:
+        # at most a factor of a million either way
+        a, b = (math.exp(float(np.clip(x, -14, 14))) for x in p[:2])
+        x, y = start.x + size * float(p[2]), start.y + size * float(p[3])
+        return gap.within(Ellipse(x, y, start.a * a, start.b * b, start.angle + float(p[4])))
+
+    def less(p: Array) -> float:
+        ellipse = made(p)
+        # below zero, too, so that the search knows where to go
+        return -ellipse.stiffness * (penetration - gap.above(ellipse))
+
+    simplex = np.concatenate([np.zeros((1, 5)), np.diag([0.3, -0.3, 0.2, 0.2, 0.3])])
+    enough = 1e-7 * start.stiffness * penetration
+    options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": enough, "maxfev": 400}
+    return made(minimize(less, np.zeros(5), method="Nelder-Mead", options=options).x)
 
 
 def force_of_ellipses(gap: MeanGap, ellipses: Sequence[Ellipse], penetration: float) -> float:

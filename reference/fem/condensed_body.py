@@ -271,6 +271,7 @@ def half_space_body(
     nodes = nodes[np.lexsort(np.round(points[1::-1, nodes], 9))]
     # what is held, and what follows point forces on the surface
     held, outer = grid.held, facet_nodes(grid.mesh, grid.outer)
+    beyond = facet_quadrature(grid.mesh, grid.outer, 5)[2:]
     groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
     if not groups:
         held[outer] = True
@@ -288,7 +289,7 @@ def half_space_body(
         3 * nodes + 2,
         outer=outer,
         fields=[group_field(points.T[outer], group, nu)[0] for group in groups],
-        exterior=exterior_stiffness(grid.mesh, grid.outer, groups, nu) if groups else None,
+        exterior=exterior_stiffness(*beyond, groups, nu) if groups else None,
         stretch=meshed.stretch,
     )
     seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()

@@ -19,27 +19,25 @@ AT_ONCE = 256
 STRESSES = 4  # mean-stress unknowns of an element: a constant, and three slopes
 
 
-def gauss_line(count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return Gauss points and weights on (0, 1)."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return 0.5 * (nodes + 1.0), 0.5 * weights
-
-
-def gauss_square(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a tensor Gauss rule on the unit square: points (2, n^2), x first, and weights."""
-    nodes, weights = gauss_line(per_direction)
-    return np.stack(np.meshgrid(nodes, nodes)).reshape(2, -1), np.outer(weights, weights).ravel()
-
-
-def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a tensor Gauss rule on the unit cube: points (3, n^3) and weights (n^3,).
+def gauss_rule(count: int, dimensions: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a tensor Gauss rule on the unit line, square or cube: points (dimensions, n), weights.
 
     Passed to scikit-fem explicitly, because the rule selected by ``intorder`` for hexahedra has
     more points than requested, and never one point per direction.
     """
-    nodes, weights = gauss_line(per_direction)
-    points = np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij")).reshape(3, -1)
-    return points, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
+    points = np.stack(np.meshgrid(*[nodes] * dimensions, indexing="ij"))
+    product = weights
+    for _ in range(dimensions - 1):
+        product = np.multiply.outer(product, weights)
+    return points.reshape(dimensions, -1), product.ravel()
+
+
+def gauss_square(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rule on the unit square with x running first, as the nodes of faces do."""
+    points, weights = gauss_rule(per_direction, 2)
+    return points[::-1], weights
 
 
 def simplex_points(degree: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -101,7 +99,8 @@ def shape_gradients(
     needed for their gradients.
     """
     simplex = isinstance(mesh, MeshTet)
-    points, weights = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)
+    rule = simplex_points(per_direction - 1) if simplex else gauss_rule(per_direction, 3)
+    points, weights = rule
     element = mesh.elem()
     nodes = mesh.dofs.element_dofs[:, part]
     # (nodes, 3, points): the reference gradients are equal for all elements
@@ -184,7 +183,7 @@ def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> NDArray[np.float64]
     Relative to centre and size of the element: linear in space, not in local coordinates, which
     preserves the order on distorted cells.
     """
-    points, _ = gauss_points(per_direction)
+    points, _ = gauss_rule(per_direction, 3)
     element, nodes = mesh.elem(), mesh.dofs.element_dofs
     shapes = np.array([element.lbasis(points, i)[0] for i in range(len(nodes))])
     corners = mesh.doflocs[:, nodes].transpose(2, 1, 0)

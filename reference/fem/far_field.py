@@ -13,9 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import MeshHex
-
-from reference.fem.element_stiffness import facet_quadrature
 
 Array = NDArray[np.float64]
 
@@ -95,16 +92,15 @@ def group_field(points: Array, group: Array, poisson_ratio: float) -> tuple[Arra
 
 
 def exterior_stiffness(
-    mesh: MeshHex, facets: NDArray[np.int64], groups: list[Array], poisson_ratio: float
+    points: Array, areas: Array, groups: list[Array], poisson_ratio: float
 ) -> Array:
     """Return the stiffness of the exterior on the far-field unknowns, one for each group.
 
     It is twice the elastic energy outside, by Clapeyron's theorem ``-int t(u_k) . u_l dS`` over the
-    outer boundary, with the traction t on the outward normal of the mesh.
+    outer boundary of a convex region around the origin, given by points (..., 3) and the area
+    vectors that belong to them, of either sign.
     """
-    _, _, points, areas = facet_quadrature(mesh, facets, 5)
-    # the meshed region is convex and contains the origin: outward is away from it
-    areas = areas * np.sign((areas * points).sum(axis=-1))[..., None]
+    areas = areas * np.sign((areas * points).sum(axis=-1))[..., None]  # outward
     shear = 0.5 / (1.0 + poisson_ratio)
     displacements, tractions = [], []
     for group in groups:
@@ -115,7 +111,7 @@ def exterior_stiffness(
             radius = np.linalg.norm(points - np.array([x, y, 0.0]), axis=-1)
             pressed -= poisson_ratio * points[..., 2] / (np.pi * radius**3) / len(group)
         stress = shear * (du + np.swapaxes(du, -1, -2)) + pressed[..., None, None] * np.eye(3)
-        displacements.append(u)
-        tractions.append(np.einsum("...ij,...j->...i", stress, areas))
-    work = -np.einsum("kfqi,lfqi->kl", np.array(tractions), np.array(displacements))
+        displacements.append(u.reshape(-1, 3))
+        tractions.append(np.einsum("...ij,...j->...i", stress, areas).reshape(-1, 3))
+    work = -np.einsum("kqi,lqi->kl", np.array(tractions), np.array(displacements))
     return 0.5 * (work + work.T)

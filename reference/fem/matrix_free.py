@@ -28,7 +28,7 @@ from reference.fem.condensation import LinearSystem
 from reference.fem.element_stiffness import (
     element_order,
     facet_quadrature,
-    gauss_line,
+    gauss_rule,
     gauss_square,
 )
 from reference.fem.half_space_mesh import GradedMesh
@@ -120,8 +120,8 @@ class Products:
 
         # along the depth; of three functions the one in the middle is scikit-fem's last
         line, places = (ElementLineP1(), (0, 1)) if order == 1 else (ElementLineP2(), (0, 2, 1))
-        at, weights = gauss_line(points)
-        ends = [line.lbasis(at[None], i) for i in places]
+        at, weights = gauss_rule(points, 1)
+        ends = [line.lbasis(at, i) for i in places]
         value, steep = np.array([v for v, _ in ends]), np.array([s[0] for _, s in ends])
         mass, stiffness, mixed = np.zeros((3, len(depths), len(depths)))
         for start in range(0, len(depths) - 1, order):

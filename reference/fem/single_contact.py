@@ -29,7 +29,7 @@ from reference.fem.contact import (
     fitted_area,
     press,
 )
-from reference.fem.element_stiffness import facet_quadrature
+from reference.fem.element_stiffness import facet_quadrature, gauss_square
 from reference.loads import LoadPath
 
 Array = NDArray[np.float64]
@@ -217,8 +217,7 @@ class RingPressure:
         weight = np.abs(areas[covered, :, 2]) * root(points[covered, :, :2])
         used, corners = np.unique(nodes[:, :4], return_inverse=True)
         corners = corners.reshape(-1, 4)
-        line, _ = np.polynomial.legendre.leggauss(GAUSS_POINTS)
-        shapes = bilinear(0.5 * (np.stack(np.meshgrid(line, line)).reshape(2, -1) + 1.0))
+        shapes = bilinear(gauss_square(GAUSS_POINTS)[0])
         matrix = np.zeros((len(used), len(used)))
         blocks = np.einsum("nq,fq,mq->fnm", shapes, weight, shapes, optimize=True)
         np.add.at(matrix, (corners[:, :, None], corners[:, None, :]), blocks)

@@ -18,7 +18,7 @@ from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.quadrature import get_quadrature_tri
 
 from reference.arguments import refuse
-from reference.fem.element_stiffness import gauss_points, gauss_square, simplex_points
+from reference.fem.element_stiffness import gauss_rule, gauss_square, simplex_points
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -241,7 +241,7 @@ class SolidMesh:
     def inverted(self) -> Integers:
         """Return cells with a Jacobian < 0 at a node, or <= 0 at an integration point."""
         kind = self.kind
-        gauss = simplex_points(kind.order) if kind.simplex else gauss_points(kind.order + 1)
+        gauss = simplex_points(kind.order) if kind.simplex else gauss_rule(kind.order + 1, 3)
 
         def jacobians(points: Array) -> Array:
             slopes = kind.shapes(points)[1]

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from reference.particles.automata import Automata, Elastic
-from reference.particles.packing import Domain, Packing, half_space_packing, periodic_packing
+from reference.particles.automata import (
+    Automata,
+    Domain,
+    Elastic,
+    Packing,
+    half_space_packing,
+    periodic_packing,
+)
 from reference.particles.particle_body import ParticleContact, ParticleHalfSpace, ParticlePair
 
 __all__ = [

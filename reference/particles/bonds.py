@@ -25,7 +25,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from reference.arguments import positive_faults, refuse
-from reference.particles.packing import LAYER, VOLUME
+from reference.particles.automata import LAYER, VOLUME
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -26,9 +26,16 @@ from reference.elasticity import von_mises
 from reference.errors import ConvergenceError
 from reference.fem.far_field import boussinesq
 from reference.loads import Load
-from reference.particles.automata import UNFLOWED, Automata, Elastic, components
+from reference.particles.automata import (
+    UNFLOWED,
+    Automata,
+    Domain,
+    Elastic,
+    Packing,
+    components,
+    half_space_packing,
+)
 from reference.particles.mprgp import Floor, Rest, largest_stiffness, relax
-from reference.particles.packing import Domain, Packing, half_space_packing
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]

@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
 from reference.loads import LoadPath
+from reference.particles.automata import Domain
 from reference.particles.mprgp import Floor, Rest
-from reference.particles.packing import Domain
 from reference.particles.particle_body import BALANCE, ParticleContact, ParticleHalfSpace
 from reference.plastic.j2 import PlasticMaterial, plastic_step
 

@@ -11,16 +11,28 @@ Lengths are those of the mesh, z points into the body, moduli are relative to E.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
 import skfem
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse.linalg import SuperLU, splu
 
 from reference.errors import ConvergenceError
-from reference.fem.far_field import boussinesq
-from reference.plastic.element_systems import CoredSystem, OrderedSystem
+from reference.fem.condensation import (
+    Front,
+    LinearSystem,
+    Shift,
+    backward,
+    condense,
+    forward,
+)
+from reference.fem.element_stiffness import gauss_rule
+from reference.fem.far_field import boussinesq, exterior_stiffness
+from reference.fem.mesh_lines import contact_lines, even_then_growing_lines
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -37,6 +49,8 @@ _ALONG = 2
 # Points of quadrature along a side of an element, and of a facet of the surface: more points of
 # contact on an axisymmetric element than it has shapes make the edge stick and jump.
 _GAUSS, _SURFACE_GAUSS, _BLOCK_SURFACE_GAUSS = 3, 3, 5
+# When elements beyond the core change, it grows to this multiple of their distance.
+_BEYOND = 1.25
 # Samples a side of a facet that locate the edge of a contact that is not round.
 _SAMPLES = 12
 
@@ -101,7 +115,7 @@ class Elements:
             (skfem.MeshQuad, skfem.ElementQuad2()) if hoop else (skfem.MeshHex, skfem.ElementHex2())
         )
         self.mesh = mesh.init_tensor(*lines)
-        points, weights = _rule(_GAUSS, dimensions)
+        points, weights = gauss_rule(_GAUSS, dimensions)
         basis = skfem.Basis(self.mesh, element, quadrature=(points, weights))
         self.place = np.asarray(basis.global_coordinates())
         self.weight = self._around(self.place) * np.asarray(basis.dx)
@@ -125,9 +139,8 @@ class Elements:
         self.unknowns = numbers.ravel()[displacements]
         self.strains = self._strain_matrices(basis, points)
         self.strains *= share.ravel()[displacements][:, None, None, :]
-        self.exterior = exterior_stiffness(
-            cylinder(*corner) if hoop else box(corner), poisson_ratio
-        )
+        faces = cylinder(*corner) if hoop else box(corner)
+        self.exterior = float(exterior_stiffness(*faces, [np.zeros((1, 2))], poisson_ratio)[0, 0])
         self.surface = self._touchable_surface(element)
         self._down = places, numbers[-1]
         self._system = (
@@ -147,8 +160,9 @@ class Elements:
 
         Elements per contact radius are `per_radius` into the body, twice as many along the surface.
         """
-        along = graded(smallest, largest, _ALONG * per_radius, _FINE[0])
-        deep = graded(smallest, largest, per_radius, _FINE[1])
+        lines = partial(contact_lines, smallest, largest, growth=_GROWTH, outer=_OUTER)
+        along = lines(_ALONG * per_radius, _FINE[0])
+        deep = lines(per_radius, _FINE[1])
         touchable = np.array([_FINE[0] * largest])
         return cls([along, deep], touchable, poisson_ratio, hoop=True, even=(True,))
 
@@ -165,12 +179,13 @@ class Elements:
         Elements per half-width are `per_radius`; `even` says whether x = 0, and y = 0, is a plane
         of symmetry.
         """
+        lines = even_then_growing_lines
         narrow, far = min(half_widths), _BLOCK_OUTER * max(half_widths)
         grid = []
         for width, half in zip(half_widths, even, strict=True):
-            side = growing(width / per_radius, _FINE[0] * width, far)
+            side = lines(width / per_radius, _FINE[0] * width, far, _BLOCK_GROWTH)
             grid.append(side if half else np.concatenate([-side[:0:-1], side]))
-        deep = growing(narrow / per_radius, _FINE[1] * narrow, far)
+        deep = lines(narrow / per_radius, _FINE[1] * narrow, far, _BLOCK_GROWTH)
         touchable = np.array([_FINE[0] * width for width in half_widths])
         return cls([*grid, deep], touchable, poisson_ratio, hoop=False, even=even)
 
@@ -300,7 +315,7 @@ class Elements:
             )
         )
         count = _SURFACE_GAUSS if self.hoop else _BLOCK_SURFACE_GAUSS
-        rule = _rule(count, len(self.touchable))
+        rule = gauss_rule(count, len(self.touchable))
         facet = skfem.FacetBasis(self.mesh, element, facets=on_top, quadrature=rule)
         place = np.asarray(facet.global_coordinates())[:-1]
         shape = [np.broadcast_to(np.asarray(field[0]), place[0].shape) for field in facet.basis]
@@ -351,87 +366,143 @@ class Elements:
         return into_body[near[order]].reshape(x.size, y.size), samples
 
 
-def graded(smallest: float, largest: float, per_radius: int, fine: float) -> Array:
-    """Return coordinates of mesh lines from 0 to far away.
-
-    Elements have 1/per_radius of the smallest contact radius up to that, then of their own distance
-    up to `fine` times the largest contact radius, and grow by a factor from there.
-
-    Examples
-    --------
-    >>> graded(1.0, 1.0, 2, 1.0)[:4].round(2)
-    array([0. , 0.5, 1. , 1.7])
-    """
-    lines = [0.0]
-    while lines[-1] < _OUTER * largest:
-        step = max(smallest, lines[-1]) / per_radius
-        if len(lines) > 1 and lines[-1] >= fine * largest * (1 - 1e-9):
-            step = (lines[-1] - lines[-2]) * _GROWTH
-        lines.append(lines[-1] + step)
-    return np.array(lines)
+def cylinder(far_r: float, far_z: float) -> tuple[Array, Array]:
+    """Return points and area vectors (2, n, 3) of the faces of a cylinder below the surface."""
+    (nodes,), weights = gauss_rule(64, 1)
+    points, areas = np.zeros((2, 64, 3)), np.zeros((2, 64, 3))
+    points[0, :, 0], points[0, :, 2] = far_r, far_z * nodes
+    points[1, :, 0], points[1, :, 2] = far_r * nodes, far_z
+    areas[0, :, 0] = 2 * np.pi * weights * far_r * far_z
+    areas[1, :, 2] = 2 * np.pi * weights * far_r**2 * nodes
+    return points, areas
 
 
-def growing(element: float, fine: float, far: float) -> Array:
-    """Return coordinates of mesh lines from 0: elements of one length up to `fine`, then growing.
-
-    Examples
-    --------
-    >>> growing(0.5, 1.0, 3.0).round(2)
-    array([0.  , 0.5 , 1.  , 1.8 , 3.08])
-    """
-    at = list(np.arange(0, int(np.ceil(fine / element - 1e-9)) + 1) * element)
-    while at[-1] < far:
-        at.append(at[-1] + _BLOCK_GROWTH * (at[-1] - at[-2]))
-    return np.array(at)
-
-
-def exterior_stiffness(faces: list[tuple[Array, Array, int]], poisson_ratio: float) -> float:
-    """Return twice the energy outside a body of a unit force on a half-space of E = 1.
-
-    `faces` below the surface are points (n, 3), areas that belong to them (negative where the
-    outward normal is), and the axis of the normal. Poisson's ratio is below 1/2.
-    """
-    shear = 0.5 / (1 + poisson_ratio)
-    lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
-    total = 0.0
-    for points, area, normal in faces:
-        field, gradient = boussinesq(points, poisson_ratio)
-        stress = shear * (gradient + gradient.swapaxes(-1, -2))
-        trace = np.trace(gradient, axis1=-2, axis2=-1)
-        stress = stress + lame * trace[:, None, None] * np.eye(3)
-        total -= float((area * (stress[:, :, normal] * field).sum(-1)).sum())
-    return total
-
-
-def cylinder(far_r: float, far_z: float) -> list[tuple[Array, Array, int]]:
-    """Return the faces of a cylinder below the surface, as `exterior_stiffness` wants them."""
-    (nodes,), weights = _rule(64, 1)
-    zero, unit = np.zeros(64), np.ones(64)
-    side = np.stack([far_r * unit, zero, far_z * nodes], -1)
-    base = np.stack([far_r * nodes, zero, far_z * unit], -1)
-    around = 2 * np.pi * weights
-    return [(side, around * far_r * far_z, 0), (base, around * far_r**2 * nodes, 2)]
-
-
-def box(corner: Array) -> list[tuple[Array, Array, int]]:
-    """Return the faces of a box below the surface, as `exterior_stiffness` wants them."""
-    (u, v), area = _rule(32, 2)
-    faces = []
+def box(corner: Array) -> tuple[Array, Array]:
+    """Return points and area vectors (3, n, 3) of the faces of a box below the surface."""
+    (u, v), weights = gauss_rule(32, 2)
+    points, areas = np.empty((3, u.size, 3)), np.zeros((3, u.size, 3))
     for normal in range(3):
         i, j = (k for k in range(3) if k != normal)
-        points = np.empty((u.size, 3))
-        points[:, normal], points[:, i], points[:, j] = corner[normal], u * corner[i], v * corner[j]
+        points[normal, :, normal] = corner[normal]
+        points[normal, :, i], points[normal, :, j] = u * corner[i], v * corner[j]
         # the quarter x, y > 0 stands for all four, and the sides for those opposite
-        faces.append((points, 4 * area * corner[i] * corner[j], normal))
-    return faces
+        areas[normal, :, normal] = 4 * weights * corner[i] * corner[j]
+    return points, areas
 
 
-def _rule(count: int, dimensions: int) -> tuple[Array, Array]:
-    """Return Gauss points (dimensions, n) and weights of the unit cube."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    nodes, weights = 0.5 * (nodes + 1), 0.5 * weights
-    grid = np.meshgrid(*[nodes] * dimensions, indexing="ij")
-    product = weights
-    for _ in range(dimensions - 1):
-        product = np.multiply.outer(product, weights)
-    return np.stack(grid).reshape(dimensions, -1), product.ravel()
+class OrderedSystem:
+    """A system whose pattern and order of elimination are found once for all matrices.
+
+    `unknowns` (elements, n) are those of each element.
+    """
+
+    def __init__(self, unknowns: Integers) -> None:
+        self.size = int(unknowns.max()) + 1
+        _, rows, starts = self._places(unknowns)
+        columns = np.repeat(np.arange(self.size), np.diff(starts))
+        # of any matrix with these places: one that needs no pivots
+        factor = self._factors(
+            1.0 + (rows == columns) * rows.size, rows, starts, order="MMD_AT_PLUS_A"
+        )
+        self._rank = np.asarray(factor.perm_c, dtype=np.int64)
+        self._pattern = self._places(self._rank[unknowns])
+
+    def factorised(self, matrices: Array, spring: float) -> Callable[[Array], Array]:
+        """Return what solves element matrices (elements, n, n), the last unknown on a spring."""
+        rank, (place, rows, starts) = self._rank, self._pattern
+        data = np.asarray(np.bincount(place, matrices.ravel(), rows.size), dtype=np.float64)
+        last = slice(starts[rank[-1]], starts[rank[-1] + 1])
+        data[last] += spring * (rows[last] == rank[-1])
+        factor = self._factors(data, rows, starts, order="NATURAL")
+
+        def solve(right: Array) -> Array:
+            ranked = np.empty_like(right)
+            ranked[rank] = right
+            return np.asarray(factor.solve(ranked)[rank])
+
+        return solve
+
+    def _places(self, unknowns: Integers) -> tuple[Integers, Integers, Integers]:
+        """Return where entries of element matrices go, rows of those places, starts of columns."""
+        count = unknowns.shape[1]
+        rows = np.repeat(unknowns, count, axis=1).ravel()
+        columns = np.tile(unknowns, (1, count)).ravel()
+        keys, place = np.unique(columns * self.size + rows, return_inverse=True)
+        starts = np.searchsorted(keys, np.arange(self.size + 1) * self.size)
+        return place, keys % self.size, starts
+
+    def _factors(self, data: Array, rows: Integers, starts: Integers, *, order: str) -> SuperLU:
+        return splu(
+            sparse.csc_matrix((data, rows, starts), shape=(self.size, self.size)),
+            permc_spec=order,
+            relax=1,
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+
+
+class CoredSystem:
+    """A positive definite system of which only a core around the origin changes.
+
+    The rest is condensed once, by nested dissection. `unknowns` (elements, n) are those of each
+    element, `centres` (elements, 3) its place. Elements within `radius` are expected to change; it
+    grows when others do.
+    """
+
+    def __init__(self, unknowns: Integers, centres: Array, radius: float) -> None:
+        self.unknowns, self.centres = unknowns, centres
+        self.size = int(unknowns.max()) + 1
+        self._distance = np.linalg.norm(centres, axis=1)
+        self._radius = radius
+        self._outside = np.zeros(0)  # matrices beyond the core
+        self._rest: tuple[Array, list[Front | Shift]] | None = None
+
+    def factorised(self, matrices: Array, spring: float) -> Callable[[Array], Array]:
+        """Return what solves element matrices (elements, n, n), the last unknown on a spring.
+
+        The spring is added to them.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If it is not positive definite.
+        """
+        element, slot = np.argwhere(self.unknowns == self.size - 1)[0]
+        matrices[element, slot, slot] += spring
+        beyond = self._distance > self._radius
+        changed = np.ones(np.count_nonzero(beyond), dtype=bool)
+        if self._rest is not None:
+            changed = (matrices[beyond] != self._outside).any(axis=(1, 2))
+            if changed.any():
+                furthest = float(self._distance[beyond][changed].max())
+                self._radius = min(_BEYOND * furthest, 0.9 * float(self._distance.max()))
+                beyond = self._distance > self._radius
+        if self._rest is None or changed.any():
+            self._rim = np.intersect1d(self.unknowns[~beyond], self.unknowns[beyond])
+            self._outside = matrices[beyond]
+            self._rest = self._condensed(matrices, beyond)
+        core, fronts = self._condensed(matrices, ~beyond)
+        outside, outer_fronts = self._rest
+        top = cho_factor(core + outside, check_finite=False)
+        rim = self._rim
+
+        def solve(loads: Array) -> Array:
+            values = np.array(loads)
+            forward(fronts, values)
+            forward(outer_fronts, values)
+            values[rim] = cho_solve(top, values[rim], check_finite=False)
+            backward(fronts, values)
+            backward(outer_fronts, values)
+            return values
+
+        return solve
+
+    def _condensed(
+        self, matrices: Array, part: NDArray[np.bool_]
+    ) -> tuple[Array, list[Front | Shift]]:
+        """Return the stiffness of some elements on the rim, and their eliminations."""
+        nothing, fronts = np.zeros((0, 0)), list[Front | Shift]()
+        system = LinearSystem(
+            matrices[part], self.unknowns[part], nothing, self.size, self._rim, self.centres[part]
+        )
+        return condense(system, fronts), fronts

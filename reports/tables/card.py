@@ -19,7 +19,7 @@ from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import Measured
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
-from reference.plastic.first_yield import yield_pressure
+from reference.plastic.dent_formulas import yield_pressure
 from reports.plots.stored import finest_fields, stored_fields
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}

@@ -179,20 +179,6 @@ def test_a_touch_beneath_all_samples_has_an_upper_bound_above_the_lower_one():
     assert 0 <= pressed.lower <= pressed.upper
 
 
-@pytest.mark.slow
-def test_force_of_a_light_touch_on_64_points_is_enclosed_to_2_percent():
-    heights = _heights(64)
-    pressed = Patch(heights, 1.0, 16).force(0.3 * heights.std(), 1.0)
-    assert pressed.width < 0.02
-
-
-@pytest.mark.slow
-def test_force_of_64_points_is_enclosed_to_4_percent():
-    heights = _heights(64)
-    pressed = Patch(heights, 1.0, 4).force(2 * heights.std(), 1.0)
-    assert pressed.width < 0.04
-
-
 def test_energies_of_cells_add_all_aliases():
     # at long waves they tend to the half-space's own 2/(E*|q|), and they exceed the displacement
     # in the cells' middles times the pressure at short ones
@@ -287,42 +273,12 @@ def test_bounds_of_the_energy_converge_with_the_cells():
     assert fine.width < 0.5 * coarse.width
 
 
-@pytest.mark.slow
-def test_a_map_far_above_zero_keeps_its_digits():
-    # heights in steps of 2^-14 at a level of 2^36: the level is exact, and so are the differences
-    heights = np.round(_heights(8) * 2**14) / 2**14
-    high, low = (
-        PeriodicSurface(heights + level, (1.0, 1.0), 2).energy(0.01, 1.0) for level in (2.0**36, 0)
-    )
-    assert high.lower == pytest.approx(low.lower, rel=1e-9)
-    assert high.upper == pytest.approx(low.upper, rel=1e-9)
-    depth = 0.5 * np.ptp(heights)
-    high, low = (Patch(heights + level, 1.0, 1).force(depth, 1.0) for level in (2.0**36, 0))
-    assert high.upper == pytest.approx(low.upper, rel=1e-9)
-
-
 def test_a_pressure_that_pulls_stores_no_upper_bound():
     surface = PeriodicSurface(_heights(8), (1.0, 1.0), 2)
     pressure = np.full(surface.grid, 0.01)
     pressure[0, 0] = -1e-9
     with pytest.raises(ValueError, match="pressure must be at least 0"):
         surface.energy_of(pressure)
-
-
-def test_a_pressure_on_cells_stores_the_same_on_finer_ones():
-    """Every second cell loaded, as on a chessboard: a function that finer cells hold as well.
-
-    Displacements in the middles of the loaded cells times forces say 70 % more: no energy.
-    """
-    flat = np.zeros((8, 8))
-    coarse, fine = (PeriodicSurface(flat, (1.0, 1.0), finer) for finer in (2, 8))
-    pressure = np.indices(coarse.grid).sum(axis=0) % 2 * 0.01
-    stored = coarse.energy_of(pressure)
-    assert stored == pytest.approx(fine.energy_of(np.kron(pressure, np.ones((4, 4)))), rel=1e-3)
-    modes = np.abs(np.fft.rfft2(pressure, norm="forward")) ** 2
-    modes[:, 1:-1] *= 2
-    middles = periodic(coarse.grid, coarse.spacing, 1.0, "cells")
-    assert 0.5 * (middles * modes).sum() > 1.5 * stored
 
 
 def test_the_deepest_place_of_a_cell_is_not_a_sampled_one():

@@ -11,21 +11,15 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.element import ElementDG
 
-from reference.contact import body as contact_body
 from reference.contact.press import assemble, sweep
 from reference.errors import ConvergenceError
-from reference.fem import Enforcement, Material, columns, grid_contact
-from reference.fem.column_elements import ELEMENTS
-from reference.fem.columns import Layers, compliance, of_smooth_pressure
+from reference.fem import Enforcement, Material, grid_body
+from reference.fem.columns import ELEMENTS, Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import FreeOperator, PeriodicOperator
-from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
 from reference.layered import Graded, Stack
 from reference.loads import Load
-
-WAVES = np.array([64.0, 32.0, 16.0, 8.0])
-
 
 # --- the assembled problem -------------------------------------------------------------------
 
@@ -204,32 +198,8 @@ def test_waves_one_by_one_are_the_assembled_problem(element, nu, sides):
 # --- transforms ------------------------------------------------------------------------------
 
 
-def bonded(q, thickness, nu):
-    """Compliance of a layer on a rigid base, E = 1 (Sneddon 1951; Johnson 1985, 5.8)."""
-    shear, a = 1 / (2 + 2 * nu), q * thickness
-    return (
-        (1 - nu) / (shear * q)
-        * ((3 - 4 * nu) * np.sinh(2 * a) - 2 * a)
-        / ((3 - 4 * nu) * np.cosh(2 * a) + 2 * a**2 + 5 - 12 * nu + 8 * nu**2)
-    )  # fmt: skip
-
-
 def half_space(q, nu):
     return 2 * (1 - nu**2) / q
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-@pytest.mark.parametrize("nu", [-0.3, 0.0, 0.3, 0.45, 0.5])
-def test_long_waves_are_those_of_the_half_space_to_second_order(element, nu):
-    """Pressures uniform on cells and read at their centres: the cells' own dispersion, O(h^2)."""
-    body = Layers([300.0], [Material(1.0, nu)])
-    q = 2 * np.pi / WAVES
-    errors = compliance((q, 0 * q), (1.0, 1.0), body, element=element) / half_space(q, nu) - 1
-    # where the element's error and the cells' cancel (linear, nu = 0.3) the order is not clean
-    assert np.abs(errors[0]) < 1.5e-3
-    if element == "splines":
-        orders = np.log2(errors[1:] / errors[:-1])
-        assert orders == pytest.approx(2.0, abs=0.1)
 
 
 @pytest.mark.parametrize(
@@ -246,33 +216,6 @@ def test_elements_alone_disperse_with_their_own_order(element, order, at_four, n
     assert np.all(errors > 0)
     assert errors[2] < at_four
     assert np.log2(errors[2] / errors[1]) == pytest.approx(order, abs=0.7)
-
-
-@pytest.mark.parametrize("element", ELEMENTS)
-@pytest.mark.parametrize("growth", [1.3, 1.08])
-def test_growth_of_the_layers_sets_a_floor(growth, element):
-    """Of long waves: 1.3e-5 at a growth of 1.3 and 1.1e-7 at 1.08, growth^4, for all elements.
-
-    Hat functions add 3e-6, their dispersion in the plane.
-    """
-    body = Layers([1600.0], [Material(1.0, 0.3)])
-    q = np.array([2 * np.pi / 800])
-    value = of_smooth_pressure((q, 0 * q), (1.0, 1.0), body, element=element, growth=growth)
-    floor = 1.32e-5 * (np.log(growth) / np.log(1.3)) ** 4
-    error = 1 - value[0] / half_space(q[0], 0.3) - (2.92e-6 if element == "linear" else 0.0)
-    assert error == pytest.approx(floor, rel=0.2)
-
-
-@pytest.mark.parametrize("element", ["splines", "quadratic"])
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45, 0.5])
-def test_layer_on_a_rigid_base_has_the_closed_transform(nu, element):
-    """32 cells a wave, from a sixteenth to once the wave: within 1e-5."""
-    wave = 32.0
-    q = np.array([2 * np.pi / wave])
-    for thickness in (2.0, 8.0, 30.0):
-        body = Layers([thickness], [Material(1.0, nu)])
-        value = of_smooth_pressure((q, 0 * q), (1.0, 1.0), body, element=element, growth=1.1)
-        assert value[0] == pytest.approx(bonded(q[0], thickness, nu), rel=1e-5)
 
 
 @pytest.mark.parametrize("element", ["splines", "quadratic"])
@@ -350,28 +293,6 @@ def test_shallow_mesh_on_an_impedance_is_a_half_space_with_the_order_of_its_elem
     np.testing.assert_allclose(deeper[2], clamped[2], rtol=5e-5)
 
 
-@pytest.mark.parametrize("element", ELEMENTS)
-def test_stiffness_on_an_impedance_is_symmetric_positive_and_its_energy_bounded(element):
-    """Displacements of elements are some of those that are possible: less energy is stored."""
-    hard, soft = Material(30.0, 0.0), Material(1.0, 0.0)
-    q = 2 * np.pi / np.array([64.0, 16.0, 4.0])
-    waves, body = (0.6 * q, 0.8 * q), Layers([1.0], [hard], soft)
-    found = []
-
-    def read(stiffness, force, point, wave):
-        found.append(stiffness)
-        return np.zeros(len(stiffness))
-
-    columns._of_waves(waves, (1.0, 1.0), body, element, read)
-    (stiffness,) = found
-    np.testing.assert_allclose(stiffness, stiffness.transpose(0, 2, 1), rtol=1e-12)
-    assert (np.linalg.eigvalsh(stiffness) > 0).all()
-    energy = of_smooth_pressure(waves, (1.0, 1.0), body, element=element)
-    assert (energy < Stack([1.0], [hard], soft).compliance(q) * (1 + 1e-13)).all()
-    with pytest.raises(ValueError, match="inertia must be 0"):
-        columns.tensor(waves, (1.0, 1.0), body, inertia=0.1)
-
-
 def test_bodies_on_an_impedance_answer_as_clamped_ones():
     """Clamped two periods down the floor of growing layers is left: 1e-5 of the longest waves."""
     hard, soft = Material(100.0, 0.2), Material(1.0, 0.3)
@@ -404,7 +325,7 @@ def test_hertz_depth_converges_with_second_order(element):
         gap = ball(radius, (0.2, -0.3))
         body = FreeBody(gap.shape, (1.0, 1.0), STEEL, element)
         load = Load("force", 4 / 3 * radius**3 / 100)
-        (contact,) = grid_contact.sweep(body, gap - gap.min(), load)
+        (contact,) = grid_body.sweep(body, gap - gap.min(), load)
         errors.append(abs((contact.penetration + gap.min()) / (radius**2 / 100) - 1))
     assert errors[0] < 2e-3
     # at least second order from 5 to 20 cells; half is left to the rim's place in its cell
@@ -426,7 +347,7 @@ def test_area_inside_the_contact_line_of_hertz(element, nu):
         gap = ball(radius, rng.uniform(-0.5, 0.5, 2))
         body = FreeBody(gap.shape, (1.0, 1.0), Material(1 - nu**2, nu), element)
         load = Load("force", 4 / 3 * radius**3 / 100)
-        (contact,) = grid_contact.sweep(body, gap - gap.min(), load)
+        (contact,) = grid_body.sweep(body, gap - gap.min(), load)
         errors.append((located_area(contact) / (np.pi * radius**2) - 1) * radius / 2)
     assert abs(np.mean(errors)) < 0.008
     assert np.std(errors) < 0.02
@@ -456,7 +377,7 @@ def test_rough_contact_converges_to_the_half_space(periodic):
         kind = PeriodicOperator if periodic else FreeOperator
         half = list(sweep(kind(gap.shape, spacing, 1.0), gap, load))
         body = (PeriodicBody if periodic else FreeBody)(gap.shape, spacing, STEEL)
-        elements = list(grid_contact.sweep(body, gap, load))
+        elements = list(grid_body.sweep(body, gap, load))
         differences.append(
             [
                 (abs(a.penetration / b.penetration - 1), abs(area(a) / area(b) - 1))
@@ -494,25 +415,12 @@ def test_free_patch_does_not_see_its_images(sides, element, nu):
     assert np.abs(one - two).max() < 5e-4 * two.max()
 
 
-def test_kernels_too_large_to_keep_are_those_of_small_grids(monkeypatch):
-    """Elements and half-space keep different tables, and large grids neither."""
-    pressure = np.zeros((8, 8))
-    pressure[4, 3] = 1.0
-
-    def displaced():
-        return FreeBody((8, 8), (1.0, 1.0), STEEL).convolution(np.float64)(pressure)
-
-    kept = displaced()
-    monkeypatch.setattr(contact_body, "LARGEST_KEPT", 10)
-    np.testing.assert_array_equal(displaced(), kept)
-
-
 def test_what_is_lifted_beside_long_cells_is_seen():
     """Elements below cells of 1:30 raise the neighbours of a loaded one, which may touch then."""
     body = FreeBody((32, 32), (1.0, 30.0), Material(0.75, 0.5), "splines")
     gap = np.full((32, 32), 1.001)
     gap[16, 16] = 0.0
-    (contact,) = grid_contact.sweep(body, gap, Load("penetration", 1.0))
+    (contact,) = grid_body.sweep(body, gap, Load("penetration", 1.0))
     anew = assemble(body, gap, contact.pressure, contact.penetration, 0, [0.0])
     assert body.lifts
     assert anew.violation < 1e-7
@@ -522,21 +430,21 @@ def test_penalty_is_a_softer_body_and_multipliers_take_it_back():
     """Overlap of the penalty method falls as 1/eps; multipliers leave none."""
     gap, load = rough(32), Load("force", np.array([0.05 * 32**2]))
     body = PeriodicBody(gap.shape, (1.0, 1.0), STEEL)
-    (exact,) = grid_contact.sweep(body, gap, load)
+    (exact,) = grid_body.sweep(body, gap, load)
     errors = []
     for eps in (1e1, 1e2, 1e3):
-        (soft,) = grid_contact.sweep(body, gap, load, Enforcement("penalty", eps))
+        (soft,) = grid_body.sweep(body, gap, load, Enforcement("penalty", eps))
         # every depth sinks by the overlap of the mean pressure, and the pressure moves too
         errors.append(soft.penetration - exact.penetration)
     assert np.all(np.array(errors) > 0)
     assert np.log10(errors[1] / errors[2]) == pytest.approx(1.0, abs=0.1)
     for control, value in (("force", exact.force), ("penetration", exact.penetration)):
         how = Enforcement("augmented_lagrangian", 1e2)
-        (same,) = grid_contact.sweep(body, gap, Load(control, value), how)
+        (same,) = grid_body.sweep(body, gap, Load(control, value), how)
         assert same.force == pytest.approx(exact.force, rel=1e-6)
         assert same.penetration == pytest.approx(exact.penetration, rel=1e-6)
         assert same.violation < 1e-7
-    (half,) = grid_contact.sweep(body, gap, Load("mean_gap", exact.mean_gap), how)
+    (half,) = grid_body.sweep(body, gap, Load("mean_gap", exact.mean_gap), how)
     assert half.force == pytest.approx(exact.force, rel=1e-5)
 
 
@@ -550,19 +458,13 @@ def test_multipliers_answer_and_refuse_as_the_exact_method_does():
         (np.zeros((1, 1)), Load("force", 2.0)),
     ):
         below = body if gap.size > 1 else PeriodicBody((1, 1), (1.0, 1.0), STEEL)
-        exact, same = (next(grid_contact.sweep(below, gap, load, e)) for e in (Enforcement(), how))
+        exact, same = (next(grid_body.sweep(below, gap, load, e)) for e in (Enforcement(), how))
         assert (same.force, same.penetration) == (exact.force, exact.penetration)
     with pytest.raises(ValueError, match="full contact"):
-        next(grid_contact.sweep(body, bowl, Load("penetration", 9.0), how))
+        next(grid_body.sweep(body, bowl, Load("penetration", 9.0), how))
     low = Enforcement("augmented_lagrangian", 1e-2)
     with pytest.raises(ConvergenceError, match="a larger one needs fewer"):
-        next(grid_contact.sweep(body, bowl, Load("force", 20.0), low))
-
-
-@pytest.mark.parametrize("kind", [PeriodicBody, FreeBody])
-def test_unknown_elements_are_refused_before_anything_is_computed(kind):
-    with pytest.raises(ValueError, match=r"element must be .*'quadratic', not 'cubic'"):
-        kind((8, 8), (1.0, 1.0), STEEL, "cubic")
+        next(grid_body.sweep(body, bowl, Load("force", 20.0), low))
 
 
 @pytest.mark.parametrize("kind", [PeriodicBody, FreeBody])
@@ -577,15 +479,6 @@ def test_softer_coarser_and_smaller_bodies_are_what_they_are_made_of(kind):
         smaller = kind((4, 5), (1.0, 1.5), STEEL, "linear", 0.5).transfer
         # the images that are taken away lie elsewhere: 1e-5 of what is under the load
         np.testing.assert_allclose(body.restrict((4, 5)).transfer, smaller, rtol=1e-4)
-
-
-def test_stiffness_under_a_penalty_is_that_of_force_and_depth():
-    """The springs give way, too: dF/dd of two near depths, whose contacts are the same."""
-    gap = rough(32)
-    body, how = FreeBody(gap.shape, (1.0, 1.0), STEEL), Enforcement("penalty", 1.0)
-    one, two = grid_contact.sweep(body, gap, Load("penetration", np.array([1.0, 1.0 + 1e-6])), how)
-    stiffness = (two.force - one.force) / (two.penetration - one.penetration)
-    assert contact_stiffness(one.operator, one.mask) == pytest.approx(stiffness, rel=1e-3)
 
 
 def test_faults_are_listed():

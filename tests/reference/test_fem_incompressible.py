@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from reference.fem import Material, RingMesh, TensorMesh, half_space_body, indent, press, recover
-from reference.fem.element_stiffness import mixed_matrices, shape_gradients
+from reference.fem import Material, RingMesh, half_space_body, indent, recover
+from reference.fem.element_stiffness import facet_quadrature, mixed_matrices, shape_gradients
 from reference.fem.far_field import exterior_stiffness
 from reference.fem.half_space_mesh import tensor_mesh
 from reference.loads import Load
@@ -31,13 +31,6 @@ def test_hertz_force_on_rubber_converges_with_fourth_order():
     assert np.all(errors > 0.0)
     assert errors[-1] < 2e-4
     assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] > 3.3
-
-
-@pytest.mark.slow
-def test_the_mixed_form_goes_on_where_the_displacement_form_ends():
-    """Nu 0.4999 by displacements and 0.49991 mixed: E* differs by 1e-5, the two meshes by 3e-5."""
-    forces = [hertz(rubber(4, nu))[1].force * (1 - nu**2) for nu in (0.4999, 0.49991, 0.5)]
-    np.testing.assert_allclose(forces, forces[0], rtol=1e-4)
 
 
 @pytest.mark.slow
@@ -65,19 +58,6 @@ def test_volume_is_kept_and_the_mean_stress_is_smooth():
     np.testing.assert_allclose(result, exact, atol=0.03)
 
 
-@pytest.mark.slow
-def test_a_grid_of_straight_lines_takes_the_mixed_form_too():
-    """Fixed mesh, contact anywhere: within the quantisation of nodes, 5e-4."""
-    lines = np.linspace(0.0, 1.02, 8)
-    body = half_space_body(
-        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.5)
-    )
-    gap = 0.5 * (body.points**2).sum(axis=1)
-    for step in press(body, gap, Load("penetration", [0.6, 1.0])):
-        exact = 4.0 / 3.0 * body.effective_modulus * step.penetration**1.5
-        assert step.force == pytest.approx(exact, rel=2e-3)
-
-
 def test_mixed_element_is_symmetric_with_the_right_signs():
     """Positive on displacements (six rigid motions free), zero on mean stresses at nu = 1/2."""
     lines = np.array([0.0, 0.4, 1.0])
@@ -97,7 +77,9 @@ def test_exterior_of_rubber_is_the_limit_of_nearly_incompressible_ones():
     lines = np.array([0.0, 0.5, 1.0])
     grid = tensor_mesh(lines, lines, lines, order=2, planes=(True, True))
     values = [
-        exterior_stiffness(grid.mesh, grid.outer, [np.zeros((1, 2))], nu)[0, 0]
+        exterior_stiffness(*facet_quadrature(grid.mesh, grid.outer, 5)[2:], [np.zeros((1, 2))], nu)[
+            0, 0
+        ]
         for nu in (0.4998, 0.4999, 0.5)
     ]
     assert values[2] == pytest.approx(2 * values[1] - values[0], rel=1e-6)

@@ -16,8 +16,6 @@ from reference.fem import (
     pardiso,
     recover,
 )
-from reference.fem.element_stiffness import stiffness_matrices
-from reference.fem.matrix_free import ExtrudedStiffness, Lattice
 from reference.loads import Load
 
 needs_pardiso = pytest.mark.skipif(
@@ -98,26 +96,6 @@ def test_conjugate_gradients_take_as_many_steps_on_every_mesh():
     assert steps[1] <= 1.35 * steps[0] <= 40
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_the_stiffness_of_an_extruded_mesh_is_that_of_its_elements(order):
-    """Sums of products over plane and depth are the assembled matrix, to rounding."""
-    mesh = TensorMesh(LINES, LINES[:4], order=order)
-    if order == 2:
-        mesh = RingMesh(1.0, elements=2)
-    grid = mesh.meshed().grid
-    lattice = Lattice.of(grid)
-    field = np.random.default_rng(0).normal(size=(3, *lattice.nodes.shape))
-    values = np.zeros((grid.mesh.p.shape[1], 3))
-    values[lattice.nodes] = np.moveaxis(field, 0, 2)
-    elements = grid.mesh.dofs.element_dofs.T
-    matrices = stiffness_matrices(grid.mesh, 0.3)
-    parts = np.einsum("eij,ej->ei", matrices, values[elements].reshape(len(elements), -1))
-    exact = np.zeros_like(values)
-    np.add.at(exact, elements, parts.reshape(*elements.shape, 3))
-    forces = np.moveaxis(ExtrudedStiffness(lattice, 0.3) @ field, 0, 2)
-    np.testing.assert_allclose(forces, exact[lattice.nodes], atol=1e-12 * np.abs(exact).max())
-
-
 def test_conjugate_gradients_recover_the_interior():
     """One more solve under the same nodal forces; 1e-5 of the largest displacement."""
     bodies = both(RingMesh(1.0, elements=2, edge=1.0))
@@ -141,21 +119,6 @@ def test_conjugate_gradients_recover_the_interior_under_any_load():
         body.flexibility.interior(np.nan * reactions)
 
 
-def test_a_contact_that_is_not_moved_carries_nothing():
-    """A column of zeros needs no solve, and leaves those beside it alone."""
-    body = half_space_body(
-        RingMesh(1.0, elements=2), Material(1.0, 0.3), solver="conjugate_gradients"
-    )
-    inside, rigid = np.arange(4), np.zeros(4)
-    alone, _ = body.flexibility.respond(inside, np.ones((4, 1)), rigid)
-    right = np.stack([np.zeros(4), np.ones(4)], axis=1)
-    body.flexibility.solved.clear()
-    forces, field = body.flexibility.respond(inside, right, rigid)
-    np.testing.assert_allclose(forces[:, 1], alone[:, 0], rtol=1e-14)
-    assert not forces[:, 0].any()
-    assert not field[:, 0].any()
-
-
 def test_a_preconditioner_that_is_not_definite_is_no_convergence(monkeypatch):
     body = half_space_body(
         RingMesh(1.0, elements=2), Material(1.0, 0.3), solver="conjugate_gradients"
@@ -176,11 +139,3 @@ def both(mesh, nu=0.3, **options):
     """Return the body condensed by nested dissection, and that of conjugate gradients."""
     solvers = "nested_dissection", "conjugate_gradients"
     return [half_space_body(mesh, Material(1.0, nu), solver=s, **options) for s in solvers]
-
-
-def test_an_unknown_solver_is_refused():
-    with pytest.raises(
-        ValueError,
-        match="solver must be 'nested_dissection', 'pardiso' or 'conjugate_gradients', not 'gauss'",
-    ):
-        half_space_body(RingMesh(1.0), Material(1.0, 0.3), solver="gauss")

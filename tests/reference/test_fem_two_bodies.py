@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
-from reference.fem import Material, RingMesh, TensorMesh, half_space_body, press
+from reference.fem import Material, RingMesh, TensorMesh, half_space_body
 from reference.fem.condensed_body import supported_body
 from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.fem.two_bodies import couple, overlap_triangles
@@ -177,32 +177,6 @@ def test_two_elastic_spheres_are_hertz_with_both_compliances():
     assert rough > 4.0 * smooth
 
 
-@pytest.mark.slow
-def test_the_force_of_a_mortar_converges():
-    """Triquadratic cells, 2 to 5 per radius: at least second order in the rms over depths."""
-    cells, errors = np.array([2, 3, 4]), []
-    for n in cells:
-        pair = couple(half_space(n, 2, MODULI[0]), half_space(n + 1, 2, MODULI[1]))
-        errors.append(oscillation(pair)[0])
-    slope = np.polyfit(np.log(cells), np.log(errors), 1)[0]
-    assert slope < -2.0
-
-
-def test_a_very_stiff_master_is_a_rigid_one():
-    """With a master 1e9 times stiffer the pair is the single body, up to the weighted gap."""
-    lines = np.linspace(-1.25, 1.25, 13)
-    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
-    stiff = half_space_body(
-        TensorMesh(np.linspace(-1.3, 1.3, 9), np.linspace(-1.3, 1.3, 9)), Material(1e9, 0.3)
-    )
-    pair = couple(body, stiff, coupling="node_to_surface")
-    (both,) = pair.press(two_spheres, Load("penetration", 0.8))
-    (one,) = press(body, two_spheres(*body.points.T), Load("penetration", 0.8))
-    assert both.force == pytest.approx(one.force, rel=1e-7)
-    (both,) = couple(body, stiff).press(two_spheres, Load("penetration", 0.8))
-    assert both.force == pytest.approx(one.force, rel=0.02)
-
-
 def test_units_do_not_change_digits():
     """Lengths and moduli scaled by powers of two give the same digits."""
     lines, others = np.linspace(-1.0, 1.0, 6), np.linspace(-1.1, 1.1, 8)
@@ -217,18 +191,6 @@ def test_units_do_not_change_digits():
         )
         forces.append(step.force / (modulus * size**2))
     assert forces[0] == forces[1]
-
-
-def test_a_pair_of_half_spaces_scales():
-    """Without a length of its own, a pair twice as large is twice as stiff."""
-    lines = np.linspace(-1.0, 1.0, 6)
-    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
-    pair = couple(body, body)
-    (small,) = pair.press(two_spheres, Load("penetration", 0.4))
-    (large,) = pair.scaled(2.0).press(
-        lambda x, y: two_spheres(x, y) / 2.0, Load("penetration", 0.8)
-    )
-    assert large.force == pytest.approx(4.0 * small.force, rel=1e-13)
 
 
 def test_what_cannot_be_coupled_is_refused():

@@ -11,8 +11,7 @@ from reference.contact.press import press
 from reference.elasticity import Material
 from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
-from reference.fem.grid_body import FreeBody, PeriodicBody
-from reference.fem.grid_contact import sweep
+from reference.fem.grid_body import FreeBody, PeriodicBody, sweep
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
 from reference.layered.layered_grid import cell_coefficients, cell_modes

@@ -30,7 +30,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
 from reference import fem
-from reference.fem import grid_contact
+from reference.fem import grid_body
 from reference.fem.grid_body import LONGEST, FreeBody, PeriodicBody
 from reference.halfspace import Contact
 from reference.layered.layered_grid import Body
@@ -140,9 +140,9 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
             load = Load(task.loads.control, loads)
-            yield from grid_contact.sweep(operator, gap, load, self.enforcement)
+            yield from grid_body.sweep(operator, gap, load, self.enforcement)
 
-        pressed = grid_contact.body_under(operator, self.enforcement)
+        pressed = grid_body.body_under(operator, self.enforcement)
         return as_far_as_possible(task, pressed, gap, run)
 
 

@@ -30,7 +30,7 @@ from comparisons.scene.scene import Scene
 from reference.bounds import flat_faces, homogeneous, revolution
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import POWER, Interval, above, below
-from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
+from reference.bounds.revolution import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
 
 At = Callable[[float], Interval]
 # Of penetration and force, one of which is given and the other an interval.

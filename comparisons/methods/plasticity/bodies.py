@@ -37,7 +37,7 @@ from reference.loads import LoadPath
 from reference.particles import Domain, ParticleHalfSpace
 from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import DentMoment, OutgrownError, Walk
-from reference.plastic.first_yield import first_yield
+from reference.plastic.indentation import first_yield
 
 # Meshes resolve contacts down to this share of the largest.
 _SMALLEST = 1 / 3

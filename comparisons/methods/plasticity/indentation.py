@@ -33,8 +33,13 @@ from reduced.springs.line import Springs
 from reference.closed_form import ellipsoid
 from reference.elasticity import Material
 from reference.plastic import PlasticMaterial, yield_depth, yield_pressure
-from reference.plastic.dent_formulas import Fit, FlattenedBall, jackson_green, kogut_etsion
-from reference.plastic.first_yield import elliptic_yield_pressure
+from reference.plastic.dent_formulas import (
+    Fit,
+    FlattenedBall,
+    elliptic_yield_pressure,
+    jackson_green,
+    kogut_etsion,
+)
 
 PHYSICS = frozenset({"plasticity"})
 ONLY_INDENTERS = "for single indenters on a plane"

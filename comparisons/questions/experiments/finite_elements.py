@@ -26,8 +26,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.fem import Material
-from reference.fem.column_elements import Element
-from reference.fem.columns import Layers, of_smooth_pressure
+from reference.fem.columns import Element, Layers, of_smooth_pressure
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {

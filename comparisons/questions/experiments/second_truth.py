@@ -16,7 +16,7 @@ from comparisons.questions.experiments.experiment import Above, OneOf, Share, ex
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from reference.contact.press import press
 from reference.fem import Material
-from reference.fem.column_elements import Element
+from reference.fem.columns import Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
 from reference.halfspace.contact_line import located_area
