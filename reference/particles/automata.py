@@ -246,12 +246,7 @@ class Automata:
         return self._shared(_stresses, moved, traces, flowed, np.empty((self.packing.free, 3, 3)))
 
     def _shared(
-        self,
-        compiled: Callable[..., None],
-        moved: Floats,
-        traces: Floats,
-        flowed: Floats,
-        out: Floats,
+        self, compiled: Callable, moved: Floats, traces: Floats, flowed: Floats, out: Floats
     ) -> Floats:
         """Let threads share automata: each is written by one, from what none of them writes."""
         near, surface = self.packing.neighbours, self.packing.surface
@@ -357,9 +352,7 @@ def wave_stiffness(material: Elastic, wave: Floats) -> NDArray[np.complex128]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _strains(
-    first: int, end: int, moved: Floats, neighbours: Integers, surface: int, out: Floats
-) -> None:
+def _strains(first, end, moved, neighbours, surface, out):
     for i in range(first, end):
         total = 0.0
         for k in range(12):
@@ -373,9 +366,7 @@ def _strains(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _pull(
-    moved: Floats, flowed: Floats, i: int, j: int, k: int
-) -> tuple[float, float, float]:  # pragma: no cover - compiled
+def _pull(moved, flowed, i, j, k):  # pragma: no cover - compiled
     """Return eps n + gamma of a bond: all relative motion but the common rotation and flow."""
     nx, ny, nz = DIRECTIONS[k, 0], DIRECTIONS[k, 1], DIRECTIONS[k, 2]
     rx = 0.5 * (moved[j, 3] + moved[i, 3])
@@ -395,17 +386,8 @@ def _pull(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _forces(
-    first: int,
-    end: int,
-    moved: Floats,
-    traces: Floats,
-    flowed: Floats,
-    neighbours: Integers,
-    surface: int,
-    shear_modulus: float,
-    lame_modulus: float,
-    out: Floats,
-) -> None:
+    first, end, moved, traces, flowed, neighbours, surface, shear_modulus, lame_modulus, out
+):
     shear, lame = 2.0 * shear_modulus * FACE, 0.5 * lame_modulus * FACE
     for i in range(first, end):
         fx = fy = fz = mx = my = mz = 0.0
@@ -430,17 +412,8 @@ def _forces(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _stresses(
-    first: int,
-    end: int,
-    moved: Floats,
-    traces: Floats,
-    flowed: Floats,
-    neighbours: Integers,
-    surface: int,
-    shear_modulus: float,
-    lame_modulus: float,
-    out: Floats,
-) -> None:
+    first, end, moved, traces, flowed, neighbours, surface, shear_modulus, lame_modulus, out
+):
     shear, lame = 2.0 * shear_modulus * FACE, 0.5 * lame_modulus * FACE
     for i in range(first, end):
         volume = 0.5 * VOLUME if i < surface else VOLUME

@@ -25,7 +25,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from reference.arguments import positive_faults, refuse
-from reference.particles.automata import LAYER, VOLUME
+from reference.particles.automata import ENTRIES, LAYER, VOLUME
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -81,8 +81,16 @@ class Asperities:
             drawn: Floats = self.energy * (1 + self.scatter * random.uniform(-1, 1, count))
             return drawn
 
-        # two bodies, held at the bottom and moved at the top
-        lower = self._body()
+        # two bodies, held at the bottom and moved at the top; the tip of the lower at z = height
+        layers = []
+        for layer in range(1 - _LAYERS, int(np.floor(self.height / LAYER)) + 1):
+            half = 0.5 * (layer % 2)
+            x = np.arange(-_HALF_LENGTH - half, _HALF_LENGTH + 0.6)
+            y = np.arange(-_HALF_WIDTH - half, _HALF_WIDTH + 0.6)
+            net = np.stack(np.meshgrid(x, y, [layer * LAYER], indexing="ij"), -1).reshape(-1, 3)
+            surface = self.height - (net[:, 0] ** 2 + net[:, 1] ** 2) / (2 * self.radius)
+            layers.append(net[(net[:, 2] <= surface) | (layer <= 0)])
+        lower = np.concatenate(layers)
         reach = 2 * np.sqrt(self.radius * self.overlap) + 1.5
         shift = (-reach, float(random.uniform(-0.5, 0.5)), 2 * self.height - self.overlap)
         places = np.concatenate([lower, lower * (1.0, 1.0, -1.0) + shift])
@@ -158,19 +166,6 @@ class Asperities:
             spent=spent,
         )
 
-    def _body(self) -> Floats:
-        """Return the places of the lower body, the tip of its asperity at z = height."""
-        layers = []
-        depth = -(_LAYERS - 1)
-        for layer in range(depth, int(np.floor(self.height / LAYER)) + 1):
-            half = 0.5 * (layer % 2)
-            x = np.arange(-_HALF_LENGTH - half, _HALF_LENGTH + 0.6)
-            y = np.arange(-_HALF_WIDTH - half, _HALF_WIDTH + 0.6)
-            net = np.stack(np.meshgrid(x, y, [layer * LAYER], indexing="ij"), -1).reshape(-1, 3)
-            surface = self.height - (net[:, 0] ** 2 + net[:, 1] ** 2) / (2 * self.radius)
-            layers.append(net[(net[:, 2] <= surface) | (layer <= 0)])
-        return np.concatenate(layers)
-
 
 @dataclass(frozen=True, eq=False)
 class Drag:
@@ -212,11 +207,7 @@ class Drag:
 
 
 def _listed(
-    places: Floats,
-    pairs: Pairs,
-    bonded: Mask,
-    limits: Floats,
-    energies: Callable[[int], Floats],
+    places: Floats, pairs: Pairs, bonded: Mask, limits: Floats, energies: Callable[[int], Floats]
 ) -> tuple[Pairs, Mask, Floats]:
     """List all pairs that may act until some particle has moved far; bonds stay as they are."""
     count = np.array([len(places), 1])
@@ -230,24 +221,21 @@ def _listed(
 
 
 def _stress(places: Floats, pairs: Pairs, bonded: Mask) -> Floats:
+    """Return half the force moments of the pairs (n, 6) over the volume."""
+    i, j = pairs.T
+    way = places[j] - places[i]
+    r = np.sqrt((way**2).sum(axis=1))
+    stretch = np.where(bonded | (r < 1.0), r - 1.0, 0.0)
     stress = np.zeros((len(places), 6))
-    _moments(places, pairs, bonded, stress)
+    for entry, (a, b) in enumerate(ENTRIES):
+        moment = stretch * way[:, a] * way[:, b] / r
+        for end in (i, j):
+            stress[:, entry] += np.bincount(end, moment, len(places))
     return stress / (2 * VOLUME)
 
 
 @njit(cache=True, error_model="numpy")
-def _act(
-    places: Floats,
-    velocities: Floats,
-    pairs: Pairs,
-    bonded: Mask,
-    limits: Floats,
-    healing: float,
-    damping: float,
-    step: float,
-    pulls: Floats,
-    ledger: Floats,
-) -> float:
+def _act(places, velocities, pairs, bonded, limits, healing, damping, step, pulls, ledger):
     """Add the pulls of all pairs; return their elastic energy, and book the losses."""
     energy = 0.0
     for p in range(len(pairs)):
@@ -284,18 +272,3 @@ def _act(
         pulls[j, 1] -= pull * y
         pulls[j, 2] -= pull * z
     return energy
-
-
-@njit(cache=True, error_model="numpy")
-def _moments(places: Floats, pairs: Pairs, bonded: Mask, out: Floats) -> None:
-    for p in range(len(pairs)):
-        i, j = pairs[p, 0], pairs[p, 1]
-        way = places[j] - places[i]
-        r = np.sqrt((way**2).sum())
-        stretch = r - 1.0
-        if not bonded[p] and stretch >= 0.0:
-            continue
-        for entry, (a, b) in enumerate(((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))):
-            moment = stretch * way[a] * way[b] / r
-            out[i, entry] += moment
-            out[j, entry] += moment

@@ -78,7 +78,11 @@ class PlasticHalfSpace(ParticleHalfSpace):
                 yield self._lift_off(gap, balance, depth=None if forced else value, keep=True)
                 last = None
                 continue
-            for stage in _stages(earlier, value):
+            # beyond the largest load so far in stages
+            start = max(earlier, FIRST_STAGE * value)
+            count = max(int(np.ceil(np.log(value / start) / np.log(STAGE) - 1e-9)), 1)
+            stages = start * (value / start) ** (np.arange(1, count + 1) / count)
+            for stage in stages.tolist() if value > start else [value]:
                 contact, last = self._agreed(
                     gap, stage, origin, last, forced=forced, balance=balance
                 )
@@ -154,19 +158,6 @@ class PlasticHalfSpace(ParticleHalfSpace):
         """Return the contact, from whose plastic strains the next load begins."""
         self._before = self.flowed, self.amount
         return super()._contact(depth, sources, rest, reactions, near, steps)
-
-
-def _stages(earlier: float, load: float) -> list[float]:
-    """Return loads on the way from the largest one so far to a larger one.
-
-    >>> [round(load, 3) for load in _stages(1.0, 2.0)]
-    [1.189, 1.414, 1.682, 2.0]
-    """
-    start = max(earlier, FIRST_STAGE * load)
-    if load <= start:
-        return [load]
-    count = int(np.ceil(np.log(load / start) / np.log(STAGE) - 1e-9))
-    return (start * (load / start) ** (np.arange(1, count + 1) / count)).tolist()
 
 
 def deviator(stresses: Floats) -> Floats:
