@@ -96,31 +96,17 @@ _MUTE = 1e-12
 
 
 class Symbols(NamedTuple):
-    """Integrals over a cell in one direction, for waves of phase theta from cell to cell.
+    """Integrals over a cell in one direction, for waves of phase theta from cell to cell."""
 
-    Attributes
-    ----------
-    mass, stiffness, mixed : (waves, classes, classes)
-        Of two shape functions, of their slopes (times h^2), of one and the other's slope (times h
-        and over i).
-    value, slope : (waves, pressures, classes)
-        Of a pressure and a shape function, and its slope (times h and over i).
-    pressure : (waves, pressures)
-        Of two pressures.
-    force, point, wave : (waves, classes)
-        Of a shape function over the cell of a contact solver; its value at the cell's centre; of it
-        and the wave itself.
-    """
-
-    mass: Array
-    stiffness: Array
-    mixed: Array
-    value: Array
-    slope: Array
-    pressure: Array
-    force: Array
-    point: Array
-    wave: Array
+    mass: Array  # (waves, classes, classes), of two shape functions
+    stiffness: Array  # of their slopes, times h^2
+    mixed: Array  # of one and the other's slope, times h and over i
+    value: Array  # (waves, pressures, classes), of a pressure and a shape function
+    slope: Array  # and its slope, times h and over i
+    pressure: Array  # (waves, pressures), of two pressures
+    force: Array  # (waves, classes), of a shape function over the cell of a contact solver
+    point: Array  # its value at the cell's centre
+    wave: Array  # of it and the wave itself
 
     @classmethod
     def of(cls, element: Element, theta: Array) -> Symbols:
@@ -172,32 +158,17 @@ _PRESSURE_DEGREES: dict[Element, tuple[tuple[int, int, int], ...]] = {
 
 
 class WaveIntegrals(NamedTuple):
-    """Products of the symbols of both directions, per area of the surface; the waves come last.
+    """Products of the symbols of both directions, per area of the surface; the waves come last."""
 
-    Attributes
-    ----------
-    moves : (6, nodes, nodes, waves)
-        Displacements: mass; stiffness along x and y; both slopes; one slope, in x and in y.
-    volumes : (3, pressures, nodes, waves)
-        Pressures and slopes along x and y, and values.
-    stored : (pressures, waves)
-        Two pressures.
-    mute : (pressures, waves)
-        1 for pressures that act on nothing, 0 for others.
-    degrees : (pressures,)
-        Of the pressures in depth.
-    force, point, wave : (nodes, waves)
-        Of a pressure on the cell, at its centre, and of the wave.
-    """
-
-    moves: Array
-    volumes: Array
-    stored: Array
-    mute: Array
-    degrees: NDArray[np.intp]
-    force: Array
-    point: Array
-    wave: Array
+    # displacements: mass; stiffness along x and y; both slopes; one slope, in x and in y
+    moves: Array  # (6, nodes, nodes, waves)
+    volumes: Array  # (3, pressures, nodes, waves): pressures and slopes along x and y, and values
+    stored: Array  # (pressures, waves): two pressures
+    mute: Array  # (pressures, waves): 1 for pressures that act on nothing
+    degrees: NDArray[np.intp]  # (pressures,), in depth
+    force: Array  # (nodes, waves): of a pressure on the cell
+    point: Array  # at its centre
+    wave: Array  # of the wave
 
 
 def in_plane(

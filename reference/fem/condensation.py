@@ -34,36 +34,20 @@ SMALLEST_PIVOT = 1e-9  # relative pivot of a determined mean stress, against rou
 class LinearSystem:
     """Element matrices with their unknowns.
 
-    Attributes
-    ----------
-    matrices : (elements, size, size)
-        None (0, size, size) where the stiffness is applied without them.
-    unknowns : (elements, size)
-        Number of the unknown of every row; -1 for zero displacements.
-    boundary : (boundary unknowns, far-field unknowns)
-        The displacement ``u[first + i] = boundary[i] @ q`` of the unknowns that follow far-field
-        unknowns q, numbered last, from `first`.
-    first : int
-        Number of free unknowns.
-    retained : (r,)
-        The retained free unknowns.
-    centres : (elements, 3)
-        Element centres, for the bisection.
-    exterior : (k, k), optional
-        Stiffness of the unmeshed exterior on the far-field unknowns. Without it these are retained,
-        too, after the others.
-    mean_stresses : (elements, 4) or (0, 4)
-        Free unknowns that make the system indefinite: the mean stresses of elements (a constant and
-        three slopes) in a mixed form, which are among the `unknowns` of their element only.
+    Free unknowns come first. Of those at the boundary the displacement follows far-field unknowns
+    q, which are numbered last: ``u[first + i] = boundary[i] @ q``; `exterior` is the stiffness of
+    what is not meshed on these, without which they are retained, too, after the others.
     """
 
-    matrices: Array
-    unknowns: Integers
-    boundary: Array
-    first: int
-    retained: Integers
-    centres: Array
-    exterior: Array | None = None
+    matrices: Array  # (elements, size, size); none where the stiffness is applied without them
+    unknowns: Integers  # (elements, size), number of the unknown of every row; -1: held
+    boundary: Array  # (boundary unknowns, far-field unknowns)
+    first: int  # number of free unknowns
+    retained: Integers  # (r,), the retained free unknowns
+    centres: Array  # (elements, 3), of the elements, for the bisection
+    exterior: Array | None = None  # (k, k)
+    # (elements, 4) free unknowns that make the system indefinite: the mean stresses of elements (a
+    # constant and three slopes) in a mixed form, among the unknowns of their element only
     mean_stresses: Integers = field(default_factory=lambda: np.zeros((0, STRESSES), np.int64))
 
 

@@ -47,20 +47,13 @@ _FRICTION_REACH = 1.25
 class FrictionalBody:
     """Half of a half-space, y >= 0, under loads symmetric about y = 0.
 
-    Attributes
-    ----------
-    points : (n, 2)
-        Candidate contact points.
-    compliance : (n, 3, n, 3)
-        Displacement (x, y, z into the body) at the first point for a unit force at the second,
-        including its far field; the mirrored half is loaded equally.
-    fixed : (n,) bool
-        Points on the plane of symmetry, which do not move normal to it.
+    The compliance is the displacement (x, y, z into the body) at the first point for a unit force
+    at the second, including its far field; the mirrored half is loaded equally.
     """
 
-    points: Array
-    compliance: Array
-    fixed: NDArray[np.bool_]
+    points: Array  # (n, 2), candidate contact points
+    compliance: Array  # (n, 3, n, 3)
+    fixed: NDArray[np.bool_]  # (n,), on the plane of symmetry, which do not move normal to it
     unknowns: int
 
 
@@ -127,28 +120,15 @@ def frictional_body(
 
 @dataclass(frozen=True, eq=False)
 class NodalStep:
-    """One converged step, with forces of both halves.
-
-    Attributes
-    ----------
-    penetration, tangential_displacement : float
-    force, tangential_force : float
-    reactions : (n, 3)
-        Nodal forces on the meshed half.
-    sticking : (n,) bool
-        Nodes in contact below their bound.
-    error : float
-        Largest error of a displacement in the contact conditions, over the penetration.
-    sweeps : int
-    """
+    """One converged step, with forces of both halves."""
 
     penetration: float
     tangential_displacement: float
     force: float
     tangential_force: float
-    reactions: Array
-    sticking: NDArray[np.bool_]
-    error: float
+    reactions: Array  # (n, 3), nodal forces on the meshed half
+    sticking: NDArray[np.bool_]  # (n,), nodes in contact below their bound
+    error: float  # largest one of a displacement in the contact conditions, over the penetration
     sweeps: int
 
 

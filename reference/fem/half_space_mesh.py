@@ -157,28 +157,14 @@ def _with_boundaries(
 
 
 class Meshed(NamedTuple):
-    """A meshed block of a half-space, lengths in units of `length`.
-
-    Attributes
-    ----------
-    candidate : callable
-        Function that selects candidate surface nodes (x, y).
-    sources : (float, float)
-        Distances in x and y of the outer point forces of the far field from the centre.
-    length, spacing : float
-        Unit of length, and size of the surface elements in the contact.
-    offset : (2,)
-        Positions minus mesh coordinates (the mesh is centred).
-    ring, stretch
-        As for `CondensedBody`.
-    """
+    """A meshed block of a half-space, lengths in units of `length`; see `CondensedBody`."""
 
     grid: GradedMesh
-    candidate: Region
-    sources: tuple[float, float]
+    candidate: Region  # selects candidate surface nodes (x, y)
+    sources: tuple[float, float]  # of the outer point forces of the far field from the centre
     length: float
-    spacing: float
-    offset: Array
+    spacing: float  # size of the surface elements in the contact
+    offset: Array  # (2,), positions minus mesh coordinates (the mesh is centred)
     ring: float | None = None
     stretch: tuple[float, float] = (1.0, 1.0)
 

@@ -36,29 +36,15 @@ SMALLEST_CIRCLE = float(np.cosh(_CIRCLES))
 class SectionContact:
     """A flat punch pressed into a finite body by d, relative to its size and modulus.
 
-    Attributes
-    ----------
-    radius : float
-        R/a.
-    stiffness : float
-        F/(E* a d) of the axisymmetric body, F/(E* d) per length in plane strain.
-    radii : ndarray, shape (m,)
-        Radii rho/a around the centre of the punch, the last one R/a.
-    energy : ndarray, shape (m,)
-        Fraction of the elastic energy F d/2 within these radii.
-    mean_displacement : ndarray, shape (m,)
-        Mean of u_z/d over the part of the body within these radii; u is zero at the round side
-        ("fixed"), or has zero mean over the body ("inertia").
-    mean_square_displacement : ndarray, shape (m,)
-        Mean of |u|^2/d^2 over the same parts.
+    Displacements are zero at the round side ("fixed"), or in the mean over the body ("inertia").
     """
 
-    radius: float
-    stiffness: float
-    radii: NDArray[np.float64]
-    energy: NDArray[np.float64]
-    mean_displacement: NDArray[np.float64]
-    mean_square_displacement: NDArray[np.float64]
+    radius: float  # R/a
+    stiffness: float  # F/(E* a d) of the axisymmetric body, F/(E* d) per length in plane strain
+    radii: NDArray[np.float64]  # (m,), rho/a around the centre of the punch, the last one R/a
+    energy: NDArray[np.float64]  # fraction of the elastic energy F d/2 within these radii
+    mean_displacement: NDArray[np.float64]  # of u_z/d over the part within these radii
+    mean_square_displacement: NDArray[np.float64]  # of |u|^2/d^2 over the same parts
 
 
 def press_section(

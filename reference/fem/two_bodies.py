@@ -47,31 +47,20 @@ _ELEMENTS = {1: ElementQuad1, 2: ElementQuad2}
 
 @dataclass(frozen=True, eq=False)
 class BodyPair:
-    """Two coupled bodies.
+    """Two coupled bodies; contact pressures are defined on the slave.
 
-    Attributes
-    ----------
-    slave, master : CondensedBody
-        The bodies; contact pressures are defined on the slave.
-    onto_slave, onto_master : (n, n_slave), (n, n_master) sparse
-        Nodal forces on the bodies for unit forces of the pressure unknowns; the transpose gives the
-        corresponding normal displacements.
-    combined : CondensedBody
-        Input of `press`: the sum of the flexibilities between the pressure unknowns, in the units
-        of the slave.
-    points : (k, 2)
-        Points of the initial gap.
-    sampling : (n, k) sparse
-        Weighted gaps of the unknowns from the gap at `points`.
+    `onto_slave` and `onto_master` give nodal forces on the bodies for unit forces of the n pressure
+    unknowns, their transposes the corresponding normal displacements; `combined` is the sum of the
+    flexibilities between these unknowns, in the units of the slave.
     """
 
     slave: CondensedBody
     master: CondensedBody
-    onto_slave: csr_matrix
-    onto_master: csr_matrix
+    onto_slave: csr_matrix  # (n, candidates of the slave)
+    onto_master: csr_matrix  # (n, candidates of the master)
     combined: CondensedBody
-    points: Array
-    sampling: csr_matrix
+    points: Array  # (k, 2), of the initial gap
+    sampling: csr_matrix  # (n, k), weighted gaps of the unknowns from the gap at `points`
 
     def press(self, gap: Gap, load: LoadPath) -> Iterator[NodalContact]:
         """Solve the contact of the bodies, load by load, as `reference.fem.press` does.
@@ -259,26 +248,9 @@ def _scattered(
 class ContactFaces:
     """Faces of a body in the plane of the contact, with candidates at all nodes.
 
-    Parameters
-    ----------
-    body : CondensedBody
-    length : float
-        Unit of the corners.
-
-    Attributes
-    ----------
-    nodes : (m, 4) or (m, 9)
-        Candidates of the body at the nodes.
-    corners : (m, 4, 2)
-        In cyclic order, as the reference square (0, 0), (1, 0), (1, 1), (0, 1).
-    order : int
-        1 bilinear, 2 biquadratic.
-
-    Raises
-    ------
-    ValueError
-        For tetrahedra, and for faces with curved sides (those of `RingMesh`), because overlaps
-        have straight sides.
+    `nodes` (m, 4 or 9) are these candidates, `corners` (m, 4, 2) in units of `length` in cyclic
+    order, as the reference square (0, 0), (1, 0), (1, 1), (0, 1). Tetrahedra and faces with curved
+    sides (those of `RingMesh`) raise ValueError: overlaps have straight sides.
     """
 
     def __init__(self, body: CondensedBody, length: float) -> None:
@@ -343,20 +315,10 @@ def _shape_functions(order: int, local: Array) -> Array:
 def overlap_triangles(first: Array, second: Array) -> tuple[Array, Numbers]:
     """Return the intersections of the faces of two plane meshes (Puso & Laursen 2004).
 
-    Parameters
-    ----------
-    first, second : (m, 4, 2), (n, 4, 2)
-        Corners of convex quadrilaterals in cyclic order of either sense.
+    Faces (m, 4, 2) and (n, 4, 2) are corners of convex quadrilaterals in cyclic order of either
+    sense. Disjoint triangles (t, 3, 2) cover the common area; their owners (t, 2) are the faces of
+    `first` and `second` that contain them.
 
-    Returns
-    -------
-    triangles : (t, 3, 2)
-        Disjoint triangles that cover the common area.
-    owners : (t, 2)
-        The faces of `first` and `second` that contain the triangles.
-
-    Examples
-    --------
     >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
     >>> triangles, owners = overlap_triangles(square, square + 0.5)
     >>> edges = triangles[:, 1:] - triangles[:, :1]

@@ -92,8 +92,29 @@ def elliptic_yield_pressure(poisson_ratio: float, slenderness: float) -> float:
     if not 1e-3 <= slenderness <= 1:
         faults.append(f"slenderness must lie in [0.001, 1], not {slenderness!r}")
     refuse(faults)
+    # b = p0 = 1: rays from the centre, under angles that are equally spread after a stretch by the
+    # root of the ratio of the axes; along them r = depth sinh(w), w by Gauss
+    turn, long = np.arange(0.5, 64) * np.pi / 128, 1 / slenderness
+    root = np.sqrt(long)
+    angle = np.arctan2(np.sin(turn), root * np.cos(turn))
+    d_angle = root / ((root * np.cos(turn)) ** 2 + np.sin(turn) ** 2) * np.pi / 128
+    reach = 1 / np.hypot(np.cos(angle) / long, np.sin(angle))
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    shear = 0.5 / (1 + poisson_ratio)
+    lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
     depths = np.linspace(0.15, 1.0, 35)
-    stress = np.array([_central_stress(poisson_ratio, slenderness, z) for z in depths])
+    stress = np.zeros((depths.size, 6))
+    for row, depth in zip(stress, depths, strict=True):
+        end = np.arcsinh(reach / depth)
+        w = 0.5 * (nodes + 1) * end[:, None]
+        r = depth * np.sinh(w)
+        share = np.sqrt(np.maximum(1 - (r / reach[:, None]) ** 2, 0.0))
+        force = share * r * depth * np.cosh(w) * 0.5 * weights * end[:, None] * d_angle[:, None]
+        x, y = r * np.cos(angle)[:, None], r * np.sin(angle)[:, None]
+        _, gradient = boussinesq(np.stack([x, y, np.full(r.shape, depth)], axis=-1), poisson_ratio)
+        direct = 2 * shear * np.diagonal(gradient, axis1=-2, axis2=-1)
+        direct = direct + lame * direct.sum(-1, keepdims=True) / (2 * shear)
+        row[:3] = 4 * (force[..., None] * direct).sum(axis=(0, 1))
     equivalent = von_mises(stress)
     top = int(np.clip(equivalent.argmax(), 1, depths.size - 2))
     low, mid, high = equivalent[top - 1 : top + 2]
@@ -103,36 +124,6 @@ def elliptic_yield_pressure(poisson_ratio: float, slenderness: float) -> float:
     share = np.array([slenderness, 1.0]) / (1 + slenderness)
     surface = np.array([*(2 * poisson_ratio + (1 - 2 * poisson_ratio) * share), 1.0, 0, 0, 0])
     return float(1 / max(peak, von_mises(surface)))
-
-
-def _central_stress(nu: float, slenderness: float, depth: float) -> Array:
-    """Return the stress (6) below the centre, b = p0 = 1, on the axis.
-
-    Rays from the centre, under angles that are equally spread after a stretch by the root of the
-    ratio of the axes; along them r = depth sinh(w), w by Gauss.
-    """
-    turn = np.arange(0.5, 64) * np.pi / 128
-    long = 1 / slenderness
-    root = np.sqrt(long)
-    angle = np.arctan2(np.sin(turn), root * np.cos(turn))
-    d_angle = root / ((root * np.cos(turn)) ** 2 + np.sin(turn) ** 2) * np.pi / 128
-    reach = 1 / np.hypot(np.cos(angle) / long, np.sin(angle))
-    nodes, weights = np.polynomial.legendre.leggauss(32)
-    end = np.arcsinh(reach / depth)
-    w = 0.5 * (nodes + 1) * end[:, None]
-    r = depth * np.sinh(w)
-    share = np.sqrt(np.maximum(1 - (r / reach[:, None]) ** 2, 0.0))
-    force = share * r * depth * np.cosh(w) * 0.5 * weights * end[:, None] * d_angle[:, None]
-    points = np.stack(
-        [r * np.cos(angle)[:, None], r * np.sin(angle)[:, None], np.full(r.shape, depth)], axis=-1
-    )
-    _, gradient = boussinesq(points, nu)
-    shear = 0.5 / (1 + nu)
-    lame = 2 * shear * nu / (1 - 2 * nu)
-    direct = 2 * shear * np.diagonal(gradient, axis1=-2, axis2=-1)
-    direct = direct + lame * direct.sum(-1, keepdims=True) / (2 * shear)
-    total = 4 * (force[..., None] * direct).sum(axis=(0, 1))
-    return np.concatenate([total, np.zeros(3)])
 
 
 @dataclass(frozen=True)
