@@ -13,7 +13,6 @@ preconditioner knows the contact (`IterativeFlexibility`): two million unknowns 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,52 +41,6 @@ Integers = NDArray[np.int64]
 TOLERANCE = 1e-7
 LARGEST_COUNT = 1000
 IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones is not solved again
-
-
-def conjugate_gradients(
-    apply: Callable[[Array], Array],
-    precondition: Callable[[Array], Array],
-    loads: Array,
-    *,
-    tolerance: float,
-    most_steps: int,
-) -> tuple[Array, int]:
-    """Solve for each load (n, k) alone by preconditioned conjugate gradients (Saad 2003, 9.1).
-
-    To a residual in the norm of the preconditioner, relative to that of the load. Returns the
-    solutions (n, k), and the steps.
-
-    Raises
-    ------
-    ConvergenceError
-        If they break down, or do not converge; the history has the largest residual by step.
-    """
-    # units of powers of two change no digit; single precision has no numbers below 1e-45
-    largest = np.abs(loads).max(axis=0, initial=0.0)
-    usual = (largest > 0.0) & (largest < np.inf)
-    units = np.ldexp(1.0, np.frexp(np.where(usual, largest, 1.0))[1])
-    residual = loads / units
-    values = np.zeros_like(residual)
-    direction = precondition(residual)
-    size = start = np.einsum("ik,ik->k", residual, direction)
-    history = [1.0]
-    while not history[-1] <= tolerance and residual.any():
-        if not (size > 0.0)[residual.any(axis=0)].all():  # NaN, or a preconditioner not definite
-            raise ConvergenceError("conjugate gradients broke down", history)
-        if len(history) > most_steps:
-            raise ConvergenceError("conjugate gradients did not converge", history)
-        image = apply(direction)
-        work = np.einsum("ik,ik->k", direction, image)
-        step = np.divide(size, work, out=np.zeros_like(size), where=size > 0.0)
-        values += step * direction
-        residual -= step * image
-        upward = precondition(residual)
-        last, size = size, np.einsum("ik,ik->k", residual, upward)
-        turn = np.divide(size, last, out=np.zeros_like(size), where=last > 0.0)
-        direction = upward + turn * direction
-        share = np.max(np.divide(size, start, out=np.zeros_like(size), where=start > 0.0))
-        history.append(float(np.sqrt(share)) if size.min() >= 0.0 else np.nan)
-    return values * units, len(history) - 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -431,16 +384,29 @@ class IterativeFlexibility:
         return values
 
     def _solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
-        """Solve for the free unknowns, others zero."""
-        values, steps = conjugate_gradients(
-            lambda values: np.where(free, self._image(values[:, 0]), 0.0)[:, None],
-            lambda residual: self._precondition(residual[:, 0], free)[:, None],
-            np.where(free, load, 0.0)[:, None],
-            tolerance=TOLERANCE,
-            most_steps=LARGEST_COUNT,
-        )
-        self.iterations.append(steps)
-        return values[:, 0]
+        """Solve for the free unknowns by conjugate gradients, others zero (Saad 2003, alg. 9.1)."""
+        values = np.zeros_like(load)
+        residual = np.where(free, load, 0.0)
+        unit = _unit(residual)
+        residual /= unit
+        direction = upward = self._precondition(residual, free)
+        size = start = float(residual @ upward)
+        history = [1.0]
+        while residual.any() and not history[-1] <= TOLERANCE:
+            if not size > 0.0:  # NaN, or a preconditioner that rounding made indefinite
+                raise ConvergenceError("conjugate gradients broke down", history)
+            if len(history) > LARGEST_COUNT:
+                raise ConvergenceError("conjugate gradients did not converge", history)
+            image = np.where(free, self._image(direction), 0.0)
+            step = size / (direction @ image)
+            values += step * direction
+            residual -= step * image
+            upward = self._precondition(residual, free)
+            size, last = float(residual @ upward), size
+            direction = upward + (size / last) * direction
+            history.append(float(np.sqrt(size / start)) if size > 0.0 else np.nan)
+        self.iterations.append(len(history) - 1)
+        return values * unit
 
     def _precondition(self, residual: Array, free: NDArray[np.bool_]) -> Array:
         size = self.numbers.size

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, pinvh
 
-from reference.fem.matrix_free import conjugate_gradients
+from reference.errors import ConvergenceError
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -145,16 +145,40 @@ class MultigridFlexibility:
         return self.solve(loads)[self.free, 0]
 
     def solve(self, loads: Array) -> Array:
-        """Return the displacements (3 nodes, k) under loads."""
-        values, steps = conjugate_gradients(
-            lambda values: self.stiffness @ values,
-            self._cycle,
-            loads,
-            tolerance=TOLERANCE,
-            most_steps=MOST_STEPS,
-        )
-        self.iterations.append(steps)
-        return values
+        """Return the displacements (3 nodes, k) under loads, by preconditioned conjugate gradients.
+
+        Raises
+        ------
+        ConvergenceError
+            If they break down, or take more than a thousand steps; the history has the largest
+            relative residual by step.
+        """
+        # Saad 2003, alg. 9.1, for every column alone; units of powers of two change no digit
+        largest = np.abs(loads).max(axis=0)
+        units = np.ldexp(1.0, np.frexp(np.where(largest > 0.0, largest, 1.0))[1])
+        residual = loads / units
+        values = np.zeros_like(residual)
+        direction = self._cycle(residual)
+        size = start = np.einsum("ik,ik->k", residual, direction)
+        history = [1.0]
+        while history[-1] > TOLERANCE and residual.any():
+            image = self.stiffness @ direction
+            work = np.einsum("ik,ik->k", direction, image)
+            step = np.divide(size, work, out=np.zeros_like(size), where=size > 0.0)
+            values += step * direction
+            residual -= step * image
+            upward = self._cycle(residual)
+            last, size = size, np.einsum("ik,ik->k", residual, upward)
+            turn = np.divide(size, last, out=np.zeros_like(size), where=last > 0.0)
+            direction = upward + turn * direction
+            largest = np.max(np.divide(size, start, out=np.zeros_like(size), where=start > 0.0))
+            history.append(float(np.sqrt(largest)) if size.min() >= 0.0 else np.nan)
+            if not np.isfinite(history[-1]):  # NaN, or a preconditioner that is not definite
+                raise ConvergenceError("conjugate gradients broke down", history)
+            if len(history) > MOST_STEPS:
+                raise ConvergenceError("conjugate gradients did not converge", history)
+        self.iterations.append(len(history) - 1)
+        return values * units
 
     def _cycle(self, residual: Array) -> Array:
         """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
