@@ -153,8 +153,7 @@ def _near_rests(squares: int) -> tuple[Array, Array]:
             square = max(abs(x), abs(y)), min(abs(x), abs(y))
             if square not in known:
                 at_x, at_y = np.meshgrid(offsets + square[0], offsets + square[1], indexing="ij")
-                slopes = _slopes(at_x, at_y, 1.0)
-                known[square] = _bound_rests(at_x, at_y, *slopes, 0.5 / squares)
+                known[square] = _bound_rests(at_x, at_y, 0.5 / squares)
             for rest, bound in zip(rests, known[square], strict=True):
                 bound = bound.T if abs(y) > abs(x) else bound
                 rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1] + _REST
@@ -171,7 +170,7 @@ def _block_rests(place: int, squares: int) -> Array:
     steps = (np.arange(squares) + 0.5) / squares - 0.5
     size = 2 * _NEAR + 1
     x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
-    under, over = _bound_rests(x, y, *_slopes(x, y, 1.0), 0.5 / squares / size)
+    under, over = _bound_rests(x, y, 0.5 / squares / size)
     return size * (np.array([under[0, 0], over[0, 0]]) + _REST)
 
 
@@ -204,51 +203,39 @@ def _add_near(pressure, deepest, highest, block, under, over):
             under[k, m], over[k, m] = least_under, least_over
 
 
-@njit(cache=True, error_model="numpy")
-def _bound_rests(x, y, slope_x, slope_y, half):
-    """Largest distances under and over the linear part on squares, each in parts."""
-    under, over = np.empty(x.shape), np.empty(x.shape)
+def _bound_rests(x: Array, y: Array, half: float) -> tuple[Array, Array]:
+    """Largest distances under and over the linear part on squares about places, each in parts."""
     side = 2 * half / _PARTS
-    for k in range(x.size):
-        own_x, own_y, gx, gy = x.flat[k], y.flat[k], slope_x.flat[k], slope_y.flat[k]
-        value = _potential(own_x, own_y)
-        sway = 0.5 * side * (abs(gx) + abs(gy))
-        deepest = highest = 0.0
-        for m in range(_PARTS):
-            low_x = own_x - half + m * side
-            for n in range(_PARTS):
-                low_y = own_y - half + n * side
-                near_x, far_x = _nearest_farthest(low_x, low_x + side)
-                near_y, far_y = _nearest_farthest(low_y, low_y + side)
-                middle = gx * (low_x + 0.5 * side - own_x) + gy * (low_y + 0.5 * side - own_y)
-                highest = max(highest, _potential(near_x, near_y) - value - middle + sway)
-                deepest = max(deepest, value + middle + sway - _potential(far_x, far_y))
-        under.flat[k], over.flat[k] = deepest, highest
-    return under, over
+    value = _potential(x, y)[..., None, None]
+    slope_x, slope_y = (slope[..., None, None] for slope in _slopes(x, y, 1.0))
+    sway = 0.5 * side * (np.abs(slope_x) + np.abs(slope_y))
+    near, far = [], []
+    for at in (x, y):
+        low = at[..., None] - half + np.arange(_PARTS) * side
+        ends = np.abs(low), np.abs(low + side)
+        near.append(np.where((low < 0) & (low + side > 0), 0.0, np.minimum(*ends)))
+        far.append(np.maximum(*ends))
+    middles = (np.arange(_PARTS) + 0.5) * side - half
+    linear = value + slope_x * middles[:, None] + slope_y * middles
+    # the displacement falls with |x| and with |y|: a part's lies between those of two corners
+    over = _potential(near[0][..., :, None], near[1][..., None, :]) - linear + sway
+    under = linear + sway - _potential(far[0][..., :, None], far[1][..., None, :])
+    deepest, highest = (np.maximum(rest.max(axis=(-2, -1)), 0.0) for rest in (under, over))
+    return deepest, highest
 
 
-@njit(cache=True, error_model="numpy")
-def _potential(x, y):
+def _potential(x: Array, y: Array) -> Array:
     """Displacement under unit pressure on a cell of side 1, E* = 1."""
     total = _antiderivative(x + 0.5, y + 0.5) - _antiderivative(x - 0.5, y + 0.5)
     total += _antiderivative(x - 0.5, y - 0.5) - _antiderivative(x + 0.5, y - 0.5)
     return total / math.pi
 
 
-@njit(cache=True, error_model="numpy")
-def _antiderivative(x, y):
-    first, second = abs(x), abs(y)
-    inner = 0.0
-    if first > 0 and second > 0:
+def _antiderivative(x: Array, y: Array) -> Array:
+    first, second = np.abs(x), np.abs(y)
+    with np.errstate(divide="ignore", invalid="ignore"):
         inner = first * np.arcsinh(second / first) + second * np.arcsinh(first / second)
-    return np.sign(x) * np.sign(y) * inner
-
-
-@njit(cache=True, error_model="numpy")
-def _nearest_farthest(low, high):
-    """Smallest and largest distance from zero in an interval."""
-    first, second = abs(low), abs(high)
-    return 0.0 if low < 0 < high else min(first, second), max(first, second)
+    return np.sign(x) * np.sign(y) * np.where((first > 0) & (second > 0), inner, 0.0)
 
 
 def _slopes(x: Array, y: Array, side: float) -> tuple[Array, Array]:

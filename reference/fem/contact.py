@@ -115,12 +115,7 @@ def press(
     start : (n,) bool, optional
         Initial contact set; by default (and if empty) all points with geometric overlap.
 
-    Raises
-    ------
-    ValueError
-        Before the first step, with all errors in gap and start, or for a load that is not positive.
-    ConvergenceError
-        On iteration, if a step does not converge or overflows.
+    Raises ConvergenceError on iteration, if a step does not converge or overflows.
     """
     gap = np.asarray(gap, dtype=float)
     weights, method = body.scaled_weights, enforcement.method

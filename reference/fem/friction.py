@@ -159,12 +159,8 @@ def follow(
     tolerance : float
         Largest `NodalStep.error`.
 
-    Raises
-    ------
-    ValueError
-        At the call: gap, friction, quantities or lengths of the paths.
-    ConvergenceError
-        On iteration, if the sweeps of a step do not converge or its forces are impossible.
+    Raises ConvergenceError on iteration, if the sweeps of a step do not converge or its forces are
+    impossible.
     """
     gap = np.asarray(gap, dtype=float)
     faults = positive_faults(friction=friction)

@@ -242,10 +242,7 @@ def sweep(
     tolerance : float
         Largest overlap and gap of what should touch, relative to the penetration.
 
-    Raises
-    ------
-    ConvergenceError
-        From the `next` of a load that fails.
+    Raises ConvergenceError from the `next` of a load that fails.
 
     Examples
     --------

@@ -147,11 +147,8 @@ class MultigridFlexibility:
     def solve(self, loads: Array) -> Array:
         """Return the displacements (3 nodes, k) under loads, by preconditioned conjugate gradients.
 
-        Raises
-        ------
-        ConvergenceError
-            If they break down, or take more than a thousand steps; the history has the largest
-            relative residual by step.
+        Raises ConvergenceError if they break down, or take more than a thousand steps; the history
+        has the largest relative residual by step.
         """
         # Saad 2003, alg. 9.1, for every column alone; units of powers of two change no digit
         largest = np.abs(loads).max(axis=0)

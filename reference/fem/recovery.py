@@ -58,11 +58,6 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
     The elimination is repeated, keeping its factors (at the cost of the first condensation, and the
     memory of the factors). Stresses are evaluated at the reduced Gauss points, where they are most
     accurate (Barlow 1976), extrapolated to the nodes and averaged by volume.
-
-    Raises
-    ------
-    ValueError
-        If `reactions` does not have one finite value per candidate.
     """
     body, reactions = body.at_nodes(reactions)
     mesh, elements = body.grid.mesh, body.grid.mesh.dofs.element_dofs.T

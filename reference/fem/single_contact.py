@@ -68,13 +68,8 @@ def indent(
         ``contact_area`` is that of the ellipse with the stiffness of the contact set; if that is
         the mesh circle, ``pressure`` is a weighted projection (`RingPressure`).
 
-    Raises
-    ------
-    ValueError
-        For invalid loads, a body without rings, or a shape without the symmetry of the mesh.
-    ConvergenceError
-        If no size of the mesh carries the load, or every size does because the gap does not
-        increase.
+    Raises ConvergenceError if no size of the mesh carries the load, or every size does because the
+    gap does not increase.
 
     Examples
     --------

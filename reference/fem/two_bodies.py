@@ -112,11 +112,6 @@ def couple(
         every slave node has its own pressure (Wohlmuth 2000, *SIAM J. Numer. Anal.* 38, 989), or
         equal to them.
 
-    Raises
-    ------
-    ValueError
-        For arguments out of range, tetrahedra, curved faces, and surfaces that do not overlap.
-
     Examples
     --------
     >>> from reference.fem import Material, TensorMesh, half_space_body

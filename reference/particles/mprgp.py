@@ -74,10 +74,8 @@ def relax(
     The tolerance is the largest imbalance, relative to the reactions; `stiffest` the largest
     eigenvalue of K, or more.
 
-    Raises
-    ------
-    ConvergenceError
-        With the history of the imbalance, if it does not fall below the tolerance.
+    Raises ConvergenceError with the history of the imbalance, if it does not fall below the
+    tolerance.
     """
     numbers, values = floor.numbers, floor.values
     history: list[float] = []

@@ -214,10 +214,7 @@ class Elements:
         held : (facets, points)
             Stiffness of the springs at the points of the surface.
 
-        Raises
-        ------
-        ConvergenceError
-            If the elements leave a step without stiffness.
+        Raises ConvergenceError if the elements leave a step without stiffness.
         """
         last, matrices = self._last
         changed = np.ones(len(tangent), dtype=bool)
@@ -462,10 +459,7 @@ class CoredSystem:
 
         The spring is added to them.
 
-        Raises
-        ------
-        numpy.linalg.LinAlgError
-            If it is not positive definite.
+        Raises LinAlgError if it is not positive definite.
         """
         element, slot = np.argwhere(self.unknowns == self.size - 1)[0]
         matrices[element, slot, slot] += spring

@@ -107,10 +107,7 @@ class Indentation:
     def counted_area(self, state: PlasticState) -> float:
         """Return the area within which the surface touches; 0 without contact.
 
-        Raises
-        ------
-        OutgrownError
-            If it reaches the end of what may be touched.
+        Raises OutgrownError if it reaches the end of what may be touched.
         """
         if state.force == 0:
             return 0.0
@@ -409,12 +406,7 @@ class Walk:
     def along(self, path: LoadPath) -> Iterator[DentMoment]:
         """Yield the contact at each load of a path of penetrations or forces.
 
-        Raises
-        ------
-        ValueError
-            If the control is another one, or a force is negative.
-        ConvergenceError
-            If a step does not come to balance.
+        Raises ConvergenceError if a step does not come to balance.
         """
         control = path.one_of("penetration", "force")
         if control == "force" and (path.values < 0).any():
@@ -493,10 +485,7 @@ def first_yield(
     elastic contact at a penetration, or its half-widths. The search begins at the penetration
     `start`.
 
-    Raises
-    ------
-    ConvergenceError
-        If the stress hardly rises with the penetration, as below a cone.
+    Raises ConvergenceError if the stress hardly rises with the penetration, as below a cone.
     """
     modulus = material.elastic.youngs_modulus
     elastic = PlasticMaterial(material.elastic, np.inf)
