@@ -14,8 +14,6 @@ from reference.fem.element_stiffness import facet_quadrature, shape_gradients, s
 from reference.fem.far_field import boussinesq, exterior_stiffness
 from reference.fem.half_space_mesh import ring_mesh, tensor_mesh
 
-DISTORTED = 0.3
-
 
 def distorted_mesh(order):
     """Unequal bricks, or stretched curved rings for the triquadratic elements."""
@@ -66,19 +64,12 @@ def test_linear_displacement_leaves_inner_nodes_free_of_force(order, nu):
 
 
 @pytest.mark.parametrize("order", [1, 2])
-def test_element_null_space_is_the_six_rigid_motions(order):
-    """With selective reduced integration there are no more (no hourglass modes)."""
-    matrix = stiffness_matrices(distorted_mesh(order).mesh, DISTORTED)[0]
-    values = np.linalg.eigvalsh(matrix)
-    assert np.all(np.abs(values[:6]) < 1e-12 * values[-1])
-    assert values[6] > 1e-4 * values[-1]
-
-
-@pytest.mark.parametrize("nu", [-0.9, -0.3, 0.0, 0.4999])
-def test_elements_are_positive_semidefinite_for_every_poisson_ratio(nu):
-    for matrix in stiffness_matrices(distorted_mesh(2).mesh, nu)[::5]:
+@pytest.mark.parametrize("nu", [-0.9, -0.3, 0.0, 0.3, 0.4999])
+def test_only_the_six_rigid_motions_of_an_element_are_free(order, nu):
+    """With selective reduced integration there are no hourglass modes."""
+    for matrix in stiffness_matrices(distorted_mesh(order).mesh, nu)[::5]:
         values = np.linalg.eigvalsh(matrix)
-        assert values[0] > -1e-12 * values[-1]
+        assert np.all(np.abs(values[:6]) < 1e-12 * values[-1])
         # the largest is 1e4 times stiffer in compression than in shear at nu = 0.4999
         assert values[6] > 1e-7 * values[-1]
 
