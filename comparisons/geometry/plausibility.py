@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from scipy import ndimage
 
 from comparisons.formatting import count, number, relative, with_unit
 from comparisons.geometry.prepare import (
@@ -37,6 +38,9 @@ SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any 
 LEAST_SLOPE = 1e-6  # superpolished mirrors have about 1e-5
 LARGEST_SLOPE = 1.0  # 45 degrees; the half-space itself holds for small slopes
 LARGEST_ASPECT = 10.0  # aspect ratio of a cell: scan lines much farther apart than points
+# Rms heights by which one spot, of this share of the map, stands above all others. Of a hundred
+# normal summits the highest stands so high with a probability of exp(-2 sqrt(2 ln 100)), 0.2 %.
+LONE, LONE_SHARE = 2.0, 0.01
 
 
 def doubtful(notes: Iterable[str]) -> list[str]:
@@ -131,9 +135,27 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
     aspect = max(cells) / min(cells)
     if aspect > LARGEST_ASPECT:
         doubts.append(f"points are {number(aspect)} times farther apart along one side")
-    if not doubts:
-        return [stated]
-    return [stated, f"{CHECK}units and the size of the surface: {', '.join(doubts)}"]
+    notes = [stated]
+    if doubts:
+        notes.append(f"{CHECK}units and the size of the surface: {', '.join(doubts)}")
+    if geometry.measured is not None:
+        notes += _lone_peak(geometry.measured, geometry)
+    return notes
+
+
+def _lone_peak(heights: np.ndarray, geometry: RoughGeometry) -> list[str]:
+    """Return a note on a single spot that stands far above all else: dust, or a lost point."""
+    rise = LONE * geometry.rms_height
+    spots, number_of_spots = ndimage.label(heights > heights.max() - rise)
+    if number_of_spots != 1 or not 0 < spots.mean() < LONE_SHARE:
+        return []
+    place = np.unravel_index(np.argmax(heights), heights.shape)
+    at = (_metres(p * step) for p, step in zip(place, geometry.spacing(heights), strict=True))
+    return [
+        f"{CHECK}highest point, at {' and '.join(at)} from the corner: it stands more than "
+        f"{number(LONE, 1)} rms heights above all other spots (dust?), and light loads rest on it "
+        "alone"
+    ]
 
 
 def _metres(length: float) -> str:

@@ -61,6 +61,33 @@ def test_a_plan_states_the_map_after_its_preparation(tmp_path):
     assert stated.startswith("surface: 1.00\u202fµm x 1.00\u202fµm, 32 x 32 points, rms height 1.4")
 
 
+@pytest.mark.parametrize("dust", [0.0, 20.0])
+def test_one_spot_far_above_all_else_is_pointed_at(tmp_path, dust):
+    """Waves of 2 nm, rms 1 nm; a grain of 20 nm on the third row, a cell from its end."""
+    x = 2 * np.pi * np.arange(32) / 32
+    heights = np.cos(4 * x)[:, None] + np.cos(4 * x)
+    heights[2, 31] += dust
+    np.save(tmp_path / "map.npy", heights)
+    scene = validated(
+        {
+            "name": "dusty",
+            "half_space": {"effective_modulus": 1e11},
+            "surface": {
+                "kind": "map",
+                "file": str(tmp_path / "map.npy"),
+                "size": 1e-6,
+                "height_unit": "nm",
+            },
+            "loading": {"force": 1e-6},
+            "compare": {"methods": ["bem_fft"]},
+        }
+    )
+    told = [n for n in planning.plan_scene(scene)[0].doubts if n.startswith("check the highest")]
+    assert len(told) == (1 if dust else 0)
+    if dust:
+        assert "at 62.5\u202fnm and 969\u202fnm from the corner" in told[0]
+
+
 def test_synthetic_surfaces_state_the_height_that_follows_from_the_slope():
     """The height of (19.22), the same for all realisations: amplitudes are fixed."""
     plan = planning.plan_scene(
