@@ -276,8 +276,7 @@ class GridFriction(HalfSpaceGrid):
             planned = super().resolutions(geometry)
             most = LARGEST_COUPLED if self.coupled else LARGEST_ROUGH
             return tuple(n for n in planned if n <= most) or planned[:1]
-        finest = int(np.clip(32 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 64))
-        return finest // 4, finest // 2, finest
+        return self.series(32, 16, 64)
 
     def refusal(self, task: Task) -> str:
         """Refuse rough grids that a path would take hours on."""

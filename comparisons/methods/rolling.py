@@ -176,9 +176,7 @@ class GridRolling(HalfSpaceGrid):
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
-        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 28))
-        finest -= finest % 4
-        return finest // 4, finest // 2, finest
+        return self.series(24, 12, 28, multiple=4)
 
     def memory(self, task: Task) -> float:
         """Bytes of one grid and of thirty pairs of directions and their images on it."""
@@ -273,9 +271,7 @@ class FemRolling(GridRolling):
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Elements per contact radius, one below each cell."""
-        finest = int(np.clip(16 * np.sqrt(0.01 / self.scene.compare.tolerance), 12, 24))
-        finest -= finest % 4
-        return finest // 4, finest // 2, finest
+        return self.series(16, 12, 24, multiple=4)
 
     def model(self, geometry: Geometry) -> str:
         """Name the mesh, and what acts on what."""
@@ -349,8 +345,7 @@ class Fastsim(Theory):
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return strips across half of the contact, as many steps along half a strip."""
-        finest = int(np.clip(40 * np.sqrt(0.01 / self.scene.compare.tolerance), 40, 400))
-        return finest // 4, finest // 2, finest
+        return self.series(40, 40, 400)
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the strips."""

@@ -136,6 +136,15 @@ class Solver(Generic[G]):
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
         return EXACT
 
+    def series(self, usual: int, least: int, most: int, multiple: int = 1) -> tuple[int, int, int]:
+        """Return three resolutions, each twice the last, of a method of second order.
+
+        The finest is `usual` at a tolerance of 1 %, and grows as the root of it falls.
+        """
+        finest = int(np.clip(usual * np.sqrt(0.01 / self.scene.compare.tolerance), least, most))
+        finest -= finest % multiple
+        return finest // 4, finest // 2, finest
+
     def block(self, resolution: int) -> int:
         """Return how many surfaces are one task: few enough to resume, and to bound memory."""
         return int(max(1, min(25, self.shared_cells / resolution**2)))

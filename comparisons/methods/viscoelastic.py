@@ -224,8 +224,7 @@ class GridMemory(BemFft):
         """As for one load, but no finer than a history of some hundred steps can pay for."""
         if not isinstance(geometry, IndenterGeometry):
             return super().resolutions(geometry)[:2]
-        finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 128))
-        return finest // 4, finest // 2, finest
+        return self.series(64, 32, 128)
 
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, loads: np.ndarray

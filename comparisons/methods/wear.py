@@ -111,8 +111,7 @@ class ReducedWear(ProfileSolver):
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Springs per contact radius; steps grow in number with them."""
-        finest = int(np.clip(40 * np.sqrt(0.01 / self.scene.compare.tolerance), 40, 120))
-        return finest // 4, finest // 2, finest
+        return self.series(40, 40, 120)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the matrices between rings and springs."""
@@ -270,8 +269,7 @@ class GridWear(BemFft):
         """Return fewer cells than without wear: steps grow in number with them."""
         if isinstance(geometry, RoughGeometry):
             return super().resolutions(geometry)[:2]
-        finest = int(np.clip(24 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 32))
-        return finest // 4, finest // 2, finest
+        return self.series(24, 16, 32)
 
     def warm_up(self, task: Task) -> None:
         """Wear a paraboloid on a handful of cells, on the scene's kind of half-space."""

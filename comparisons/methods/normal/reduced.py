@@ -156,8 +156,7 @@ class ProfileSolver(Solver[IndenterGeometry]):
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Springs per contact radius."""
-        finest = int(np.clip(40 * np.sqrt(0.01 / self.scene.compare.tolerance), 40, 1000))
-        return finest // 4, finest // 2, finest
+        return self.series(40, 40, 1000)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
         """Refuse bodies whose surface is no plane."""

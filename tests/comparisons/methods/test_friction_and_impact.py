@@ -17,7 +17,7 @@ from reduced.profiles.equivalents import paraboloid, power_law, sphere
 from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import coulomb
-from reference.dynamics.collision import collide, power_law_collision
+from reference.dynamics.collision import collide
 from reference.dynamics.coulomb import march
 from reference.dynamics.event_driven import follow
 from reports.tables.documents import markdown
@@ -116,15 +116,3 @@ def test_springs_are_struck_as_the_half_space_is(speed):
         result = (springs.duration[0], springs.penetration[0], springs.force[0])
         expected = (true.duration, true.penetration, true.force)
         np.testing.assert_allclose(result, expected, rtol=tolerance)
-
-
-def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():
-    """The chapter's R/2 for a cone: g = 2 f in place of (pi/2) f, springs softer by pi/4.
-
-    F ~ x^2/c: at equal energy x_m ~ c^(1/3), and T = number x_m/v with it.
-    """
-    from reduced.profiles.equivalents import cone, half_radius
-
-    exact = power_law_collision(1, 0.3, 1.0, 1.0, 0.01)
-    rule = strike(Springs(half_radius(cone(0.3).section), 1.0), 1.0, [0.01])
-    assert rule.duration[0] / exact.duration == pytest.approx((4 / math.pi) ** (1 / 3), rel=1e-9)

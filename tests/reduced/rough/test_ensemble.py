@@ -74,12 +74,6 @@ def test_memory_does_not_grow_with_the_number_of_lines(monkeypatch):
     assert peaks[1] - peaks[0] < 2**18
 
 
-def test_standard_error_falls_as_the_root_of_the_number():
-    """Factor 2 for four times the lines; the error of s itself is 1/sqrt(2 m), 7 % at m = 100."""
-    errors = [run(m)["contact_area"].standard_error for m in (100, 400)]
-    np.testing.assert_allclose(errors[0] / errors[1], 2.0, rtol=0.25)
-
-
 @pytest.mark.parametrize("hurst", [0.3, 0.6, 1.0])
 def test_stiffness_of_long_lines_grows_as_the_load_to_one_over_one_plus_hurst(hurst):
     """Pohrt & Popov (PRL 2012): k ~ F^(1/(1+H)), 2^15 points, between 30 dx and 3 % in contact.

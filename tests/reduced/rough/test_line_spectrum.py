@@ -129,17 +129,6 @@ def test_sum_rules_of_the_surface_are_those_of_its_heights():
     np.testing.assert_allclose(result, expected, rtol=KEPT)
 
 
-@pytest.mark.parametrize("rule", ["rings", "split"])
-@pytest.mark.parametrize("hurst", [0.0, 0.1, 0.5, 1.0])
-def test_line_rules_keep_the_height_of_prescribed_surfaces(rule, hurst):
-    """The issue's sum rule: <h^2> to 1e-12 whatever H and the number of modes."""
-    for points in (16, 63, 256):
-        surface = self_affine(points, 2.0, SelfAffine(hurst=hurst, rms_height=0.3))
-        assert surface.rms_height == pytest.approx(0.3, rel=KEPT)
-        ratio = sum_rules(surface, line_of(surface, rule)).ratio
-        assert ratio[0] == pytest.approx(1.0, rel=KEPT)
-
-
 def midway(shape):
     """Twice the place of the modes midway between rings at sides 2 : 3, in whole numbers; else 0.
 

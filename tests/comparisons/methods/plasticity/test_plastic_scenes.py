@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.methods.registry import concerns, solver_for
+from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -151,11 +151,6 @@ def test_hardening_of_either_law_carries_more(scene):
     for more in ({"hardening": "10 GPa"}, {"hardening_exponent": 0.2}):
         hard = curve(solved(yielding(scene, 10, plasticity=YIELDS | more), "fem", 3))
         assert hard > 1.01 * soft
-
-
-def test_fits_are_no_part_of_other_plans(scene):
-    assert not concerns("kogut_etsion", scene())
-    assert concerns("jackson_green", yielding(scene, 2))
 
 
 def test_out_of_range_is_refused_with_the_reason(scene):
