@@ -20,6 +20,7 @@ from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.physics.tables.lubrication import Lubrication
 from comparisons.scene.scene import Scene
+from comparisons.tasks.shown_loads import grid_pressure
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Step
 from comparisons.tasks.task import Task
@@ -279,13 +280,9 @@ def _fields(film: PointFilm) -> dict[str, np.ndarray]:
     """Return the film where it matters: as far out as a third more than bent."""
     rows, columns = film.core
     x, y = np.meshgrid(film.x[rows], film.y[columns], indexing="ij")
-    return {
+    return grid_pressure(x, y, film.pressure[film.core]) | {
         "penetration": np.array(film.penetration),
-        "pressure_x": x.ravel(),
-        "pressure_y": y.ravel(),
-        "pressure": film.pressure[film.core].ravel(),
         "pressure_weight": film.area[film.core].ravel(),
-        "pressure_shape": np.array(x.shape),
         "film": film.thickness[film.core].ravel(),
         "vapour": film.vapour[film.core].ravel(),
     }

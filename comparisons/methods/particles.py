@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.normal.grid import Grid, contact_fields, pressure_of
+from comparisons.methods.normal.grid import Grid, contact_fields, make_grid, pressure_of
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
@@ -329,9 +329,7 @@ class McaPatch(McaSolver[RoughGeometry]):
         realisation: int,
         loads: np.ndarray,
     ) -> Iterator[Step]:
-        heights = task.geometry.heights(realisation, task.resolution)
-        top = max(task.geometry.top(realisation), float(heights.max()))
-        grid = Grid(top - heights, task.geometry.spacing(heights), (0.0, 0.0))
+        grid = make_grid(task.geometry, task.resolution, realisation)
         gap = np.full(len(body.points), np.inf)
         gap[numbers] = grid.gap.ravel()
         load = Load(task.loads.control, loads)

@@ -21,6 +21,7 @@ from comparisons.scene.indenters.indenter import Indenter
 from comparisons.scene.physics.tables.friction import Friction
 from comparisons.scene.physics.tables.rolling import Rolling
 from comparisons.scene.scene import Scene
+from comparisons.tasks.shown_loads import grid_pressure
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -229,15 +230,10 @@ class GridRolling(HalfSpaceGrid):
 
     def _fields(self, grid: Grid, step: RollingStep) -> dict[str, np.ndarray]:
         """Return pressure and tractions, and what part of the bound they use."""
-        x, y = grid.centres
         bound, size = self.friction * step.pressure, np.hypot(*step.traction)
-        return {
+        return grid_pressure(*grid.centres, step.pressure) | {
             "penetration": np.array(step.penetration),
-            "pressure_x": x.ravel(),
-            "pressure_y": y.ravel(),
-            "pressure": step.pressure.ravel(),
-            "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
-            "pressure_shape": np.array(x.shape),
+            "pressure_weight": np.full(step.pressure.size, grid.spacing[0] * grid.spacing[1]),
             "friction_used": np.divide(
                 size, bound, out=np.full(size.shape, np.nan), where=bound > 0
             ).ravel(),

@@ -41,6 +41,12 @@ def point_pressure(points: np.ndarray, pressure: np.ndarray) -> dict[str, np.nda
     return {"pressure_x": points[:, 0], "pressure_y": points[:, 1], "pressure": pressure}
 
 
+def grid_pressure(x: np.ndarray, y: np.ndarray, pressure: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the fields of a pressure on a grid of cells (nx, ny) with centres x, y."""
+    fields = {"pressure_x": x.ravel(), "pressure_y": y.ravel(), "pressure": pressure.ravel()}
+    return fields | {"pressure_shape": np.array(pressure.shape)}
+
+
 def earlier_fields(
     builders: Mapping[int, Callable[[], Fields]], steps: int, last: Fields
 ) -> dict[str, np.ndarray]:

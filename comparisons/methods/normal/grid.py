@@ -14,7 +14,7 @@ from comparisons.methods.normal.grid_punches import Respond, solve_punch
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import Stretches, of_values, wanted
-from comparisons.tasks.shown_loads import MOST_POINTS
+from comparisons.tasks.shown_loads import MOST_POINTS, grid_pressure
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -364,18 +364,8 @@ def pressure_of(
     """Return what makes the pressure that the report shows, kept in single precision."""
     if not task.wants_pressure or contact.pressure.size > MOST_POINTS:
         return None
-    return partial(_pressure_map, grid, contact.pressure.astype(np.float32))
-
-
-def _pressure_map(grid: Grid, pressure: np.ndarray) -> dict[str, np.ndarray]:
-    x, y = grid.centres
-    shape = np.array(pressure.shape)
-    return {
-        "pressure_x": x.ravel(),
-        "pressure_y": y.ravel(),
-        "pressure": pressure.ravel(),
-        "pressure_shape": shape,
-    }
+    pressure = contact.pressure.astype(np.float32)
+    return lambda: grid_pressure(*grid.centres, pressure)
 
 
 def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
@@ -386,12 +376,8 @@ def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.nda
     coarse = partial(block_means, blocks=blocks)
     if task.wants_pressure:
         x, y = (coarse(axis) for axis in grid.centres)
-        fields |= {
-            "pressure_x": x.ravel(),
-            "pressure_y": y.ravel(),
-            "pressure": coarse(contact.pressure).ravel(),
+        fields |= grid_pressure(x, y, coarse(contact.pressure)) | {
             "pressure_weight": block_areas(grid, blocks).ravel(),
-            "pressure_shape": np.array(x.shape),
             "displacement": coarse(contact.displacement).ravel(),
             # Infinite where the shape has no material.
             "gap": (coarse(grid.gap) - contact.penetration + coarse(contact.displacement)).ravel(),

@@ -13,6 +13,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
+from comparisons.tasks.shown_loads import grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
 from reference.halfspace import FreeOperator
@@ -102,12 +103,7 @@ def _pressure(
         for start, n, step in zip(origin, operator.shape, operator.spacing, strict=True)
     ]
     x, y = np.meshgrid(*axes, indexing="ij")
-    return {
-        "pressure_x": x.ravel(),
-        "pressure_y": y.ravel(),
-        "pressure": depth * answer.pressure.ravel(),
-        "pressure_shape": np.array(x.shape),
-    }
+    return grid_pressure(x, y, depth * answer.pressure)
 
 
 def _fields(
