@@ -243,7 +243,8 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
 
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
-    """Return the labels of all methods that solved a scene, the reduced model first."""
+    """Return the labels of the methods that solved a scene and are not themselves judged."""
+    judged = {MODEL, *(name for scene in scenes for name in judged_methods(scene))}
     names = [m for scene in scenes for m in selection.methods(scene)]
     solved = {m for scene in scenes for m in set(names) if len(selection.solved_rows(scene, m))}
     ordered = [name for name in ours() if name in solved]
@@ -251,7 +252,7 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     return [
         label
         for name in ordered
-        if name != MODEL
+        if name not in judged
         for label in dict.fromkeys(look(name, scene).label for scene in scenes)
     ]
 

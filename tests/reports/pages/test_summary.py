@@ -99,6 +99,13 @@ def test_what_was_compared_names_methods_that_solved(study):
     assert "ContactMechanics" not in named
 
 
+def test_a_method_of_the_users_own_is_never_called_a_reference(study, monkeypatch):
+    monkeypatch.setattr(html, "judged_methods", lambda _: ["reduced", "bem_dense"])
+    named = compared_methods(study.scenes)
+    assert "closed form" in named
+    assert "dense BEM" not in named
+
+
 def claim(word: str) -> ClaimRecord:
     point = {"uncertainty": 0.001, "word": "within", "details": {}, "seconds": 0.1}
     points = [PointRecord(parameter=x, error=0.001 * x, **point) for x in (1.0, 2.0)]
