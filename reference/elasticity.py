@@ -14,14 +14,9 @@ LARGEST_POISSON_RATIO = 0.4999
 
 @dataclass(frozen=True)
 class Material:
-    """Isotropic linear elasticity.
+    """Isotropic linear elasticity."""
 
-    Parameters
-    ----------
-    youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`.
-    """
-
+    # ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`
     youngs_modulus: float
     poisson_ratio: float
 
@@ -39,12 +34,6 @@ def lame_parameters(poisson_ratio: float) -> tuple[float, float]:
     """Return Lamé's constants for a unit Young's modulus.
 
     ``lambda = nu / ((1 + nu)(1 - 2 nu))``, ``mu = 1 / (2 (1 + nu))`` (Johnson 1985, app. 1).
-
-    Raises
-    ------
-    ValueError
-        Outside ``-1 < nu <= 0.4999``: beyond it ``lambda`` exceeds the shear modulus by more than
-        5000 and a displacement method loses the digits of the pressure.
 
     Examples
     --------

@@ -10,23 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, eq=False, init=False)
 class LoadPath:
-    """Successive values of one prescribed quantity, of any sign.
+    """Successive values of one prescribed quantity, of any sign."""
 
-    Parameters
-    ----------
-    control : str
-        The prescribed quantity: ``"penetration"``, ``"force"``, ``"tangential_force"``, ...
-    values : array_like, shape (k,)
-        Finite values; a number is a path of one point.
-
-    Raises
-    ------
-    ValueError
-        If the values are not a list of finite numbers.
-    """
-
+    # the prescribed quantity: "penetration", "force", "tangential_force", ...
     control: str
-    values: NDArray[np.float64]
+    values: NDArray[np.float64]  # (k,): finite values; a number is a path of one point
 
     def __init__(self, control: str, values: ArrayLike) -> None:
         object.__setattr__(self, "control", control)
@@ -71,11 +59,6 @@ class Load(LoadPath):
         What is prescribed.
     values : array_like, shape (k,)
 
-    Raises
-    ------
-    ValueError
-        If the values are not positive, finite and strictly increasing.
-
     Examples
     --------
     >>> Load("force", [1, 2])
@@ -100,11 +83,6 @@ class History(LoadPath):
     control : {"penetration", "force"}
     time, values : array_like, shape (k,)
         Finite, of equal length, with increasing times.
-
-    Raises
-    ------
-    ValueError
-        Lists all errors in times and values.
     """
 
     time: NDArray[np.float64]

@@ -21,25 +21,17 @@ _PIECE = 2**20
 
 @dataclass(frozen=True)
 class SelfAffine:
-    """A self-affine spectrum: C2D ~ q^-power up to the short cutoff, constant for long waves.
+    """A self-affine spectrum: C2D ~ q^-power up to the short cutoff, constant for long waves."""
 
-    Parameters
-    ----------
-    hurst, power : float
-        Exactly one: C2D ~ q^(-2(1 + hurst)), hurst in [0, 1], or C2D ~ q^(-power).
-    rms_slope, rms_height : float
-        Exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2).
-    long_cutoff : float, optional
-        Roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
-    short_cutoff : float, optional
-        Shortest wavelength, circular in q. Default two cells (the larger one).
-    """
-
+    # exactly one: C2D ~ q^(-2(1 + hurst)), hurst in [0, 1], or C2D ~ q^(-power)
     hurst: float | None = None
     power: float | None = None
+    # exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2)
     rms_slope: float | None = None
     rms_height: float | None = None
+    # roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
     long_cutoff: float | None = None
+    # shortest wavelength, circular in q. Default two cells (the larger one).
     short_cutoff: float | None = None
 
     def __post_init__(self) -> None:
@@ -81,20 +73,8 @@ def self_affine(
     ``SeedSequence(seed, spawn_key=(stream, k))``; one uniform number is drawn for every mode of the
     full grid, in C order, of which the modes of a real FFT are used.
 
-    Parameters
-    ----------
-    points : int or (int, int)
-        Grid points per side (nx, ny).
-    size : float or (float, float)
-        Side lengths (Lx, Ly), consistent units; spacing size/points.
-    spectrum : SelfAffine
-    seed, realisation, stream : int
-        Non-negative numbers that fix the phases.
-
-    Returns
-    -------
-    ndarray, shape (nx, ny)
-        Heights with zero mean, positive towards the half-space.
+    `points` and `size` are those of the sides (nx, ny) and (Lx, Ly), or one for both; three
+    numbers >= 0 fix the phases. Heights have zero mean and are positive towards the half-space.
 
     Examples
     --------

@@ -6,7 +6,7 @@ area errs by some 0.25 x^(3/2): its order on rough surfaces, where spots of a fe
 gaps are always there. The change from the last grid says less, because it is the error of the
 coarser one: on maps with waves of two points it is three to six times the error that is left.
 
-On the rim of a free patch the line lies a known part of a cell inside (`contact_line`) that depends
+On the rim of a free patch the line lies a known part of a cell inside (`areas`) that depends
 on how the area grows with the load: all of that strip is taken as not known. On periodic surfaces
 half as much is, for near full contact the narrow gaps that are left have few cells on their line.
 
@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference.halfspace.edge_cells import EDGE_OFFSET
+from reference.halfspace.punches import EDGE_OFFSET
 
 # Bar per x^ORDER, and the least share of the last change: what second order leaves.
 FACTOR, ORDER, CHANGE = 0.45, 1.5, 1 / 3

@@ -25,8 +25,13 @@ from reduced.springs.line import Springs
 from reference.closed_form.adhesive import AdhesiveForm
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, dugdale
-from reference.halfspace.cohesive_path import CohesivePath, trace
+from reference.halfspace.cohesive import (
+    CohesiveContact,
+    CohesivePath,
+    CohesiveProblem,
+    dugdale,
+    trace,
+)
 from reference.halfspace.detachment import peel
 
 # The first set of cells is wider than the largest contact by this share.

@@ -36,9 +36,8 @@ from reference.closed_form import PartialSlip
 from reference.fem import Material
 from reference.fem.friction import FrictionalBody, NodalStep, follow, frictional_body
 from reference.halfspace import areas
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 
 # The contact is pressed in this many geometric steps from a share of its load, for the slip that
 # pressing itself causes; per unit of resolution, at least.

@@ -15,7 +15,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.particles import Domain, ParticleContact, ParticleHalfSpace, ParticlePair
 

@@ -35,9 +35,8 @@ from reference.closed_form import ClosedForm, ellipsoid
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
 from reference.halfspace import areas
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.rolling.creep_theories import EllipticContact, Rolled, fastsim, kalker, linear
 from reference.rolling.roll import Creep, RollingStep, roll
 

@@ -40,10 +40,15 @@ from reference import loads as reference_loads
 from reference import viscoelastic as reference
 from reference.contact.body import ElasticBody
 from reference.halfspace import areas
-from reference.sliding.rubber import LIMIT, SlidingContact, slide_on_rubber
-from reference.sliding.studies import slide_shape, window_depth
-from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import (
+    LIMIT,
+    SlidingContact,
+    slide_on_rubber,
+    slide_shape,
+    window_depth,
+)
+from reference.viscoelastic.travelling import Travelling
 
 PHYSICS = frozenset({"viscoelastic"})
 # Steps in time of a whole history for each spring or cell per contact radius.

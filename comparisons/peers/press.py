@@ -17,8 +17,7 @@ import numpy as np
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from reference.contact.body import ElasticBody
-from reference.contact.press import assemble, certify
-from reference.contact.start import overlap_depth, overlap_pressure
+from reference.contact.press import assemble, certify, overlap_depth, overlap_pressure
 from reference.halfspace import Contact
 from reference.loads import Load
 

@@ -20,8 +20,14 @@ from reference import closed_form
 from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.cohesive import CohesiveLaw, CohesiveProblem, dugdale, exponential
-from reference.halfspace.cohesive_path import CohesivePath, trace
+from reference.halfspace.cohesive import (
+    CohesiveLaw,
+    CohesivePath,
+    CohesiveProblem,
+    dugdale,
+    exponential,
+    trace,
+)
 from reference.halfspace.detachment import Peeling, peel
 from reports.tables.documents import rewrite
 

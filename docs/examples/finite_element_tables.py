@@ -41,8 +41,7 @@ from reference.fem.condensed_body import supported_body
 from reference.fem.grid_body import PeriodicBody
 from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.halfspace import PeriodicOperator, kernels
-from reference.halfspace.areas import contact_stiffness
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import contact_stiffness, located_area
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
 from reports.tables.documents import rewrite

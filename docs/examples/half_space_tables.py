@@ -16,7 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.contact import descent, start
+from reference.contact import descent
+from reference.contact import press as pressing
 from reference.contact.press import press
 from reference.errors import ConvergenceError
 from reference.halfspace import (
@@ -24,7 +25,7 @@ from reference.halfspace import (
     PeriodicOperator,
     kernels,
 )
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 from reports.tables.documents import rewrite
@@ -122,7 +123,7 @@ def solver_parts() -> list[list[str]]:
     cases = [(16, 0.1), (16, 0.02), (4, 0.1), (4, 0.02)]
     rows = [["", *(f"cutoff {cutoff}, F = {share} E\\* A0 h'" for cutoff, share in cases)]]
     for name, (stages, shortest) in variants.items():
-        descent._STAGES, start._SHORTEST_COARSENED = stages, shortest
+        descent._STAGES, pressing._SHORTEST_COARSENED = stages, shortest
         cells = []
         for cutoff, share in cases:
             gap = gap_of(POINTS, cutoff)
@@ -132,7 +133,7 @@ def solver_parts() -> list[list[str]]:
             spent = cpu(partial(press, operator, gap, Load("force", force)))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
-    descent._STAGES, start._SHORTEST_COARSENED = full, 128
+    descent._STAGES, pressing._SHORTEST_COARSENED = full, 128
     return rows
 
 

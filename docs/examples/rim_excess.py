@@ -1,4 +1,4 @@
-"""Measure how far outside Hertz's circle the law of `contact_line` puts the rim, by operator.
+"""Measure how far outside Hertz's circle the law of `areas.located_area` puts the rim, by operator.
 
 Run from the repository's root (two minutes); prints the means, in cells, that `rim_excess` of the
 operators keeps, and what is left with it::
@@ -17,7 +17,7 @@ from reference.fem import Material
 from reference.fem.columns import ELEMENTS
 from reference.fem.grid_body import FreeBody
 from reference.halfspace import FreeOperator, PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 
 CONTACTS, RADII, SPARE = 40, (4.0, 14.0), 8

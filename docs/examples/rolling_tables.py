@@ -28,16 +28,21 @@ from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.fem import Material
 from reference.fem.columns import ELEMENTS, Element
 from reference.fem.grid_body import ShearBody
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress
-from reference.halfspace.traction import NormalAndTangential
-from reference.rolling.coefficients import creep_coefficients, on_grid
-from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear
+from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.rolling.creep_theories import (
+    EllipticContact,
+    creep_coefficients,
+    fastsim,
+    kalker,
+    linear,
+    on_grid,
+)
 from reference.rolling.roll import Creep, TangentialSurface, Upstream, rigid_slip, roll, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.sliding.rubber import slide_on_rubber
-from reference.sliding.travelling import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import slide_on_rubber
+from reference.viscoelastic.travelling import TravellingPlane
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rolling.md"

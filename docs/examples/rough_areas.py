@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.contact.press import sweep
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 from reference.surfaces import SelfAffine, refine, self_affine
 from reports.tables.documents import rewrite

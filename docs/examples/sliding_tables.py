@@ -24,10 +24,9 @@ from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
 from reference import surfaces
-from reference.sliding.rubber import slide_on_rubber
-from reference.sliding.studies import GridStudy, paraboloid
-from reference.sliding.travelling import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber
+from reference.viscoelastic.travelling import Travelling
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"

@@ -27,9 +27,8 @@ from reference.contact.press import press
 from reference.fem import Material, friction
 from reference.fem.friction import frictional_body
 from reference.halfspace import areas
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "tangential-contact.md"

@@ -25,37 +25,21 @@ from reference.closed_form.form import Array, ByRadius, ClosedForm, require_posi
 
 @dataclass(frozen=True)
 class AdhesivePath:
-    """An adhesive contact along a path of loads; arrays of shape (k,).
+    """An adhesive contact along a path of loads; arrays of shape (k,)."""
 
-    Attributes
-    ----------
-    contact_radius, penetration, force : ndarray
-        Zero radius and force without contact; zero penetration if a prescribed tensile force has no
-        equilibrium.
-    largest_pull : float
-        Largest tensile force along the path, also between loads; zero if there was none.
-    """
-
+    # zero radius and force without contact; zero penetration if a prescribed tensile force has no
+    # equilibrium
     contact_radius: Array
     penetration: Array
     force: Array
+    # largest tensile force along the path, also between loads; zero if there was none
     largest_pull: float
 
 
 class AdhesiveForm:
     """Equilibria of an adhesive contact with a half-space, by contact radius.
 
-    Parameters
-    ----------
-    form : ClosedForm
-        The contact without adhesion, round.
-    work : float
-        The work of adhesion w.
-
-    Attributes
-    ----------
-    source : str
-        Of the adhesive solution.
+    `form` is the contact without adhesion, round; `source` that of the adhesive solution.
 
     Examples
     --------
@@ -205,13 +189,9 @@ class MaugisForm:
 
         (lambda a^2/2) [s + (m^2 - 2) q] + (4 lambda^2 a/3) [s q - m + 1] = 1,
         F = a^3 - lambda a^2 [s + m^2 q],   d = a^2 - (4/3) lambda a s.
-
-    Attributes
-    ----------
-    radius, effective_modulus, work, strength : float
-        R, E*, w and sigma0.
     """
 
+    # R, E*, w and sigma0
     radius: float
     effective_modulus: float
     work: float

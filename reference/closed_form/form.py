@@ -45,30 +45,18 @@ def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: s
 
 @dataclass(frozen=True)
 class ByRadius:
-    """Laws of a round contact in its radius a, from which its adhesion follows.
+    """Laws of a round contact in its radius a, from which its adhesion follows."""
 
-    Attributes
-    ----------
-    source : str
-        The adhesive solution.
-    depth, load, rate : callable
-        d0(a), F0(a) and d0'(a) without adhesion.
-    scale : callable
-        A radius to start searches from, as a function of w/E*.
-    smallest, largest : float
-        Radii at which d0 begins to increase, and ends.
-    refused : str
-        Why adhesion cannot hold this shape, if so.
-    """
-
-    source: str
+    source: str  # the adhesive solution
+    # d0(a), F0(a) and d0'(a) without adhesion
     depth: Law
     load: Law
     rate: Law
-    scale: Callable[[float], float]
+    scale: Callable[[float], float]  # A radius to start searches from, as a function of w/E*
+    # radii at which d0 begins to increase, and ends
     smallest: float = 0.0
     largest: float = math.inf
-    refused: str = ""
+    refused: str = ""  # why adhesion cannot hold this shape, if so
 
 
 @dataclass(frozen=True)
@@ -77,46 +65,28 @@ class ClosedForm:
 
     Its methods take a number or an array and return the same shape, in consistent units. They raise
     ValueError for a load that is negative, not finite or beyond the shape's validity.
-
-    Attributes
-    ----------
-    name : str
-        The shape, spelled as in a scene file.
-    source : str
-        The primary source, with its equation or chapter.
-    effective_modulus : float
-        E*.
-    force_of, energy_of, radius_of : callable
-        F, U and (of round contacts) a in the penetration d; the stiffness is then 2 E* a.
-    depth_of : callable
-        d in the force.
-    pressure_of : callable
-        p in the relative radius rho in [0, 1] and d, at points of the contact.
-    axes_of, stiffness_of : callable or None
-        Semi-axes along x and y and dF/dd in d, of contacts that are not round.
-    by_radius : ByRadius or None
-    singular_at : {"edge", "centre", None}
-        Location of infinite pressure, if any. The force is always finite.
-    singular_edge : tuple of float or None
-        Semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
-        pressures omit points near it, see `relative_radius`.
-    limit, limit_reason : float, str
-        Largest penetration for which the formulas hold, and why.
     """
 
-    name: str
-    source: str
-    effective_modulus: float
+    name: str  # the shape, spelled as in a scene file
+    source: str  # the primary source, with its equation or chapter
+    effective_modulus: float  # E*
+    # F, U and (of round contacts) a in the penetration d; the stiffness is then 2 E* a
     force_of: Law
-    depth_of: Law
+    depth_of: Law  # d in the force
     energy_of: Law
+    # p in the relative radius rho in [0, 1] and d, at points of the contact
     pressure_of: Callable[[Array, Array], Array]
     radius_of: Law | None = None
+    # semi-axes along x and y and dF/dd in d, of contacts that are not round
     axes_of: Callable[[Array], tuple[Array, Array]] | None = None
     stiffness_of: Law | None = None
     by_radius: ByRadius | None = None
+    # {"edge", "centre", None}: Location of infinite pressure, if any. The force is always finite.
     singular_at: Literal["edge", "centre"] | None = None
+    # semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
+    # pressures omit points near it, see `relative_radius`
     singular_edge: tuple[float, float] | None = None
+    # largest penetration for which the formulas hold, and why
     limit: float = math.inf
     limit_reason: str = ""
 

@@ -65,11 +65,6 @@ class Westergaard:
     stiffness of the row of flat strips, dp/d(penetration) = -pi E*/(2 l ln sin(psi_a)). In full
     contact the pressure is p + p* cos(2 psi).
 
-    Parameters
-    ----------
-    amplitude, wavelength, effective_modulus : float
-        D, l and E*, positive, in consistent units.
-
     Examples
     --------
     >>> wave = Westergaard(amplitude=0.01, wavelength=1.0, effective_modulus=1.0)
@@ -77,6 +72,7 @@ class Westergaard:
     0.5
     """
 
+    # D, l and E*, positive, in consistent units
     amplitude: float
     wavelength: float
     effective_modulus: float

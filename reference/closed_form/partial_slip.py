@@ -69,15 +69,6 @@ class Term(NamedTuple):
 class PartialSlip:
     """A contact under constant normal force and any tangential path.
 
-    Parameters
-    ----------
-    form : ClosedForm
-        The normal contact; the result is exact for axisymmetric ones only.
-    penetration, friction : float
-        d and mu, positive.
-    modulus_ratio : float
-        G*/E*, 2 (1 - nu)/(2 - nu) for one elastic body on a rigid one.
-
     Examples
     --------
     Cattaneo-Mindlin: c = a (1 - F_x/(mu F))^(1/3).
@@ -88,10 +79,11 @@ class PartialSlip:
     0.5
     """
 
-    form: ClosedForm
+    form: ClosedForm  # the normal contact; the result is exact for axisymmetric ones only
+    # d and mu, positive
     penetration: float
     friction: float
-    modulus_ratio: float
+    modulus_ratio: float  # G*/E*, 2 (1 - nu)/(2 - nu) for one elastic body on a rigid one
 
     def __post_init__(self) -> None:
         require_positive(
@@ -156,19 +148,11 @@ class PartialSlip:
 
 @dataclass(frozen=True)
 class PartialSlipPath:
-    """Exact response along a path of tangential forces; arrays have shape (k,).
-
-    Attributes
-    ----------
-    contact : PartialSlip
-    tangential_force : ndarray
-    terms : tuple of tuples of Term
-        Terms of the tractions at the points of the path.
-    """
+    """Exact response along a path of tangential forces; arrays have shape (k,)."""
 
     contact: PartialSlip
     tangential_force: Array
-    terms: tuple[tuple[Term, ...], ...]
+    terms: tuple[tuple[Term, ...], ...]  # terms of the tractions at the points of the path
 
     @property
     def tangential_displacement(self) -> Array:
@@ -228,13 +212,6 @@ class Torsion:
 
     the angle by which the circle that sticks has turned; the torque is that of the discs.
 
-    Parameters
-    ----------
-    form : ClosedForm
-        The normal contact, round.
-    penetration, friction, shear_modulus : float
-        d; mu; G of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two.
-
     Examples
     --------
     A ball that sticks in half its radius: b = mu p0/(2 G) [K(k) - E(k)], k^2 = 1 - (c/a)^2.
@@ -246,7 +223,8 @@ class Torsion:
     1.0
     """
 
-    form: ClosedForm
+    form: ClosedForm  # the normal contact, round
+    # d; mu; G of the half-space under a rigid body, or 1/G = 1/G1 + 1/G2 of two
     penetration: float
     friction: float
     shear_modulus: float

@@ -26,11 +26,6 @@ class Carter:
     curvatures. Exact without coupling of normal and tangential displacements: bodies of equal
     constants, or nu = 1/2.
 
-    Parameters
-    ----------
-    half_width, radius, friction : float
-        a of the contact, R and mu.
-
     Examples
     --------
     CONTACT's example: a 1 mm, R 500 mm, mu 0.3, and a strip of 0.6 a that sticks.
@@ -42,6 +37,7 @@ class Carter:
     0.00024
     """
 
+    # a of the contact, R and mu
     half_width: float
     radius: float
     friction: float
@@ -109,17 +105,6 @@ class RubberCylinder:
     friction and sliding without friction are the same problem. Kelvin and Voigt's solid is J0 = 0,
     k infinite and rho = 1.
 
-    Attributes
-    ----------
-    half_width, radius : float
-        h of the contact and R of the cylinder.
-    way : float
-        l, the way rolled in the retardation time.
-    modulus : float
-        G at rest, 1/(J0 + J1).
-    glassy : float
-        Instantaneous modulus over that at rest, 1 + J1/J0; inf for Kelvin and Voigt's solid.
-
     Examples
     --------
     At rest, and at speeds beyond any retardation, Hertz: F = pi E* h^2/(4 R), E* = 4 G.
@@ -135,10 +120,12 @@ class RubberCylinder:
     1.0
     """
 
+    # h of the contact and R of the cylinder
     half_width: float
     radius: float
-    way: float
-    modulus: float
+    way: float  # l, the way rolled in the retardation time
+    modulus: float  # G at rest, 1/(J0 + J1)
+    # instantaneous modulus over that at rest, 1 + J1/J0; inf for Kelvin and Voigt's solid
     glassy: float
 
     def __post_init__(self) -> None:

@@ -111,13 +111,6 @@ class FrettingLimit:
     They wear it outside its stick circle until no pressure is left there: its line is then g(x) for
     x < c and d beyond (Popov 2014), whatever k is.
 
-    Parameters
-    ----------
-    form : ClosedForm
-        The unworn body.
-    penetration, lag : float
-        d and G* U/(mu E*) < d, for the amplitude U; else all of the contact slips.
-
     Examples
     --------
     A parabola g = x^2 pressed by 1 that sticks up to c = 1/2:
@@ -128,7 +121,8 @@ class FrettingLimit:
     (0.5, 0.916666666667)
     """
 
-    form: ClosedForm
+    form: ClosedForm  # the unworn body
+    # d and G* U/(mu E*) < d, for the amplitude U; else all of the contact slips
     penetration: float
     lag: float
 

@@ -49,17 +49,11 @@ class ElasticBody:
 
     Kernels are computed on first use and cached, and a preconditioner is adapted to every contact,
     so a body must be used by one thread at a time. Pickles contain only the arguments.
-
-    Attributes
-    ----------
-    periodic : bool
-        Whether the grid repeats.
-    rim_excess : float
-        How far outside Hertz's circle the law of `contact_line`, which is that of Love's cells,
-        puts the rim, in cells (`docs/examples/rim_excess.py`).
     """
 
-    periodic: bool
+    periodic: bool  # whether the grid repeats
+    # How far outside Hertz's circle `areas.located_area`, whose law is that of Love's cells, puts
+    # the rim, in cells (`docs/examples/rim_excess.py`).
     rim_excess: float = 0.0
 
     def __init__(
@@ -129,7 +123,8 @@ class ElasticBody:
     @property
     def unit(self) -> float:
         """Power of two near the largest transfer factor, the unit of `convolution`."""
-        return self._exact()[1]
+        self.convolution(np.float64)
+        return float(self._cache["unit"])
 
     @property
     def transfer(self) -> Field:
@@ -149,22 +144,16 @@ class ElasticBody:
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
         """Return the convolution from pressure to displacement/`unit` in a given precision."""
-        dtype, exact = np.dtype(dtype), self._exact()[0]
-        if dtype == np.float64:
-            return exact
-        return self.cached(
-            ("convolution", dtype.name),
-            lambda: Convolution(self.shape, self._padded, exact.transfer, dtype),
-        )
-
-    def _exact(self) -> tuple[Convolution, float]:
-        """Return the convolution in double precision, which alone keeps the kernel, and `unit`."""
-        if "exact" not in self._cache:
+        name = np.dtype(dtype).name
+        if "unit" not in self._cache:  # that in double precision alone keeps the kernel
             transfer = self._transfer()[: self._padded[0] // 2 + 1]
             unit = power_of_two(transfer.max())
             exact = Convolution(self.shape, self._padded, transfer / unit, np.float64)
-            self._cache["exact"] = exact, unit
-        return self._cache["exact"]
+            self._cache |= {"unit": unit, ("convolution", "float64"): exact}
+        transfer = self._cache["convolution", "float64"].transfer
+        return self.cached(
+            ("convolution", name), lambda: Convolution(self.shape, self._padded, transfer, name)
+        )
 
     def apply(self, pressure: ArrayLike) -> Field:
         """Return the displacement of all cell centres under cell pressures of shape `shape`."""
@@ -231,23 +220,10 @@ def quarter(shape: tuple[int, int], spacing: tuple[float, float]) -> Field:
 class Convolution:
     """Convolution of fields of one shape with one kernel.
 
-    Parameters
-    ----------
-    shape : (int, int)
-        Shape of field and result.
-    padded : (int, int)
-        Lengths of the transforms: `shape` for a periodic field, at least the sum of field and
-        kernel lengths less one for a free one.
-    transfer : array_like, shape (padded[0]//2 + 1 or padded[0], padded[1]//2 + 1)
-        Real transfer function on the modes of `rfft2`, even in both wavenumbers; rows beyond
-        padded[0]//2 are not read.
-    dtype : float32 or float64
-        Precision of fields, transforms and result.
-
-    Attributes
-    ----------
-    transfer : ndarray, shape (padded[0]//2 + 1, padded[1]//2 + 1)
-        The transfer function that is kept, in this precision.
+    `padded` has the lengths of the transforms: `shape` for a periodic field, at least the sum of
+    field and kernel lengths less one for a free one. The transfer function is real, on the modes of
+    `rfft2`, and even in both wavenumbers: rows beyond padded[0]//2 are not read, and not kept. The
+    dtype, float32 or float64, is that of fields, transforms and result.
 
     Examples
     --------
@@ -274,11 +250,6 @@ class Convolution:
         """Return the convolution of a field of the right shape, in the precision of the kernel.
 
         `out` receives the result, by default a new array; it may be the field itself.
-
-        Raises
-        ------
-        ValueError
-            If the field or `out` has another shape.
         """
         if out is None:
             out = np.empty(self.shape, self.transfer.dtype)
@@ -286,15 +257,12 @@ class Convolution:
             if array.shape != self.shape:
                 raise ValueError(f"fields must have shape {self.shape}, not {array.shape}")
         field = np.asarray(field, self.transfer.dtype)
-        if self.padded[0] * self.padded[1] > _ONE_BLOCK:
-            self._convolve_blocks(field, out)
-        else:
-            modes = fft.rfft(field, self.padded[1], axis=1, workers=1)
-            out[:] = self._of_rows(self._columnwise(modes, self.transfer))
-        return out
-
-    def _convolve_blocks(self, field: Array, out: Array) -> None:
-        rows, (length, width) = self.shape[0], self.padded
+        rows, columns, (length, width) = *self.shape, self.padded
+        if length * width <= _ONE_BLOCK:
+            modes = fft.rfft(field, width, axis=1, workers=1)
+            modes = self._columnwise(modes, self.transfer)
+            out[:] = fft.irfft(modes, width, axis=1, workers=1)[:, :columns]
+            return out
         half = width // 2 + 1
         modes = np.empty((rows, half), np.result_type(self.transfer, np.complex64))
 
@@ -307,11 +275,12 @@ class Convolution:
                 modes[:, part] = block
 
         def backward(part: slice) -> None:
-            out[part] = self._of_rows(modes[part])
+            out[part] = fft.irfft(modes[part], width, axis=1, workers=1)[:, :columns]
 
         pieces.over(rows, pieces.rows_of(width), forward)
         pieces.over(half, max(_FEWEST, _COLUMNS // length), columnwise)
         pieces.over(rows, pieces.rows_of(width), backward)
+        return out
 
     def _columnwise(self, modes: Array, factors: Array) -> Array:
         """Return columns of modes times their factors; overwrites them unless they are padded."""
@@ -319,9 +288,6 @@ class Convolution:
         block = fft.fft(modes, self.padded[0], axis=0, overwrite_x=True, workers=1)
         _multiply(block.view(factors.dtype), factors)
         return fft.ifft(block, axis=0, overwrite_x=True, workers=1)[: len(modes)]
-
-    def _of_rows(self, modes: Array) -> Array:
-        return fft.irfft(modes, self.padded[1], axis=1, workers=1)[:, : self.shape[1]]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

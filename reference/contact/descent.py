@@ -102,24 +102,11 @@ def descend(
 ) -> Descended:
     """Return the pressure under a penetration or a force, from a starting one (overwritten).
 
-    Parameters
-    ----------
-    gap : (nx, ny)
-        +inf where contact is impossible.
-    cap : float
-        Cells of this pressure may overlap; it takes a penetration.
-    unilateral : bool
-        If not, cells of finite gap stay in contact for any sign of their pressure.
-    tolerance : float
-        Largest overlap of free cells and clearance of loaded ones, relative to the depth.
-    partial : bool
-        Return what was reached within `max_iterations`, whatever its violation.
-
-    Raises
-    ------
-    ConvergenceError
-        With the violations of all iterations, if no stage reaches the tolerance, or the range of
-        numbers is exceeded.
+    Gaps are +inf where contact is impossible; cells at the cap, which takes a penetration, may
+    overlap. If not `unilateral`, cells of finite gap stay in contact for any sign of their
+    pressure. The tolerance is the largest overlap of free cells and clearance of loaded ones,
+    relative to the depth; `partial` returns what was reached within `max_iterations`, whatever its
+    violation. A ConvergenceError has the violations of all iterations.
     """
     pressure, gaps = start.reshape(-1), np.ascontiguousarray(gap).reshape(-1)
     np.minimum(pressure, cap, out=pressure)
@@ -219,26 +206,12 @@ def _conjugate_gradients(  # noqa: PLR0913
 ) -> tuple[Array, list[float], int, bool]:
     """Return the correction x, the violations, the convolutions, and whether it stalled.
 
-    The clearance K x - t is kept up to date with every change of x, so that neither K x nor t is
-    held. Fields are flat, in the precision of the iteration.
-
-    Parameters
-    ----------
-    clearance, lower : (n,)
-        First -t, overwritten; the bound -p.
-    inverse : Convolution, optional
-        Inverse of `kernel` on a period that contains the grid, which with an `Extension` of the
-        residual to it is the preconditioner.
-    fixed_sum : bool
-        Whether the sum of x is zero and the depth free (a given force).
-    settle : float
-        Factor that matches the mean mode of the preconditioner to the contact, or 0 for none.
-    cap : float
-        Largest pressure; infinite with a fixed sum.
-    goal, depth : float
-        Target clearance; current depth, which scales the violations.
-    patience, limit : int
-        Iterations without halving of the violation before it stalls, and of all.
+    Fields are flat, in the precision of the iteration. The clearance K x - t, first -t, is kept up
+    to date with every change of x, so that neither K x nor t is held; `lower` is the bound -p. The
+    preconditioner is `inverse`, that of the kernel on a period that contains the grid, with an
+    `Extension` of the residual to it; `settle` matches its mean mode to the contact, or 0. With a
+    fixed sum that of x is zero and the depth free (a given force). It ends at the clearance `goal`,
+    or after `patience` iterations without halving of the violation, or `limit` of all.
     """
     shape, number = kernel.shape, clearance.dtype.type
     part, most = np.s_[: shape[0], : shape[1]], number(cap)
@@ -340,7 +313,7 @@ def _conjugate_gradients(  # noqa: PLR0913
                     period[:] = 0
                     period[part] = cut_off
                     cut_off = period
-                extension.cover(free_map)
+                extension.cover(free_map, free_map)
                 extension.restrict(cut_off, free_map, previous.reshape(shape))
                 added, excess, loads = sums(sweep(_shift, image, correction, lower, previous, most))
                 cut_off = previous.reshape(shape)

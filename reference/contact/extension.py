@@ -41,13 +41,6 @@ _REORDER = {"reassoc", "contract", "nsz"}
 class Extension:
     """Continuation of fields known on some cells of a grid to a period that contains it.
 
-    Parameters
-    ----------
-    shape, padded : (int, int)
-        Grid, and the period: at least as large.
-    dtype : float32 or float64
-        Precision of the fields.
-
     Examples
     --------
     A constant remains one, and the transpose conserves sums:
@@ -85,13 +78,9 @@ class Extension:
 
         At least one cell is free; `out` may be `values`.
         """
-        self._cover(values, free)
+        self.cover(values, free)
         self._over(_spread, self._levels[0][0], values, free, out)
         return out
-
-    def cover(self, free: NDArray[np.uint8]) -> None:
-        """Set the contact of the next `restrict` without extending a field."""
-        self._cover(free, free)
 
     def restrict(self, field: Array, free: NDArray[np.uint8], out: Array) -> Array:
         """Fill `out` with the transpose of `extend` applied to a field (padded).
@@ -108,8 +97,11 @@ class Extension:
         self._over(_return, levels[0][0], field, free, out)
         return out
 
-    def _cover(self, field: Map, free: NDArray[np.uint8]) -> None:
-        """Fill the blocks of all sizes with continued means, and the shares of cells in contact."""
+    def cover(self, field: Map, free: NDArray[np.uint8]) -> None:
+        """Fill the blocks of all sizes with continued means, and the shares of cells in contact.
+
+        That sets the contact of the next `restrict`.
+        """
         levels = self._levels
         self._over(_gather, *levels[0], field, free)
         for fine, above in pairwise(levels):

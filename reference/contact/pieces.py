@@ -32,11 +32,6 @@ class _Threads:
 def threads(number: int) -> Iterator[None]:
     """Share the pieces of large fields among some threads.
 
-    Raises
-    ------
-    ValueError
-        If the number is not positive.
-
     Examples
     --------
     >>> with threads(2):

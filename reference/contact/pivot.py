@@ -24,7 +24,7 @@ of which only the Schur complement, |A| + |R| equations, is new in a round.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -48,27 +48,15 @@ _WIDEST_BORDER = 1 / 6
 
 @dataclass(frozen=True, eq=False)
 class Pivoted:
-    """The contact of n points.
-
-    Attributes
-    ----------
-    depth : float
-    pressures, displacement : (n,)
-        p >= 0 and A p.
-    active : (n,) bool
-        The contact set.
-    slope : float
-        Increase of sum p with the depth on this contact set.
-    history : list of int
-        Number of wrong points by round.
-    """
+    """The contact of n points."""
 
     depth: float
+    # p >= 0 and A p
     pressures: Array
     displacement: Array
-    active: Mask
-    slope: float
-    history: list[int]
+    active: Mask  # the contact set
+    slope: float  # increase of sum p with the depth on this contact set
+    history: list[int]  # number of wrong points by round
 
 
 def pivot(
@@ -108,13 +96,8 @@ def pivot(
         Tension and overlap below this fraction of the largest terms of pressure and displacement
         are rounding: 1e-13 suits the well-conditioned bodies below grids and elements.
     max_rounds : int
-        Limit of contact sets; where single points change, of ten more for each point.
-
-    Raises
-    ------
-    ConvergenceError
-        If no contact set is right in `max_rounds`, or the numbers overflow; the history has the
-        number of wrong points by round.
+        Limit of contact sets; where single points change, of ten more for each point. Beyond it,
+        or where numbers overflow, a ConvergenceError has the number of wrong points by round.
 
     Examples
     --------
@@ -185,30 +168,20 @@ def compliance(matrix: Array) -> Respond:
     return respond
 
 
-@dataclass
 class BorderedCholesky:
-    """The candidate cells: their grid indices, gaps, and the table of coefficients.
+    """The cells of a gap below `reach`: beyond the penetration there is no contact.
 
-    The table is divided by `unit`, a power of two, so that the square roots of the factorisation
-    round equally in all units; pressures are multiplied by it.
+    The table of coefficients is divided by `unit`, a power of two, so that the square roots of the
+    factorisation round equally in all units; pressures are multiplied by it.
     """
 
-    rows: Indices
-    columns: Indices
-    gaps: Array
-    table: Array
-    unit: float
-    reach: float
-    _base: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
-    _factor: Array = field(default_factory=lambda: np.zeros((0, 0)))
-
-    @classmethod
-    def of(cls, body: ElasticBody, gap: Array, reach: float) -> BorderedCholesky:
-        """Return the cells with a gap below `reach`; beyond the penetration there is no contact."""
-        rows, columns = np.nonzero(np.isfinite(gap) & (gap < reach))
-        table = body.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
-        unit = power_of_two(float(table[0, 0]))
-        return cls(rows, columns, gap[rows, columns], table / unit, unit, reach)
+    def __init__(self, body: ElasticBody, gap: Array, reach: float) -> None:
+        self.rows, self.columns = np.nonzero(np.isfinite(gap) & (gap < reach))
+        self.gaps, self.reach = gap[self.rows, self.columns], reach
+        table = body.coefficients((int(np.ptp(self.rows)) + 1, int(np.ptp(self.columns)) + 1))
+        self.unit = power_of_two(float(table[0, 0]))
+        self.table = table / self.unit
+        self._base, self._factor = np.zeros(0, dtype=np.intp), np.zeros((0, 0))
 
     def overlapping(self, depth: float) -> Mask:
         """Return the overlapping cells, or the deepest of them if too many for a factorisation.

@@ -12,13 +12,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import choice_faults, refuse
-from reference.contact.body import ElasticBody
+from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
 from reference.contact.pivot import BorderedCholesky, pivot
-from reference.contact.start import overlap_depth, starting_pressure
 from reference.errors import ConvergenceError
 from reference.loads import Load
 
@@ -31,44 +31,39 @@ CONTROLS = {"descent": ("penetration", "force", "mean_gap"), "pivot": ("penetrat
 # 0.93 for rough surfaces, 1.12 for a single cell. If it is exceeded, the window grows and the load
 # is solved again.
 _REACH = 1.15
+# For grids with a shorter side, a coarser grid saves no time.
+_SHORTEST_COARSENED = 128
+# Violation of the coarser solution; a smaller one is lost in the interpolation. Measured on rough
+# surfaces of 256 to 1024 points a side: it saves a fifth to a third of the iterations on the finest
+# grid. Beyond this side it falls with the grid: the shortest waves are an ever smaller part of the
+# penetration, and at 1e-2 a coarse grid would pass on what it was given, the errors of all before.
+_COARSE_TOLERANCE, _COARSE_SIDE, _COARSE_ITERATIONS = 1e-2, 256, 60
+# The overlap for a force is slightly deeper than the contact.
+_SHALLOWER = 0.85
+# With tension in more cells than this fraction, the linear solution is not a good start.
+_NEARLY_FULL = 0.1
 
 
 @dataclass(frozen=True)
 class Contact:
     """One converged load step of a rigid shape on an elastic body.
 
-    Attributes
-    ----------
-    penetration : float
-        Rigid approach d after first touch; contact means displacement = d - gap.
-    force : float
-        Sum of pressure times cell area.
-    pressure : ndarray, shape (nx, ny)
-        Cell values, not negative.
-    iterations : int
-        Iterations of the solver (all stages on the finest grid).
-    violation : float
-        Largest distance from the contact conditions, relative to the penetration: the overlap of
-        cells without pressure or the remaining gap (of either sign) of cells with pressure,
-        whichever is larger; recomputed in double precision for the final pressure.
-    operator, initial_gap
-        The body and the gap of the problem.
-    history : list of float
-        Violations of the iterations; of pivoting, wrong cells by round.
-    convolutions : (int, int)
-        Convolutions of the descent on its grid, in single and in double precision.
-
     Displacement and gaps of the whole grid are evaluated on demand.
     """
 
-    penetration: float
-    force: float
-    pressure: Field
-    iterations: int
+    penetration: float  # rigid approach d after first touch; in contact displacement = d - gap
+    force: float  # sum of pressure times cell area
+    pressure: Field  # (nx, ny): cell values, not negative
+    iterations: int  # of the solver, all stages on the finest grid
+    # Largest distance from the contact conditions, relative to the penetration: the overlap of
+    # cells without pressure or the remaining gap (of either sign) of cells with pressure, whichever
+    # is larger; recomputed in double precision for the final pressure.
     violation: float
     operator: ElasticBody = field(repr=False)
     initial_gap: Field = field(repr=False)
+    # violations of the iterations; of pivoting, wrong cells by round
     history: list[float] = field(default_factory=list, repr=False)
+    # of the descent on its grid, in single and in double precision
     convolutions: tuple[int, int] = (0, 0)
 
     @property
@@ -128,19 +123,13 @@ def press(
     cap : float
         Largest pressure that the body carries, its hardness (by descent).
     start : Contact, optional
-        A solution at a nearby load to start from.
+        A solution at a nearby load.
     tolerance : float
         By descent: largest overlap of free cells and largest gap of loaded cells, relative to the
         penetration. Tension does not occur.
     max_iterations : int
-        Limit for all stages of the descent together, or of contact sets.
-
-    Raises
-    ------
-    ValueError
-        If arguments are invalid, or more than `CELL_LIMIT` cells come into contact by pivoting.
-    ConvergenceError
-        With the history of violations, if the tolerance is not reached.
+        Limit for all stages of the descent together, or of contact sets. Beyond it a
+        ConvergenceError has the history of violations.
 
     Examples
     --------
@@ -157,15 +146,18 @@ def press(
     1.0 True
     1.0 True
     """
-    gap = _checked(body, gap, load, cap, tolerance, max_iterations, by)
-    value = load.single()
-    if start is not None and start.pressure.shape != body.shape:
-        raise ValueError(f"start has shape {start.pressure.shape}, the operator {body.shape}")
-    if by == "pivot":
-        mask = None if start is None else start.mask
-        return _pivot(body, gap, load.control, value, mask, max_iterations)
-    pressure = None if start is None else start.pressure.astype(np.float64)
-    return _descend(body, gap, load.control, value, pressure, cap, tolerance, max_iterations)
+    load.single()
+    contacts = sweep(
+        body,
+        gap,
+        load,
+        cap=cap,
+        start=start,
+        tolerance=tolerance,
+        max_iterations=max_iterations,
+        by=by,
+    )
+    return next(contacts)
 
 
 def sweep(
@@ -174,27 +166,44 @@ def sweep(
     load: Load,
     *,
     cap: float = np.inf,
+    start: Contact | None = None,
     tolerance: float = 1e-8,
     max_iterations: int = 2000,
     by: Literal["descent", "pivot"] = "descent",
 ) -> Iterator[Contact]:
     """Solve a strictly increasing list of loads, each from the last; one contact per load.
 
-    Arguments as for `press`, which are checked at the call, not at the first `next`. The start is
-    the last pressure, by descent extrapolated linearly in the load from the last two. Where a load
-    fails, a new sweep may begin at the next one.
+    Arguments as for `press`, which are checked at the call, not at the first `next`. After `start`
+    each load begins with the last pressure, by descent extrapolated linearly in the load from the
+    last two. Where a load fails, a new sweep may begin at the next one.
     """
-    gap = _checked(body, gap, load, cap, tolerance, max_iterations, by)
+    refuse(choice_faults("by", by, CONTROLS))
+    load.one_of(*CONTROLS[by])
+    if by == "pivot" and body.periodic:
+        raise ValueError("pivoting is for free bodies; use descent for periodic ones")
+    if by == "pivot" and cap < np.inf:
+        raise ValueError("pivoting is for elastic bodies; use descent below a hardness")
+    faults = [] if cap > 0 else [f"hardness must be positive, not {cap!r}"]
+    refuse(faults + effort_faults(tolerance, max_iterations))
+    gap = check_gap(body, gap)
+    if start is not None and start.pressure.shape != body.shape:
+        raise ValueError(f"start has shape {start.pressure.shape}, the operator {body.shape}")
     if by == "pivot":
-        return _pivot_sweep(body, gap, load, max_iterations)
-    return _descend_sweep(body, gap, load, cap, tolerance, max_iterations)
+        return _pivot(body, gap, load, start, max_iterations)
+    return _descend_all(body, gap, load, start, cap, tolerance, max_iterations)
 
 
-def _descend_sweep(
-    body: ElasticBody, gap: Field, load: Load, cap: float, tolerance: float, max_iterations: int
+def _descend_all(
+    body: ElasticBody,
+    gap: Field,
+    load: Load,
+    first: Contact | None,
+    cap: float,
+    tolerance: float,
+    max_iterations: int,
 ) -> Iterator[Contact]:
     earlier: Field | None = None
-    last: Field | None = None
+    last = None if first is None else np.asarray(first.pressure, np.float64)
     loads = load.values
     for step, value in enumerate(loads):
         start = None if last is None else last.copy()
@@ -204,7 +213,7 @@ def _descend_sweep(
             guess += last
             start = np.maximum(guess, 0.0, out=guess) if (guess > 0).any() else start
             del guess
-        earlier = last  # the one before is not needed during the solve
+        earlier = last if step else None  # the one before is not needed during the solve
         contact = _descend(
             body, gap, load.control, float(value), start, cap, tolerance, max_iterations
         )
@@ -301,7 +310,7 @@ def _descend(
         inside = np.ascontiguousarray(gap[window])
         part = body if inside.shape == body.shape else body.restrict(inside.shape)
         if start is None:
-            begin, _ = starting_pressure(part, inside, control, value)
+            begin, _ = _starting_pressure(part, inside, control, value)
         else:
             begin = np.ascontiguousarray(start[window])
         found = descend(
@@ -354,6 +363,102 @@ def _window(gap: Field, reach: float, start: Field | None) -> tuple[slice, slice
     return (rows, columns) if cells < 0.7 * gap.size else np.s_[: gap.shape[0], : gap.shape[1]]
 
 
+def _starting_pressure(
+    body: ElasticBody, gap: Field, control: str, value: float
+) -> tuple[Field, bool]:
+    """Return a non-negative pressure near the contact, and whether it is that of full contact.
+
+    ``control`` is a penetration or a force.
+    """
+    # every second point has fewer waves, and less tension: where full contact has too much there,
+    # so it has on all points
+    points, full = np.ascontiguousarray(gap[::2, ::2]), True
+    helps = min(body.shape) >= _SHORTEST_COARSENED and np.isfinite(points).any()
+    if helps and control == "penetration":
+        closed = body.periodic and value >= points.mean()
+        helps = not closed and points.min() < value
+    coarse = body.coarser() if helps else None
+    if coarse is not None:
+        below, full = _starting_pressure(coarse, points, control, value)
+
+    # full contact, K p = <g> - g, if nearly without tension
+    if full and control == "force" and body.periodic and np.isfinite(gap).all():
+        with np.errstate(divide="ignore"):
+            inverse = 1 / body.convolution(np.float64).transfer
+        inverse[0, 0] = 0.0  # kernels have no zeros other than the mean
+        pressure = Convolution(body.shape, body.shape, inverse, np.float64)(gap)
+        pressure *= -1 / body.unit
+        pressure += value / (gap.size * body.cell_area) - pressure.mean()
+        if np.count_nonzero(pressure < 0) <= _NEARLY_FULL * pressure.size:
+            return np.maximum(pressure, 0.0, out=pressure), True
+        del inverse, pressure
+
+    # the coarser grid, solved to its tolerance or as near as it gets, interpolated linearly:
+    # repeated values cost more iterations than it saves
+    if coarse is not None:
+        tolerance = _COARSE_TOLERANCE * min(1.0, _COARSE_SIDE / max(points.shape))
+        effort = {"tolerance": tolerance, "max_iterations": _COARSE_ITERATIONS}
+        try:
+            descend(coarse, points, below, control, value, **effort, partial=True)
+            finer = np.empty(body.shape)
+            _interpolate(below, finer, body.periodic)
+            return finer, False
+        except ConvergenceError:
+            pass
+        finally:
+            if points.size > LARGEST_KEPT:
+                coarse.forget()
+    depth = value
+    if control == "force":
+        least = float(gap.min())
+        depth = least + _SHALLOWER * (overlap_depth(body, gap, value) - least)
+    return overlap_pressure(body, gap, depth), False
+
+
+def overlap_depth(body: ElasticBody, gap: Field, force: float) -> float:
+    """Return the depth at which the overlap (d - g) has E* V/sqrt(A) = F, 6 % low for Hertz."""
+    gaps = np.sort(gap[np.isfinite(gap)])
+    count = np.arange(1, gaps.size + 1)
+    volume = count * gaps - np.cumsum(gaps)
+    forces = body.effective_modulus * np.sqrt(body.cell_area / count) * volume
+    if force >= forces[-1]:
+        slope = body.effective_modulus * np.sqrt(body.cell_area * count[-1])
+        return float(gaps[-1] + (force - forces[-1]) / slope)
+    above = int(np.searchsorted(np.maximum.accumulate(forces), force, side="right"))
+    share = (force - forces[above - 1]) / (forces[above] - forces[above - 1])
+    return float(gaps[above - 1] + share * (gaps[above] - gaps[above - 1]))
+
+
+def overlap_pressure(body: ElasticBody, gap: Field, depth: float) -> Field:
+    """Return a pressure proportional to the overlap, of the right order of magnitude.
+
+    Zero where no cell overlaps, as at a depth that round-off loses:
+
+    >>> from reference.halfspace.operators import FreeOperator
+    >>> overlap_pressure(FreeOperator((1, 2), (1.0, 1.0), 1.0), np.ones((1, 2)), 1.0)
+    array([[0., 0.]])
+    """
+    overlap = np.maximum(depth - gap, 0.0)
+    area = max(int(np.count_nonzero(overlap)), 1) * body.cell_area
+    return overlap * (body.effective_modulus / np.sqrt(area))
+
+
+@njit(cache=True)
+def _interpolate(coarse, fine, periodic):
+    """Fill the finer grid linearly from every second point, constant beyond the last one."""
+    rows, columns = coarse.shape
+    for i in range(fine.shape[0]):
+        above, below = i // 2, (i + 1) // 2
+        if below == rows:
+            below = 0 if periodic else above
+        for j in range(fine.shape[1]):
+            left, right = j // 2, (j + 1) // 2
+            if right == columns:
+                right = 0 if periodic else left
+            upper, lower = coarse[above, left] + coarse[above, right], coarse[below, left]
+            fine[i, j] = (upper + lower + coarse[below, right]) / 4
+
+
 def _search_depth(
     at: Callable[[float, Field | None], Contact],
     missing: Callable[[Contact], float],
@@ -366,24 +471,9 @@ def _search_depth(
 ) -> Contact:
     """Return the contact that misses no more than is allowed, with the history of all on the way.
 
-    Parameters
-    ----------
-    at : callable
-        The contact at a depth, from a pressure to start with.
-    missing, allowed : callable
-        The prescribed quantity less that of a contact, which decreases with the depth, and what it
-        may be.
-    touch : (float, float)
-        Depth of first touch, and what is missing there.
-    depth, start
-        First depth, and the pressure to start from.
-    name : str
-        The quantity, for the error message.
-
-    Raises
-    ------
-    ConvergenceError
-        If no depth is found in 60 contacts, or a contact fails.
+    ``at(depth, start)`` is the contact at a depth; `missing` the prescribed quantity less that
+    of a contact, which decreases with the depth, and `allowed` what it may be. `touch` has the
+    depth of first touch, and what is missing there; `depth` and `start` come first.
     """
     previous, low, high = touch, touch[0], np.inf
     history: list[float] = []
@@ -403,67 +493,49 @@ def _search_depth(
     raise ConvergenceError(f"no penetration reached the prescribed {name}", history)
 
 
-def _pivot_sweep(
-    body: ElasticBody, gap: Field, load: Load, max_iterations: int
-) -> Iterator[Contact]:
-    lowest = float(gap.min())
-    mask, cells = None, None
-    largest = float(load.values[-1]) - (lowest if load.control == "penetration" else 0.0)
-    if largest > 0.0:
-        # all loads use the cells of the largest one, and therefore the same factor
-        near, force = gap - lowest, load.control == "force"
-        reach = started_from(body, near, largest) if force else largest
-        cells = BorderedCholesky.of(body, near, reach)
-    for value in load.values:
-        contact = _pivot(body, gap, load.control, float(value), mask, max_iterations, cells)
-        mask = contact.mask
-        yield contact
-
-
 def _pivot(
-    body: ElasticBody,
-    gap: Field,
-    control: str,
-    value: float,
-    start: Mask | None,
-    max_iterations: int,
-    cells: BorderedCholesky | None = None,
-) -> Contact:
+    body: ElasticBody, gap: Field, load: Load, start: Contact | None, max_iterations: int
+) -> Iterator[Contact]:
     """Pivot on the cells that the body can reach, with depths relative to first touch.
 
     (19.7) is solved for the pressures in contact, (19.8) gives the displacements outside; it starts
-    from the geometric overlap, or from the contact of `start`.
+    from the geometric overlap, or from the contact of `start`, then of the load before.
     """
-    lowest, force = float(gap.min()), control == "force"
-    if not force and lowest >= value:
-        return assemble(body, gap, np.zeros(body.shape), value, 0, [0.0])
-    near = gap - lowest
-    value -= 0.0 if force else lowest
-    reach = started_from(body, near, value) if force else value
-    while True:
-        if cells is None or cells.reach < reach:
-            cells = BorderedCholesky.of(body, near, reach)
-        active = cells.overlapping(reach)
-        if start is not None and start[cells.rows, cells.columns].any():
-            active = start[cells.rows, cells.columns]
-        settled = pivot(
-            cells.respond,
-            cells.gaps,
-            active,
-            value / body.cell_area * cells.unit if force else value,
-            per_depth=0.0 if force else 1.0,
-            per_pressure=1.0 if force else 0.0,
-            max_rounds=max_iterations,
-        )
-        pressure = np.zeros(body.shape)
-        pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
-        if settled.depth <= cells.reach:
-            contact = assemble(
-                body, near, pressure, settled.depth, len(settled.history), settled.history
+    lowest, force = float(gap.min()), load.control == "force"
+    near, cells = gap - lowest, None
+    mask = None if start is None else start.mask
+    loads = load.values if force else load.values - lowest
+    reaches = [started_from(body, near, value) if force else value for value in loads.tolist()]
+    for prescribed, value, reach in zip(load.values.tolist(), loads, reaches, strict=True):
+        if value <= 0:
+            yield assemble(body, gap, np.zeros(body.shape), prescribed, 0, [0.0])
+            continue
+        while True:
+            if cells is None or cells.reach < reach:
+                # all loads use the cells of the largest one, and therefore the same factor
+                cells = BorderedCholesky(body, near, max(reach, reaches[-1]))
+            active = cells.overlapping(reach)
+            if mask is not None and mask[cells.rows, cells.columns].any():
+                active = mask[cells.rows, cells.columns]
+            settled = pivot(
+                cells.respond,
+                cells.gaps,
+                active,
+                value / body.cell_area * cells.unit if force else value,
+                per_depth=0.0 if force else 1.0,
+                per_pressure=1.0 if force else 0.0,
+                max_rounds=max_iterations,
             )
-            return _from_first_touch(contact, gap) if lowest > 0.0 else contact
-        # the depth was only an estimate: restart with all cells below the actual one
-        reach, start = 1.2 * settled.depth, pressure > 0
+            pressure = np.zeros(body.shape)
+            pressure[cells.rows, cells.columns] = settled.pressures / cells.unit
+            mask = pressure > 0
+            if settled.depth <= cells.reach:
+                break
+            # the depth was only an estimate: restart with all cells below the actual one
+            reach = 1.2 * settled.depth
+        rounds = settled.history
+        contact = assemble(body, near, pressure, settled.depth, len(rounds), rounds)
+        yield _from_first_touch(contact, gap) if lowest > 0.0 else contact
 
 
 def started_from(body: ElasticBody, gap: Field, force: float) -> float:
@@ -565,27 +637,6 @@ def certify(
     else:
         worst.append(float(abs(clearance[finite].mean() - value) / scale))
     return max(worst)
-
-
-def _checked(
-    body: ElasticBody,
-    gap: ArrayLike,
-    load: Load,
-    cap: float,
-    tolerance: float,
-    max_iterations: int,
-    by: str,
-) -> Field:
-    """Return the gap as a double array, or raise ValueError with all errors in arguments."""
-    refuse(choice_faults("by", by, CONTROLS))
-    load.one_of(*CONTROLS[by])
-    if by == "pivot" and body.periodic:
-        raise ValueError("pivoting is for free bodies; use descent for periodic ones")
-    if by == "pivot" and cap < np.inf:
-        raise ValueError("pivoting is for elastic bodies; use descent below a hardness")
-    faults = [] if cap > 0 else [f"hardness must be positive, not {cap!r}"]
-    refuse(faults + effort_faults(tolerance, max_iterations))
-    return check_gap(body, gap)
 
 
 def effort_faults(tolerance: float, max_iterations: int) -> list[str]:

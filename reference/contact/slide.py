@@ -58,30 +58,19 @@ class TangentialBody(Protocol):
 
 @dataclass
 class Tractions:
-    """Tractions that obey Coulomb's law.
+    """Tractions that obey Coulomb's law."""
 
-    Attributes
-    ----------
-    traction, displacement, slip : ndarray, shape (2, ...)
-        q, A q and s = w + U e_x - A q, the slip of loaded points only.
-    sliding : ndarray of bool
-        Loaded points on their bound, also after the next correction by their slip.
-    shift : float
-        U, the rigid displacement along x if a total is given, otherwise 0.
-    error : float
-        Largest difference between q and q + s/own projected onto its bound, over the largest
-        traction; with a total, the share of sum |q| by which it is missed, if larger.
-    history : list of float
-        Errors of the rounds.
-    """
-
+    # (2, ...): q, A q and s = w + U e_x - A q, the slip of loaded points only
     traction: Array
     displacement: Array
     slip: Array
+    # loaded points on their bound, also after the next correction by their slip
     sliding: NDArray[np.bool_]
-    shift: float
+    shift: float  # U, the rigid displacement along x if a total is given, otherwise 0
+    # largest difference between q and q + s/own projected onto its bound, over the largest
+    # traction; with a total, the share of sum |q| by which it is missed, if larger
     error: float
-    history: list[float] = field(default_factory=list, repr=False)
+    history: list[float] = field(default_factory=list, repr=False)  # errors of the rounds
 
     @property
     def rounds(self) -> int:
@@ -103,7 +92,6 @@ def slide(
 
     Parameters
     ----------
-    body : TangentialBody
     bound : ndarray, shape (...)
         b >= 0; points with 0 carry no traction, points with infinity always stick.
     target : ndarray, shape (2, ...)
@@ -114,11 +102,6 @@ def slide(
     start : ndarray, shape (2, ...), optional
     tolerance : float
         Largest `Tractions.error`.
-
-    Raises
-    ------
-    ConvergenceError
-        With the errors of the rounds, or if the bounds cannot carry the total.
 
     Examples
     --------

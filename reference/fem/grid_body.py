@@ -39,10 +39,8 @@ from reference.errors import ConvergenceError
 from reference.fem.columns import ELEMENTS, Element, Layers, compliance, tensor
 from reference.fem.contact import EXACT, Enforcement
 from reference.halfspace import kernels
-from reference.halfspace.cerruti import Compliance, Transfer
 from reference.halfspace.operators import FreeOperator
-from reference.halfspace.traction import NormalAndTangential
-from reference.layered.graded import Graded
+from reference.halfspace.traction import Cerruti, Compliance, NormalAndTangential
 from reference.layered.layered_grid import (
     Body,
     OfBody,
@@ -52,7 +50,7 @@ from reference.layered.layered_grid import (
     is_local,
     uniform,
 )
-from reference.layered.stack import Stack, plane_modulus
+from reference.layered.stack import Graded, Stack, plane_modulus
 from reference.loads import Load
 
 Array = NDArray[np.float64]
@@ -413,14 +411,14 @@ class ShearBody(NormalAndTangential):
         apart = _APART if self.inertia == 0 else max(_APART, _FAR * max(self.shape))
         return _period(self.shape, self.spacing, apart)
 
-    def free_coefficients(self) -> Transfer:
+    def free_coefficients(self) -> Cerruti:
         """Displacements by tractions on a cell, at offsets from zero on."""
         nx, ny = self.shape
         cells = super().free_coefficients()
         more = beyond_cells(
             self.period, self.spacing, self.material, element=self.element, inertia=self.inertia
         )
-        return Transfer(*(base + field[:nx, :ny] for base, field in zip(cells, more, strict=True)))
+        return Cerruti(*(base + field[:nx, :ny] for base, field in zip(cells, more, strict=True)))
 
 
 def _tangential(material: Material) -> Compliance:
@@ -435,7 +433,7 @@ def beyond_cells(
     *,
     element: Element,
     inertia: float,
-) -> Transfer:
+) -> Cerruti:
     """Return displacements of elements less those of the half-space, by tractions on a cell.
 
     Fields have the shape of the period, the cells to the next images of load and displacement, at
@@ -451,7 +449,7 @@ def beyond_cells(
     elements = tensor(phases, spacing, layers, element=element, inertia=inertia)
     # of the gauge i u_x, i u_y, u_z
     columns = elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2]
-    # tractions uniform on cells, with all periodic images: sums of `cerruti.periodic_transfer` over
+    # tractions uniform on cells, with all periodic images: sums of `periodic_factors` over
     # the aliases, times their sincs
     body = _tangential(material)
     c1, c2, c3 = body.normal, body.lateral, body.coupling
@@ -477,4 +475,4 @@ def beyond_cells(
         difference = (ours - theirs) * complex(turn)
         difference[0, 0] = 0.0
         fields.append(fft.irfft2(difference, period, workers=1))
-    return Transfer(*fields)
+    return Cerruti(*fields)

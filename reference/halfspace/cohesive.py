@@ -12,8 +12,11 @@ With dp = omega z - r, omega = sqrt(k) outside the contact, this is the symmetri
     (1_outside - omega K omega) z = omega (h 1_contact - K r - dd),
 
 solved by MINRES: its conditioning depends neither on the far cells, where k vanishes, nor on the
-sign of the stiffness, so unstable equilibria are computed like stable ones. The path determines
-their stability, see `cohesive_path`.
+sign of the stiffness, so unstable equilibria are computed like stable ones.
+
+Their path, which determines their stability, is followed by arc length in penetration and force,
+beyond folds of either; jumps and hysteresis under a prescribed load are derived from it afterwards.
+Folds are refined by parabolas through three points, whose error is of the third order in the step.
 """
 
 from __future__ import annotations
@@ -31,28 +34,20 @@ from reference.contact.press import check_gap, effort_faults, press
 from reference.errors import ConvergenceError
 from reference.loads import Load
 
+Mask = NDArray[np.bool_]
+
+Field = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class CohesiveLaw:
-    """Non-increasing tension sigma(h) >= 0 at gaps h >= 0; at h = 0 the surfaces are hard.
-
-    Attributes
-    ----------
-    name : str
-    work : float
-        Work of adhesion w, the integral of the tension over all gaps.
-    strength : float
-        sigma(0), the largest tension.
-    reach : float
-        w/sigma(0), the range.
-    tension, softening, energy : callable
-        sigma(h), -sigma'(h) >= 0 and the integral of sigma from h to infinity, on arrays.
-    """
+    """Non-increasing tension sigma(h) >= 0 at gaps h >= 0; at h = 0 the surfaces are hard."""
 
     name: str
-    work: float
-    strength: float
-    reach: float
+    work: float  # work of adhesion w, the integral of the tension over all gaps
+    strength: float  # sigma(0), the largest tension
+    reach: float  # w/sigma(0), the range
+    # sigma(h), -sigma'(h) >= 0 and the integral of sigma from h to infinity, on arrays
     tension: Callable[[Field], Field]
     softening: Callable[[Field], Field]
     energy: Callable[[Field], Field]
@@ -102,12 +97,7 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
     cubic with zero end slopes: the same work of adhesion, and a continuous slope for Newton's
     method.
 
-    Parameters
-    ----------
-    work, strength : float
-        w and sigma0.
-    ramp : float
-        Relative half-width of the ramp, in (0, 1].
+    `ramp` is the relative half-width of the ramp, in (0, 1].
     """
     refuse(positive_faults(work=work, strength=strength, ramp=ramp))
     if ramp > 1:
@@ -130,9 +120,6 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
     return CohesiveLaw("dugdale", work, strength, reach, tension, softening, energy)
 
 
-Field = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-
 _FORCING = 1e-3  # tolerance of MINRES relative to the residual of Newton's method
 _DIRECTION = 1e-10  # tolerance of the response to the penetration, nearly singular close to a fold
 _ROUNDS = 2000
@@ -141,46 +128,26 @@ _LEAST_SHARE = 1e-3
 
 @dataclass(frozen=True)
 class CohesiveContact:
-    """One equilibrium of an adhesive contact.
+    """One equilibrium of an adhesive contact."""
 
-    Attributes
-    ----------
-    penetration, force : float
-        d (negative before first touch) and F (negative when pulling).
-    pressure : ndarray, shape (nx, ny)
-        Cell values; negative in tension.
-    gap : ndarray
-        Remaining gap, zero in contact.
-    mask : ndarray of bool
-        Cells in contact.
-    iterations : int
-        Number of Newton steps.
-    residual : float
-        Largest error of a gap relative to the reach of the law, or of a tension relative to its
-        strength.
-    """
-
+    # d (negative before first touch) and F (negative when pulling)
     penetration: float
     force: float
-    pressure: Field = field(repr=False)
-    gap: Field = field(repr=False)
-    mask: Mask = field(repr=False)
-    iterations: int
+    pressure: Field = field(repr=False)  # (nx, ny): cell values; negative in tension
+    gap: Field = field(repr=False)  # remaining gap, zero in contact
+    mask: Mask = field(repr=False)  # cells in contact
+    iterations: int  # number of Newton steps
+    # largest error of a gap relative to the reach of the law, or of a tension relative to its
+    # strength
     residual: float
 
 
 class CohesiveProblem:
     """A half-space, the gap of a rigid body and a cohesive law.
 
-    Parameters
-    ----------
-    operator : FreeOperator or PeriodicOperator
-        The grid must resolve the zone in which the tension falls: its width is about
-        0.8 E* w/sigma(0)^2 at the edge of a contact, two cells across it give errors of some per
-        cent.
-    gap : array_like, shape (nx, ny)
-        Initial gap g >= 0; +inf outside the body.
-    law : CohesiveLaw
+    The grid must resolve the zone in which the tension falls: its width is about 0.8 E*
+    w/sigma(0)^2 at the edge of a contact, two cells across it give errors of some per cent. The
+    gap is >= 0, +inf outside the body.
     """
 
     def __init__(self, operator: ElasticBody, gap: ArrayLike, law: CohesiveLaw) -> None:
@@ -206,10 +173,7 @@ class CohesiveProblem:
     ) -> CohesiveContact:
         """Return the equilibrium at a penetration that Newton's method reaches from the start.
 
-        Raises
-        ------
-        ConvergenceError
-            If it does not converge; beyond a fold there is no equilibrium nearby.
+        Beyond a fold there is none nearby.
         """
         refuse(effort_faults(tolerance, max_iterations))
         fixed = Constraint(1.0, 0.0, penetration)
@@ -355,3 +319,189 @@ class _Linearised:
             unit = 2.0 ** np.round(np.log2(size))
             z = unit * minres(system, right / unit, rtol=max(rtol, 1e-12), maxiter=_ROUNDS)[0]
         return weight * z.reshape(shape) - (self.residual if with_residual else 0.0)
+
+
+_SHRINKS = 12
+_MOST = 2000  # largest number of points of a path
+_EASY, _ITERATIONS = 6, 30
+# Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path,
+# because a step over a fold would reach another branch.
+_TURN, _CORNER = 0.7, 0.05
+
+
+@dataclass(frozen=True)
+class CohesivePath:
+    """Equilibria in the order of the path, from compression to separation; arrays of shape (k,)."""
+
+    # d and F
+    penetration: Field
+    force: Field
+    contact_area: Field  # area of the cells in contact
+    points: tuple[CohesiveContact, ...]  # the equilibria
+
+    def follow(self, control: str, loads: ArrayLike) -> list[tuple[int, float]]:
+        """Return the positions of loads on the path from separation: (segment, fraction of it).
+
+        An increasing load moves towards compression, a decreasing one towards separation, to the
+        first position with this load; across folds this is a jump. Loads without equilibrium stay
+        at the end.
+        """
+        curve = self._load(control)
+        place = (curve.size - 2, 1.0)
+        places = []
+        for load in np.asarray(loads, dtype=float):
+            i, part = place
+            now = curve[i] + part * (curve[i + 1] - curve[i])
+            if load > now:
+                ahead = np.flatnonzero(curve[: i + 1] >= load)
+                place = self._between(curve, int(ahead[-1]), load) if ahead.size else (0, 0.0)
+            elif load < now:
+                ahead = np.flatnonzero(curve[i + 1 :] <= load)
+                last = (curve.size - 2, 1.0)
+                place = self._between(curve, i + int(ahead[0]), load) if ahead.size else last
+            places.append(place)
+        return places
+
+    @staticmethod
+    def _between(curve: Field, i: int, load: float) -> tuple[int, float]:
+        """Return segment i and the fraction of it at which linear interpolation gives the load."""
+        return i, float((load - curve[i]) / (curve[i + 1] - curve[i]))
+
+    def _load(self, control: str) -> Field:
+        if control not in ("force", "penetration"):
+            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        return self.force if control == "force" else self.penetration
+
+    def pull_off(self, control: str = "force") -> tuple[float, float] | None:
+        """Return penetration and force at which a decreasing load is lost; None without a fold.
+
+        It is the lowest fold on unloading; under penetration control, long-range attraction has
+        none.
+        """
+        load = self._load(control)
+        folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
+        return self._around(load, int(folds[np.argmin(load[folds])])) if folds.size else None
+
+    def snap_in(self) -> tuple[float, float] | None:
+        """Return penetration and force of the jump into contact on approach; None without a jump.
+
+        It is the last maximum of the penetration on the path, the first on approach.
+        """
+        load = self.penetration
+        folds = np.flatnonzero((load[1:-1] >= load[:-2]) & (load[1:-1] > load[2:])) + 1
+        return self._around(load, int(folds[-1])) if folds.size else None
+
+    def _around(self, load: Field, at: int) -> tuple[float, float]:
+        """Return penetration and force at the extremum of a parabola of the load about a point."""
+        three = slice(at - 1, at + 2)
+        d, force = self.penetration[three], self.force[three]
+        span_d, span_f = np.ptp(self.penetration), np.ptp(self.force)
+        steps = np.hypot(np.diff(d) / span_d, np.diff(force) / span_f)
+        s = np.array([-steps[0], 0.0, steps[1]])
+        curve = np.polyfit(s, load[three], 2)
+        extreme = -curve[1] / (2 * curve[0])
+        place = [float(np.polyval(np.polyfit(s, part, 2), extreme)) for part in (d, force)]
+        return place[0], place[1]
+
+
+@dataclass(frozen=True)
+class Ending:
+    """End of the path of an adhesive contact, in fractions of its lowest force."""
+
+    # without contact, the path ends when the force has decreased to this fraction
+    parted: float = 1e-3
+    # the path ends when the force has increased again by this fraction, which suffices for the
+    # pull-off force
+    risen: float = np.inf
+
+
+PARTED = Ending()
+
+
+def trace(
+    problem: CohesiveProblem,
+    penetration: float,
+    lowest: float,
+    *,
+    steps: int = 40,
+    tolerance: float = 1e-7,
+    ending: Ending = PARTED,
+) -> CohesivePath:
+    """Return the equilibria from compression to separation.
+
+    From a penetration in compression, where the path begins, so many steps lead to the lowest
+    one of interest on a straight path; folds and jumps of the grid take more. The tolerance is
+    that of every equilibrium, see `CohesiveContact.residual`.
+    """
+    first = problem.at_penetration(penetration, tolerance=tolerance, max_iterations=100)
+    stride = (penetration - lowest) / steps
+    units = stride, problem.stiffness(first) * stride
+    points = [first]
+    previous = problem.at_penetration(penetration - stride, first.pressure, tolerance)
+    points.append(previous)
+    length = 1.0
+    while True:
+        last, pulled = points[-1], min(point.force for point in points)
+        risen = pulled < 0 and last.force - pulled > ending.risen * abs(pulled)
+        parted = not last.mask.any() and (
+            last.penetration < lowest or abs(last.force) <= ending.parted * abs(pulled)
+        )
+        if risen or parted:
+            break
+        if len(points) >= _MOST:
+            raise ConvergenceError(
+                f"the path has not ended after {_MOST} points: the grid may be too coarse "
+                "for the range of the law",
+                [],
+            )
+        contact, length = _next(problem, points, units, length, tolerance)
+        points.append(contact)
+        length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length
+    return CohesivePath(
+        np.array([point.penetration for point in points]),
+        np.array([point.force for point in points]),
+        np.array([point.mask.sum() for point in points]) * problem.operator.cell_area,
+        tuple(points),
+    )
+
+
+def _next(
+    problem: CohesiveProblem,
+    points: list[CohesiveContact],
+    units: tuple[float, float],
+    length: float,
+    tolerance: float,
+) -> tuple[CohesiveContact, float]:
+    """Return the equilibrium one step of arc length further, with bisections as needed."""
+    last = points[-1]
+    # an earlier point far enough to define the direction
+    for before in reversed(points[:-1]):
+        moved = last.penetration - before.penetration, last.force - before.force
+        way = np.array(moved) / units
+        if np.hypot(*way) >= _CORNER:
+            break
+    done = float(np.hypot(*way))
+    way /= done
+    for _ in range(_SHRINKS):
+        ratio = length / done
+        pressure = last.pressure + ratio * (last.pressure - before.pressure)
+        depth = last.penetration + length * way[0] * units[0]
+        force = last.force + length * way[1] * units[1]
+        # the plane normal to the path: (d - d_predicted, F - F_predicted) . way = 0
+        normal = way[0] / units[0], way[1] / units[1]
+        plane = Constraint(*normal, normal[0] * depth + normal[1] * force)
+        try:
+            equilibrium = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
+        except ConvergenceError as failure:
+            history = failure.history
+        else:
+            moved = (equilibrium.penetration - last.penetration, equilibrium.force - last.force)
+            step = np.array(moved) / units
+            if step @ way > _TURN * np.hypot(*step) or (length < _CORNER and step @ way > 0):
+                return equilibrium, length
+            history = [equilibrium.residual]
+        length /= 2
+    raise ConvergenceError(
+        "the path of an adhesive contact was lost: the grid is too coarse for the range of the law",
+        history,
+    )

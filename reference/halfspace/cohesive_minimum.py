@@ -1,7 +1,7 @@
 """Adhesion of rough surfaces: a stable equilibrium of a periodic contact, by least energy.
 
 Rough surfaces with a cohesive law jump into and out of contact spot by spot, at folds too many to
-follow (`cohesive_path`). Here the energy per area of all gaps h >= 0,
+follow (`cohesive.trace`). Here the energy per area of all gaps h >= 0,
 
     E(h) = <(h - g) S (h - g)>/2 - <phi(h)> + F <h>/A0,   phi(h) = int_h^inf sigma,
 
@@ -37,25 +37,15 @@ _ROUNDED = 1e-6
 
 @dataclass(frozen=True)
 class Settled:
-    """A stable equilibrium.
+    """A stable equilibrium."""
 
-    Attributes
-    ----------
-    force : float
-        F, negative when pulling.
-    gap, pressure : ndarray, shape (nx, ny)
-        Gap, and net pressure on the body: negative in tension.
-    mask : ndarray of bool
-        Cells pressed together: in contact, under compression.
-    residual : float
-        Largest unbalanced tension, relative to the strength of the law.
-    """
-
-    force: float
+    force: float  # F, negative when pulling
+    # (nx, ny): gap, and net pressure on the body: negative in tension
     gap: Field = field(repr=False)
     pressure: Field = field(repr=False)
+    # cells pressed together: in contact, under compression
     mask: NDArray[np.bool_] = field(repr=False)
-    residual: float
+    residual: float  # largest unbalanced tension, relative to the strength of the law
 
     @property
     def mean_gap(self) -> float:
@@ -63,33 +53,11 @@ class Settled:
         return float(self.gap.mean())
 
 
-@dataclass(frozen=True)
-class _Grip:
-    """What loads the body: a force per area, and a machine F/A0 = k (<h> - setting)."""
-
-    load: float = 0.0
-    machine: float = 0.0
-    setting: float = 0.0
-
-    def pressed(self, mean: float) -> float:
-        """Return F/A0."""
-        return self.load + self.machine * (mean - self.setting)
-
-    def energy(self, mean: float) -> float:
-        """Return the energy per area that the load and the machine have."""
-        return self.load * mean + 0.5 * self.machine * (mean - self.setting) ** 2
-
-
 class Adhesive:
     """A periodic half-space, the gap of a rough body and a cohesive law.
 
-    Parameters
-    ----------
-    operator : ElasticBody
-        Periodic. Its grid must resolve the zone in which the tension falls, see `CohesiveProblem`.
-    gap : array_like, shape (nx, ny)
-        Initial gap g, finite.
-    law : CohesiveLaw
+    The operator is periodic; its grid must resolve the zone in which the tension falls, see
+    `CohesiveProblem`. The gap is finite.
     """
 
     def __init__(self, operator: ElasticBody, gap: ArrayLike, law: CohesiveLaw) -> None:
@@ -106,25 +74,19 @@ class Adhesive:
         self._unit = float(self._stiffness.max()) * law.reach
 
     def at_force(self, force: float, start: Field, tolerance: float = 1e-4) -> Settled:
-        """Return the equilibrium under a force F >= 0 that is downhill from a field of gaps.
-
-        Raises
-        ------
-        ConvergenceError
-            If the tensions are not in balance to the tolerance, relative to the law's strength.
-        """
+        """Return the equilibrium under a force F >= 0 that is downhill from a field of gaps."""
         if not force >= 0:
             refuse([f"force must be at least 0, not {force!r}: pulls have no least energy"])
         area = self.operator.cell_area * start.size
-        return self._downhill(start, _Grip(load=force / area), tolerance)
+        return self._downhill(start, tolerance, load=force / area)
 
     def at_setting(self, setting: float, start: Field, tolerance: float = 1e-4) -> Settled:
         """Return the equilibrium in the machine, downhill from a field of gaps.
 
         Its mean gap exceeds the setting by F/(A0 S_max), the deflection of the machine.
         """
-        grip = _Grip(0.0, float(self._stiffness.max()), setting)
-        return self._downhill(start, grip, tolerance)
+        machine = float(self._stiffness.max())
+        return self._downhill(start, tolerance, machine=machine, setting=setting)
 
     def at_mean_gap(
         self, mean: float, start: Field, force: float, tolerance: float = 1e-4
@@ -144,16 +106,28 @@ class Adhesive:
         history = [abs(missing) / self.law.reach]
         raise ConvergenceError("no adhesive equilibrium at this mean gap", history)
 
-    def _downhill(self, start: Field, grip: _Grip, tolerance: float) -> Settled:
+    def _downhill(
+        self,
+        start: Field,
+        tolerance: float,
+        *,
+        load: float = 0.0,
+        machine: float = 0.0,
+        setting: float = 0.0,
+    ) -> Settled:
+        """Return the least energy under a force per area and a machine F/A0 = k (<h> - setting)."""
         law, shape, reach = self.law, start.shape, self.law.reach
+
+        def pressed(mean: float) -> float:
+            return load + machine * (mean - setting)
 
         def energy(flat: Field) -> tuple[float, Field]:
             gap = flat.reshape(shape) * reach
             mean = float(gap.mean())
             elastic = self._elastic(gap)
             total = 0.5 * np.mean((gap - self.initial) * elastic) - law.energy(gap).mean()
-            total += grip.energy(mean)
-            slope = elastic + law.tension(gap) + grip.pressed(mean)
+            total += load * mean + 0.5 * machine * (mean - setting) ** 2
+            slope = elastic + law.tension(gap) + pressed(mean)
             return total / (self._unit * reach), slope.ravel() / (self._unit * gap.size)
 
         goal = tolerance * law.strength / (self._unit * start.size)
@@ -168,14 +142,14 @@ class Adhesive:
             options={**limits, "ftol": 0.0, "gtol": 0.5 * goal},
         )
         gap = least.x.reshape(shape) * reach
-        pressed = grip.pressed(float(gap.mean()))
-        pressure = self._elastic(gap) + pressed
+        mean_pressure = pressed(float(gap.mean()))
+        pressure = self._elastic(gap) + mean_pressure
         free = pressure + law.tension(gap)
         unbalanced = float(np.where(gap > 0, np.abs(free), np.maximum(-free, 0.0)).max())
         residual = unbalanced / law.strength
         if not unbalanced <= tolerance * law.strength + _ROUNDED * np.abs(pressure).max():
             raise ConvergenceError("no adhesive equilibrium of least energy", [residual])
-        force = pressed * self.operator.cell_area * gap.size
+        force = mean_pressure * self.operator.cell_area * gap.size
         return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)
 
     def _elastic(self, gap: Field) -> Field:

@@ -26,9 +26,9 @@ from reference.arguments import positive_faults, refuse
 from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
 from reference.errors import ConvergenceError
+from reference.halfspace.punches import on_cells
 
 Field = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 RULES = {"edge": 0.76153, "printed": float(1 / np.sqrt(2 * 0.473201))}
 """Tension of detachment, in units of sqrt(2 E* w/dx)."""
@@ -46,27 +46,17 @@ class Peeling:
 
     Set k of cells is the contact while the load decreases from the previous detachment to
     `penetration[k]`, `force[k]`, the next one.
-
-    Attributes
-    ----------
-    penetration, force : ndarray
-        Loads at which the set loses its next cell. Where they increase again, the contact is
-        unstable under that load.
-    cells : ndarray of int
-        Number of cells in contact.
-    stiffness, offset : ndarray
-        F = stiffness * d - offset for the set.
-    tension : float
-        Tension at which a cell detaches.
-    cell_area : float
     """
 
+    # loads at which the set loses its next cell. Where they increase again, the contact is unstable
+    # under that load.
     penetration: Field
     force: Field
-    cells: NDArray[np.intp]
+    cells: NDArray[np.intp]  # number of cells in contact
+    # F = stiffness * d - offset for the set
     stiffness: Field
     offset: Field
-    tension: float
+    tension: float  # tension at which a cell detaches
     cell_area: float
 
     @property
@@ -114,33 +104,9 @@ def peel(
 ) -> Peeling:
     """Return the detachment of an adhesive contact from a set of cells to the last one.
 
-    Parameters
-    ----------
-    operator : FreeOperator
-        Of square cells.
-    gap : array_like, shape (nx, ny)
-        Of the rigid body.
-    mask : array_like of bool, shape (nx, ny)
-        Initial contact cells, of a contact pressed wider than stable.
-    work : float
-        Work of adhesion w.
-    rule : {"printed", "edge"}
-        Calibration of the tension, see the module.
-    tolerance : float
-        Relative residual of the displacement.
-    until : float
-        Fraction of the cells at which the path ends, in [0, 1).
-
-    Returns
-    -------
-    Peeling
-
-    Raises
-    ------
-    ValueError
-        If arguments are invalid; lists all of them.
-    ConvergenceError
-        If the pressures of a set do not converge.
+    The operator is a free one of square cells; `mask` has the cells of a contact pressed wider
+    than stable. `rule` calibrates the tension, see the module; the tolerance is the relative
+    residual of the displacement. The path ends at the fraction `until` of the cells, in [0, 1).
 
     Examples
     --------
@@ -150,13 +116,13 @@ def peel(
     >>> bool(np.isclose(cell.force[0], -cell.tension))
     True
     """
-    gap, mask = check_gap(operator, gap), np.asarray(mask, dtype=bool)
+    gap, contact = check_gap(operator, gap), np.asarray(mask, dtype=bool)
     faults = []
     if operator.periodic or abs(operator.spacing[0] / operator.spacing[1] - 1) > 1e-12:
         faults.append("detachment needs a free half-space with square cells")
-    if mask.shape != operator.shape:
-        faults.append(f"mask has shape {mask.shape}, the operator {operator.shape}")
-    elif not mask.any() or not np.isfinite(gap[mask]).all():
+    if contact.shape != operator.shape:
+        faults.append(f"mask has shape {contact.shape}, the operator {operator.shape}")
+    elif not contact.any() or not np.isfinite(gap[contact]).all():
         faults.append("expected at least one cell in contact, all with finite gaps")
     faults += positive_faults(work=work)
     if not 0 <= until < 1:
@@ -164,42 +130,29 @@ def peel(
     refuse(faults)
     tension = letting_go(operator.spacing[0], operator.effective_modulus, work, rule)
     per_depth, from_shape = np.zeros(gap.shape), np.zeros(gap.shape)
+
+    def pressures(target: Field, start: Field) -> Field:
+        goal = tolerance * float(np.abs(target).max())
+        found, history = on_cells(operator, contact, target, goal, _MOST, start=start)
+        if history[-1] > goal:
+            raise ConvergenceError("the pressures of an adhesive contact were not found", history)
+        return found
+
     rows: list[tuple[float, float, int, float, float]] = []
-    last = until * np.count_nonzero(mask)
-    while np.count_nonzero(mask) > last:
-        target = np.where(mask, gap, 0.0)
-        per_depth = _press(operator, mask, mask.astype(float), per_depth, tolerance)
-        from_shape = _press(operator, mask, target, from_shape, tolerance)
+    last = until * np.count_nonzero(contact)
+    while np.count_nonzero(contact) > last:
+        per_depth = pressures(contact.astype(float), per_depth)
+        from_shape = pressures(np.where(contact, gap, 0.0), from_shape)
         # p = d per_depth - from_shape reaches -tension
-        turn = np.where(mask, (from_shape - tension) / np.where(mask, per_depth, 1.0), -np.inf)
+        turn = np.where(
+            contact, (from_shape - tension) / np.where(contact, per_depth, 1.0), -np.inf
+        )
         depth = float(turn.max())
         stiffness, offset = (float(p.sum()) * operator.cell_area for p in (per_depth, from_shape))
-        rows.append((depth, stiffness * depth - offset, int(mask.sum()), stiffness, offset))
-        near = tension / float(per_depth[mask].max())
-        mask = mask & (turn < depth - _TOGETHER * near)
+        rows.append((depth, stiffness * depth - offset, int(contact.sum()), stiffness, offset))
+        near = tension / float(per_depth[contact].max())
+        contact = contact & (turn < depth - _TOGETHER * near)
     depths, forces, cells, stiffnesses, offsets = (
         np.array(part) for part in zip(*rows, strict=True)
     )
     return Peeling(depths, forces, cells, stiffnesses, offsets, tension, operator.cell_area)
-
-
-def _press(
-    operator: ElasticBody, mask: Mask, target: Field, start: Field, tolerance: float
-) -> Field:
-    """Return pressures on the mask that displace its cells by the target."""
-    pressure = np.where(mask, start, 0.0)
-    goal = tolerance * float(np.abs(target).max())
-    residual = np.where(mask, target - operator.apply(pressure), 0.0)
-    direction, power = residual, float((residual * residual).sum())
-    history = [float(np.abs(residual).max())]
-    while history[-1] > goal:
-        if len(history) > _MOST:
-            raise ConvergenceError("the pressures of an adhesive contact were not found", history)
-        image = np.where(mask, operator.apply(direction), 0.0)
-        length = power / float((direction * image).sum())
-        pressure = pressure + length * direction
-        residual = residual - length * image
-        history.append(float(np.abs(residual).max()))
-        before, power = power, float((residual * residual).sum())
-        direction = residual + power / before * direction
-    return pressure

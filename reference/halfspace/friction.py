@@ -37,23 +37,12 @@ _FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
 
 @dataclass(frozen=True, eq=False)
 class FrictionalPress:
-    """A rigid shape over a half-space for normal and tangential loads.
-
-    Parameters
-    ----------
-    body : NormalAndTangential
-    gap : array_like, shape (nx, ny)
-        Initial gap of the rigid shape; +inf where contact is impossible.
-    friction : float
-        mu, positive and finite.
-    coupled : bool
-        False neglects the coupling of normal and tangential displacements; there is none at
-        nu = 1/2.
-    """
+    """A rigid shape over a half-space for normal and tangential loads."""
 
     body: NormalAndTangential
-    gap: Field
-    friction: float
+    gap: Field  # (nx, ny): initial gap of the rigid shape; +inf where contact is impossible
+    friction: float  # mu, positive and finite
+    # False neglects the coupling of normal and tangential displacements; there is none at nu = 1/2
     coupled: bool = True
 
     def __post_init__(self) -> None:
@@ -65,51 +54,30 @@ class FrictionalPress:
 
 @dataclass(frozen=True)
 class FrictionStep:
-    """One converged step of normal and tangential loading.
-
-    Attributes
-    ----------
-    penetration, force : float
-    tangential_displacement, tangential_force : float
-        U of the rigid shape along x (guided, without motion along y) and F_x on it.
-    pressure : ndarray, shape (nx, ny)
-    traction, slip : ndarray, shape (2, nx, ny)
-        Tangential tractions on the half-space, and slip of the shape over it since the previous
-        step.
-    sticking : ndarray of bool, shape (nx, ny)
-        Loaded cells below their bounds.
-    dissipation : float
-        Energy lost to friction since the start of the path.
-    violation : float
-        Violation of the normal conditions, as in `solution.Contact`, with all tractions.
-    error : float
-        That of the tractions in Coulomb's law, `slide.Tractions.error`.
-    rounds, iterations : int
-        Rounds of normal and tangential problems, and Newton's of the latter.
-    """
+    """One converged step of normal and tangential loading."""
 
     penetration: float
     force: float
+    # U of the rigid shape along x (guided, without motion along y) and F_x on it
     tangential_displacement: float
     tangential_force: float
-    pressure: Field = field(repr=False)
+    pressure: Field = field(repr=False)  # (nx, ny)
+    # (2, nx, ny): tangential tractions on the half-space, and slip of the shape over it since the
+    # previous step
     traction: Fields = field(repr=False)
     slip: Fields = field(repr=False)
-    sticking: NDArray[np.bool_] = field(repr=False)
-    dissipation: float
+    sticking: NDArray[np.bool_] = field(repr=False)  # (nx, ny): loaded cells below their bounds
+    dissipation: float  # energy lost to friction since the start of the path
+    # violation of the normal conditions, as in `solution.Contact`, with all tractions
     violation: float
-    error: float
+    error: float  # that of the tractions in Coulomb's law, `slide.Tractions.error`
+    # rounds of normal and tangential problems, and Newton's of the latter
     rounds: int
     iterations: int
 
 
 class FrictionalGrid:
-    """The half-space, as `contact.slide` takes it.
-
-    Parameters
-    ----------
-    body : NormalAndTangential
-    """
+    """The half-space, as `contact.slide` takes it."""
 
     def __init__(self, body: NormalAndTangential) -> None:
         self.body = body
@@ -171,21 +139,9 @@ def alternate(
 ) -> Alternated:
     """Solve normal and tangential problem in turn.
 
-    Parameters
-    ----------
-    load : Load
-        ``"penetration"`` or ``"force"``, one value.
-    sheared : callable
-        ``sheared(contact, start, tolerance)``: the tractions below the pressure of a contact.
-    start
-        Contact and tractions to start from.
-    tolerance : float
-        Largest violation, and largest error of the tractions.
-
-    Raises
-    ------
-    ConvergenceError
-        After `max_rounds`, with the violations of the rounds.
+    ``sheared(contact, start, tolerance)`` gives the tractions below the pressure of a contact;
+    `start` has the contact and the tractions to start from. The tolerance is for the violation,
+    and for the error of the tractions.
     """
     contact, traction = start
     body, finite = press.body, np.isfinite(press.gap)
@@ -237,32 +193,17 @@ def sweep(
 ) -> Iterator[FrictionStep]:
     """Solve a path of normal and tangential loads.
 
-    Parameters
-    ----------
-    press : FrictionalPress
-    normal : LoadPath
-        ``"penetration"`` or ``"force"`` at every step, positive. A single value is constant.
-    tangential : LoadPath
-        ``"tangential_displacement"`` or ``"tangential_force"`` along x, any sign. A force must be
-        below mu F.
-    tolerance : float
-        Largest `violation` and `error`.
-    max_rounds : int
-        Limit of rounds of normal and tangential problems per step.
-
-    Raises
-    ------
-    ValueError
-        At the call, with all invalid arguments.
-    ConvergenceError
-        On iteration, if a step fails or its force causes full sliding.
+    The normal path is one of penetrations or forces, positive; a single value is constant. The
+    tangential one has displacements or forces along x of any sign; a force must be below mu F.
+    The tolerance is the largest `violation` and `error`; `max_rounds` limits the rounds of
+    normal and tangential problems in a step.
 
     Examples
     --------
     Cattaneo (1938): F_x = 7/8 mu F leaves a stick circle of half the contact radius.
 
     >>> import numpy as np
-    >>> from reference.halfspace.cerruti import Compliance
+    >>> from reference.halfspace.traction import Compliance
     >>> x = (np.arange(32) - 15.7) / 14
     >>> body = NormalAndTangential((32, 32), (1 / 14, 1 / 14), Compliance.of(1.0, 0.0))
     >>> gap = (x[:, None] ** 2 + x**2) / 2
@@ -339,23 +280,14 @@ def tangential_stiffness(
 ) -> tuple[float, float]:
     """Return the tangential stiffness in full stick, without coupling to normal displacement.
 
-    Parameters
-    ----------
-    mask : array_like of bool, shape (nx, ny)
-        Cells in contact; at least one.
-    direction : (float, float)
-        Direction of the displacement, a unit vector.
-
-    Returns
-    -------
-    (float, float)
-        Forces along and transverse to the direction, per unit of displacement.
+    Of the cells in contact, as forces along and transverse to the direction of the
+    displacement, a unit vector, per unit of it.
 
     Examples
     --------
     For nu = 0 the tangential and normal stiffness of a cell are equal:
 
-    >>> from reference.halfspace.cerruti import Compliance
+    >>> from reference.halfspace.traction import Compliance
     >>> body = NormalAndTangential((1, 1), (1.0, 1.0), Compliance.of(1.0, 0.0))
     >>> along, _ = tangential_stiffness(body, [[True]])
     >>> bool(np.isclose(along, 2 * np.pi / (4 * np.log(1 + np.sqrt(2)))))

@@ -7,6 +7,7 @@ u is positive into the half-space.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -14,10 +15,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erfc
 
+from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import quarter, wavenumbers
 
-__all__ = ["aliases", "cell_energies", "love", "periodic", "wavenumbers", "whole"]
-
+Array = NDArray[np.float64]
 Kernel = Literal["continuum", "cells"]
 
 # Beyond this many sides of the cell 4 x 4 Gauss points integrate 1/r to 1e-14, while the closed
@@ -31,7 +32,7 @@ _ALIASES = 24
 
 def love(
     i: ArrayLike, j: ArrayLike, spacing: tuple[float, float], effective_modulus: float
-) -> NDArray[np.float64]:
+) -> Array:
     r"""Return the displacement at a cell centre under unit pressure on another cell (Love 1929).
 
     With the edges a, b = (i +- 1/2) dx and c, d = (j +- 1/2) dy of the loaded cell,
@@ -49,20 +50,8 @@ def love(
     cell is evaluated by 4 x 4 Gauss points. Relative error below 1e-12 at any distance for aspect
     ratios of the cell up to 1:100 (tested against 50 digits).
 
-    Parameters
-    ----------
-    i, j : array_like
-        Offsets in cells along x and y, broadcast against each other; either sign. Fractions give
-        points between the centres (not on the edges of the loaded cell).
-    spacing : (float, float)
-        Cell sides (dx, dy).
-    effective_modulus : float
-        E*.
-
-    Returns
-    -------
-    ndarray
-        Displacement per unit pressure, always positive.
+    Offsets i, j are in cells, broadcast, of either sign. Fractions give points between the
+    centres (not on the edges of the loaded cell).
 
     Examples
     --------
@@ -77,33 +66,47 @@ def love(
     x, y = np.broadcast_arrays(x, y)
     far = np.maximum(x, y) > FAR * max(dx, dy)
     integral = np.empty(x.shape)
-    integral[far] = _gauss_integral(x[far], y[far], dx, dy)
-    integral[~far] = _closed_integral(x[~far], y[~far], dx, dy)
+    integral[far] = over_cell(
+        lambda x, y, weight: weight / np.sqrt(x**2 + y**2), x[far], y[far], spacing
+    )
+    x, y = x[~far], y[~far]
+    integral[~far] = across_integral(x, y, dx, dy) + across_integral(y, x, dy, dx)
     return integral / (np.pi * effective_modulus)
 
 
-def _closed_integral(
-    x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
-) -> NDArray[np.float64]:
-    """Return the integral of 1/r over the cell in closed form, for x, y >= 0."""
-    return across_integral(x, y, dx, dy) + across_integral(y, x, dy, dx)
+def over_cell(
+    integrand: Callable[[Array, Array, float], Array],
+    x: Array,
+    y: Array,
+    spacing: tuple[float, float],
+    points: int = 4,
+) -> Array:
+    """Return the integral over cells centred at x, y by Gauss points, so many a side.
+
+    ``integrand(x, y, weight)`` is the function times the weight of the point.
+    """
+    nodes, weights = gauss_rule(points)
+    total = np.zeros(())
+    for node_x, weight_x in zip(nodes, weights, strict=True):
+        for node_y, weight_y in zip(nodes, weights, strict=True):
+            at = x + node_x * spacing[0] / 2, y + node_y * spacing[1] / 2
+            total = total + integrand(*at, weight_x * weight_y)
+    return total * (spacing[0] * spacing[1] / 4)
 
 
-def across_integral(
-    x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
-) -> NDArray[np.float64]:
+def across_integral(x: Array, y: Array, dx: float, dy: float) -> Array:
     """Return the integral of y^2/r^3 over the cell, for x, y >= 0, one of two parts of 1/r."""
     a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
     return a * _log_ratio(a, c, d, dy, y) - b * _log_ratio(b, c, d, dy, y)
 
 
 def _log_ratio(
-    across: NDArray[np.float64],
-    upper: NDArray[np.float64],
-    lower: NDArray[np.float64],
+    across: Array,
+    upper: Array,
+    lower: Array,
     side: float,
-    centre: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    centre: Array,
+) -> Array:
     """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] to full accuracy.
 
     upper - lower = side and upper + lower = 2 centre are arguments because they are known exactly.
@@ -114,20 +117,7 @@ def _log_ratio(
     return np.log1p(side * (1 + 2 * centre / (far_root + near_root)) / below)
 
 
-def _gauss_integral(
-    x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
-) -> NDArray[np.float64]:
-    """Return the integral of 1/r over the cell by Gauss points, without cancellation."""
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    total = np.zeros(x.shape)
-    for node_x, weight_x in zip(nodes, weights, strict=True):
-        square = (x + node_x * dx / 2) ** 2
-        for node_y, weight_y in zip(nodes, weights, strict=True):
-            total += (weight_x * weight_y) / np.sqrt(square + (y + node_y * dy / 2) ** 2)
-    return total * (dx * dy / 4)
-
-
-def whole(values: NDArray[np.float64], rows: int) -> NDArray[np.float64]:
+def whole(values: Array, rows: int) -> Array:
     """Return a function even in q_x on the modes of `rfft2`, from those of q_x >= 0."""
     return values[np.minimum(np.arange(rows), rows - np.arange(rows))]
 
@@ -137,7 +127,7 @@ def periodic(
     spacing: tuple[float, float],
     effective_modulus: float,
     kernel: Kernel = "continuum",
-) -> NDArray[np.float64]:
+) -> Array:
     r"""Return T of the periodic half-space, u^(q) = T(q) p^(q), on the modes of `rfft2`.
 
     ``"continuum"``: T = 2/(E*|q|) (Johnson 1985, ch. 13): the pressure is the band-limited
@@ -169,7 +159,7 @@ def periodic_quarter(
     spacing: tuple[float, float],
     effective_modulus: float,
     kernel: Kernel = "continuum",
-) -> NDArray[np.float64]:
+) -> Array:
     """Return `periodic` for q_x, q_y >= 0, of shape (nx//2 + 1, ny//2 + 1)."""
     if kernel == "cells":
         transfer = _alias_sum(shape, spacing)
@@ -186,7 +176,7 @@ def periodic_quarter(
 
 def _alias_sum(
     shape: tuple[int, int], spacing: tuple[float, float], *, energy: bool = False
-) -> NDArray[np.float64]:
+) -> Array:
     """Return the sum of sinc sinc/|q + G| over the aliases, with a smooth window; q_x, q_y >= 0.
 
     For energies the squares of the sincs are used, which do not alternate, without a window.
@@ -197,9 +187,7 @@ def _alias_sum(
     return np.asarray(_sum_modes(kx, sinc_x, ky, sinc_y))
 
 
-def aliases(
-    wavenumber: NDArray[np.float64], step: float, *, energy: bool = False
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def aliases(wavenumber: Array, step: float, *, energy: bool = False) -> tuple[Array, Array]:
     """Return the aliases of waves along one side of the cells, and their windowed sincs.
 
     Both are of shape (aliases, waves), the waves themselves in the middle. For energies the sincs
@@ -214,7 +202,7 @@ def aliases(
 
 def cell_energies(
     shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[Array, Array]:
     r"""Return the transfer function of <p, K p> for pressures uniform on cells, and its remainder.
 
     For one mode of cell values the pressure has all aliases q + G, reduced by the two sincs, so

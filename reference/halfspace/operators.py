@@ -24,14 +24,7 @@ class FreeOperator(ElasticBody):
     The sum over cells is an exact linear convolution with Love's coefficients (`kernels.love`),
     by real FFTs on a zero-padded grid, without periodic images.
 
-    Parameters
-    ----------
-    shape : (int, int)
-        Number of cells (nx, ny).
-    spacing : (float, float)
-        Cell sides (dx, dy), consistent units.
-    effective_modulus : float
-        E*, consistent units.
+    Of cells (nx, ny) of sides (dx, dy), and E*, in consistent units.
 
     Examples
     --------
@@ -107,12 +100,8 @@ class FreeOperator(ElasticBody):
 class PeriodicOperator(ElasticBody):
     """Half-space under periodic pressure with zero mean displacement: u^(q) = T(q) p^(q).
 
-    Parameters
-    ----------
-    shape, spacing, effective_modulus
-        As for `FreeOperator`; the period is (nx dx, ny dy).
-    kernel : {"continuum", "cells"}
-        T = 2/(E*|q|), or the same for pressures uniform on cells: see `kernels.periodic`.
+    The period is (nx dx, ny dy). With the kernel "continuum" T = 2/(E*|q|), with "cells" the
+    same for pressures uniform on cells: see `kernels.periodic`.
 
     Examples
     --------

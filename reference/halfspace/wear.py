@@ -32,17 +32,10 @@ class Oscillation:
     Where normal and tangential displacements do not act on each other the tangential traction is
     mu (p - p*), p* the pressure of the same shape at d - lag (Ciavarella 1998, Jaeger 1998). Its
     contact sticks; elsewhere the surfaces slip by amplitude/lag times its gap, four times a cycle.
-
-    Parameters
-    ----------
-    amplitude : float
-        U, of the displacement.
-    lag : float
-        G* U/(mu E*).
     """
 
-    amplitude: float
-    lag: float
+    amplitude: float  # U, of the displacement
+    lag: float  # G* U/(mu E*)
 
     def __post_init__(self) -> None:
         refuse(positive_faults(amplitude=self.amplitude, lag=self.lag))
@@ -55,30 +48,16 @@ class Oscillation:
 
 @dataclass(frozen=True)
 class WornContact:
-    """A worn shape in contact.
+    """A worn shape in contact."""
 
-    Attributes
-    ----------
-    contact : Contact
-        Its initial gap is that of the worn shape, its penetration counts from first touch of the
-        unworn one.
-    depth : ndarray
-        Lost by every cell.
-    volume : float
-    sticking : ndarray of bool
-        Cells that do not slip; none in sliding.
-    steps : int
-        From the start on.
-    iterations : int
-        Of all contacts from the start on.
-    """
-
+    # its initial gap is that of the worn shape, its penetration counts from first touch of the
+    # unworn one
     contact: Contact
-    depth: Field
+    depth: Field  # lost by every cell
     volume: float
-    sticking: NDArray[np.bool_]
-    steps: int
-    iterations: int
+    sticking: NDArray[np.bool_]  # cells that do not slip; none in sliding
+    steps: int  # from the start on
+    iterations: int  # of all contacts from the start on
 
 
 def wear(
@@ -93,34 +72,9 @@ def wear(
 ) -> Iterator[WornContact]:
     """Wear a shape under a constant load.
 
-    Parameters
-    ----------
-    operator : ElasticBody
-        The half-space.
-    gap : array_like, shape (nx, ny)
-        Of the unworn shape.
-    load : Load
-        Penetration or force, one value.
-    coefficient : float
-        k, volume lost per force and distance.
-    distances : ndarray
-        Sliding distances, strictly increasing; with an oscillation, numbers of cycles.
-    oscillation : Oscillation, optional
-        Of a shape on the free half-space.
-    tolerance : float
-        Of every contact, as of `reference.contact.press.press`.
-
-    Yields
-    ------
-    WornContact
-        One per distance.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-    ConvergenceError
-        If a contact fails or is lost, or the distance takes too many steps.
+    The load is one penetration or force, `coefficient` is k, the volume lost per force and
+    distance. Sliding distances increase strictly; with an oscillation, which takes the free
+    half-space, they are numbers of cycles. Yields the state at each.
     """
     refuse(positive_faults(coefficient=coefficient))
     Load("distances", distances)  # raises where they are none
@@ -129,65 +83,57 @@ def wear(
     if oscillation is not None and operator.periodic:
         raise ValueError("an oscillation takes a free half-space, on which gaps have a datum")
     unworn = check_gap(operator, gap)
-    return _along(operator, unworn, load, coefficient, distances, oscillation, tolerance)
 
+    def worn_at() -> Iterator[WornContact]:
+        farthest = 1.0 if oscillation is None else 4 * oscillation.amplitude
+        stiff = coefficient * operator.effective_modulus * farthest
+        longest = _STEP * min(operator.spacing) / stiff
+        needed = float(distances[-1]) / longest
+        if not needed <= MOST_STEPS:
+            raise ConvergenceError(f"the wear takes {needed:.3g} steps, more than {MOST_STEPS}")
+        # the contact, the one that sticks inside it, and the iterations of all
+        contact: Contact | None = None
+        inner: Contact | None = None
+        iterations = 0
 
-def _along(
-    operator: ElasticBody,
-    unworn: Field,
-    load: Load,
-    coefficient: float,
-    distances: Field,
-    oscillation: Oscillation | None,
-    tolerance: float,
-) -> Iterator[WornContact]:
-    farthest = 1.0 if oscillation is None else 4 * oscillation.amplitude
-    stiff = coefficient * operator.effective_modulus * farthest
-    longest = _STEP * min(operator.spacing) / stiff
-    needed = float(distances[-1]) / longest
-    if not needed <= MOST_STEPS:
-        raise ConvergenceError(f"the wear takes {needed:.3g} steps, more than {MOST_STEPS}")
-    # the contact, the one that sticks inside it, and the iterations of all
-    contact: Contact | None = None
-    inner: Contact | None = None
-    iterations = 0
+        def rate(depth: Field) -> Field:
+            """Return pressure times slip where so much is worn."""
+            nonlocal contact, inner, iterations
+            worn = unworn + depth
+            lowest = float(worn.min())
+            if load.control == "penetration" and lowest >= load.single():
+                raise ConvergenceError("worn so far that nothing touches any more")
+            contact = press(operator, worn, load, tolerance=tolerance, start=contact)
+            iterations += contact.iterations
+            if oscillation is None:
+                return contact.pressure
+            sticks = contact.penetration - oscillation.lag
+            if sticks > lowest:
+                sticking = Load("penetration", sticks)
+                inner = press(operator, worn, sticking, tolerance=tolerance, start=inner)
+                iterations += inner.iterations
+                left = np.maximum(inner.gap, 0.0)
+                left[inner.mask] = 0.0
+            else:
+                inner, left = None, worn - sticks
+            slipped = np.zeros(worn.shape)
+            inside = contact.mask
+            slipped[inside] = oscillation.slip * contact.pressure[inside] * left[inside]
+            return slipped
 
-    def rate(depth: Field) -> Field:
-        """Return pressure times slip where so much is worn."""
-        nonlocal contact, inner, iterations
-        worn = unworn + depth
-        lowest = float(worn.min())
-        if load.control == "penetration" and lowest >= load.single():
-            raise ConvergenceError("worn so far that nothing touches any more")
-        contact = press(operator, worn, load, tolerance=tolerance, start=contact)
-        iterations += contact.iterations
-        if oscillation is None:
-            return contact.pressure
-        sticks = contact.penetration - oscillation.lag
-        if sticks > lowest:
-            sticking = Load("penetration", sticks)
-            inner = press(operator, worn, sticking, tolerance=tolerance, start=inner)
-            iterations += inner.iterations
-            left = np.maximum(inner.gap, 0.0)
-            left[inner.mask] = 0.0
-        else:
-            inner, left = None, worn - sticks
-        slipped = np.zeros(worn.shape)
-        inside = contact.mask
-        slipped[inside] = oscillation.slip * contact.pressure[inside] * left[inside]
-        return slipped
+        depth, at, steps = np.zeros(operator.shape), 0.0, 0
+        now = rate(depth)
+        for distance in distances:
+            count = int(np.ceil((distance - at) / longest))
+            k = coefficient * (distance - at) / count
+            for _ in range(count):
+                ahead = rate(depth + k * now)
+                depth = depth + 0.5 * k * (now + ahead)
+                now = rate(depth)
+            at, steps = float(distance), steps + count
+            assert contact is not None
+            volume = float(depth.sum() * operator.cell_area)
+            sticking = np.zeros(operator.shape, dtype=bool) if inner is None else inner.mask
+            yield WornContact(contact, depth, volume, sticking, steps, iterations)
 
-    depth, at, steps = np.zeros(operator.shape), 0.0, 0
-    now = rate(depth)
-    for distance in distances:
-        count = int(np.ceil((distance - at) / longest))
-        k = coefficient * (distance - at) / count
-        for _ in range(count):
-            ahead = rate(depth + k * now)
-            depth = depth + 0.5 * k * (now + ahead)
-            now = rate(depth)
-        at, steps = float(distance), steps + count
-        assert contact is not None
-        volume = float(depth.sum() * operator.cell_area)
-        sticking = np.zeros(operator.shape, dtype=bool) if inner is None else inner.mask
-        yield WornContact(contact, depth, volume, sticking, steps, iterations)
+    return worn_at()

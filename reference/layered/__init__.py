@@ -6,9 +6,8 @@
 True
 """
 
-from reference.layered.graded import Graded
 from reference.layered.layered_grid import LayeredFree, LayeredPeriodic
 from reference.layered.round_contact import RoundContact
-from reference.layered.stack import Stack
+from reference.layered.stack import Graded, Stack
 
 __all__ = ["Graded", "LayeredFree", "LayeredPeriodic", "RoundContact", "Stack"]

@@ -26,8 +26,7 @@ from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import ElasticBody
 from reference.halfspace import kernels
 from reference.halfspace.operators import RIM_EXCESS, FreeOperator
-from reference.layered.graded import Graded
-from reference.layered.stack import PER_DECADE, Stack, plane_modulus
+from reference.layered.stack import PER_DECADE, Graded, Stack, plane_modulus
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -146,14 +145,14 @@ class LayeredFree(OfBody, FreeOperator):
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
         """Displacement per pressure at offsets from zero to less than `shape`."""
-        coefficients: Array = self.cached("coefficients", self._coefficients)
-        return coefficients[: shape[0], : shape[1]]
 
-    def _coefficients(self) -> Array:
-        if self._local:
-            whole = fft.irfft2(self._transfer(), self._padded, workers=1)
-            return whole[: self.shape[0], : self.shape[1]].copy()
-        return cell_coefficients(self.body, self.shape, self.spacing)
+        def make() -> Array:
+            if self._local:
+                whole = fft.irfft2(self._transfer(), self._padded, workers=1)
+                return whole[: self.shape[0], : self.shape[1]].copy()
+            return cell_coefficients(self.body, self.shape, self.spacing)
+
+        return self.cached("coefficients", make)[: shape[0], : shape[1]]
 
     def _alike(self, shape: tuple[int, int], spacing: Pair) -> Self:
         return type(self)(shape, spacing, self.body)
@@ -231,15 +230,13 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
     reach = np.maximum(x, y) / max(spacing)
     result = np.zeros(shape)
 
+    def from_force(x: Array, y: Array, weight: float) -> Array:
+        r = np.hypot(x, y)
+        return weight * point(r) / r
+
     near, far = reach < 3.0, reach > 16.0
     for part, number in ((~near & ~far, 8), (far, 4)):
-        nodes, weights = gauss_rule(number)
-        total = np.zeros(np.count_nonzero(part))
-        for node_x, weight_x in zip(nodes, weights, strict=True):
-            for node_y, weight_y in zip(nodes, weights, strict=True):
-                r = np.hypot(x[part] + node_x * dx / 2, y[part] + node_y * dy / 2)
-                total += weight_x * weight_y * point(r) / r
-        result[part] = total * dx * dy / 4
+        result[part] = kernels.over_cell(from_force, x[part], y[part], spacing, number)
 
     def triangle(length: Array, distance: Array) -> Array:
         nodes, weights = gauss_rule(40)

@@ -18,17 +18,18 @@ else.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import eval_legendre, spherical_jn
+from scipy.special import beta, eval_legendre, spherical_jn
 
+from reference.arguments import choice_faults, positive_faults, refuse
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError
-from reference.layered.stack import Stack, plane_modulus
+from reference.layered.stack import Graded, Stack, plane_modulus
 
 Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
@@ -54,14 +55,6 @@ class RoundStep:
 class RoundContact:
     """A rigid body of revolution on a stack of layers.
 
-    Parameters
-    ----------
-    body : Stack
-    line : callable
-        g(x) of the section for x >= 0, 0 at x = 0 and increasing.
-    edge : float
-        Radius at which the body ends in a sharp edge.
-
     Examples
     --------
     A paraboloid of radius 1, g = x^2, on a half-space is Hertz's:
@@ -74,8 +67,8 @@ class RoundContact:
     """
 
     body: Stack
-    line: Line
-    edge: float = np.inf
+    line: Line  # g(x) of the section for x >= 0, 0 at x = 0 and increasing
+    edge: float = np.inf  # radius at which the body ends in a sharp edge
 
     def at_radius(self, contact_radius: float) -> RoundStep:
         """Return the smooth contact of a radius."""
@@ -125,7 +118,12 @@ class RoundContact:
             if getattr(low, control) > value:
                 high, low = low, self.at_radius(low.contact_radius / 2)
             elif high.contact_radius == self.edge:
-                return _pressed_further(high, control, value)
+                # the whole face: a flat punch takes what is added
+                depth, force = value, high.force + high.stiffness * (value - high.penetration)
+                if control == "force":
+                    depth, force = high.penetration + (value - high.force) / high.stiffness, value
+                work = (force + high.force) / 2 * (depth - high.penetration)
+                return replace(high, penetration=depth, force=force, energy=high.energy + work)
             else:
                 wider = min(2 * high.contact_radius, self.edge)
                 low, high = high, self.at_radius(wider)
@@ -145,16 +143,6 @@ class RoundContact:
     def _excess(self) -> Line:
         # long waves to 1e-12 of the thickness of all layers
         return self.body.softening(1e-12 / self.body.total, _SHORT / self.body.thicknesses[0])
-
-
-def _pressed_further(full: RoundStep, control: str, value: float) -> RoundStep:
-    """Return the contact of a whole face at a larger load: a flat punch takes what is added."""
-    if control == "penetration":
-        depth, force = value, full.force + full.stiffness * (value - full.penetration)
-    else:
-        depth, force = full.penetration + (value - full.force) / full.stiffness, value
-    energy = full.energy + (force + full.force) / 2 * (depth - full.penetration)
-    return RoundStep(full.contact_radius, depth, force, full.stiffness, energy)
 
 
 def _panels(reach: float) -> tuple[Array, Array]:
@@ -185,3 +173,59 @@ def _even_bessel(number: int, x: Array) -> Array:
             result[n // 2, ~near] = order
         below, order = order, (2 * n + 1) / far * order - below
     return np.asarray(result * (-1.0) ** orders)
+
+
+def line_factor(exponent: float, grading: float = 0.0) -> float:
+    """G over f for a section f ~ r^n: (n/2) B(n/2, (1 + k)/2), two for a paraboloid and k = 0.
+
+    >>> round(line_factor(2.0), 12)
+    2.0
+    """
+    return float(exponent / 2 * beta(exponent / 2, (1 + grading) / 2))
+
+
+def face_stiffness(body: Graded, radius: float) -> float:
+    """F/d of a flat circular face: 2 c_N a^(1+k)/((1 + k) c0^k)."""
+    k = body.exponent
+    return float(2 * body.spring_modulus * radius * (radius / body.depth) ** k / (1 + k))
+
+
+@dataclass(frozen=True)
+class GradedContact:
+    """A rigid body of revolution f = c r^n on a graded half-space (Hess 2016).
+
+    d = kappa c a^n, and F is the integral of c_N |x/c0|^k (d - g) over the contact; Giannakopoulos
+    & Suresh (1997) have the cone and the paraboloid.
+
+    Examples
+    --------
+    Hertz, k = 0:
+
+    >>> from reference.elasticity import Material
+    >>> ball = GradedContact(Graded(Material(0.75, 0.5), 0.0, 1.0), 2.0, 0.5)
+    >>> round(ball.at("penetration", 0.25).force, 12)
+    0.166666666667
+    """
+
+    body: Graded
+    # n and c
+    exponent: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        refuse(positive_faults(exponent=self.exponent, coefficient=self.coefficient))
+
+    def at_radius(self, contact_radius: float) -> RoundStep:
+        """Return the contact of a radius."""
+        n, k, a = self.exponent, self.body.exponent, contact_radius
+        depth = line_factor(n, k) * self.coefficient * a**n
+        stiffness = face_stiffness(self.body, a)
+        force = stiffness * depth * n / (n + k + 1)
+        return RoundStep(a, depth, force, stiffness, force * depth * n / (2 * n + k + 1))
+
+    def at(self, control: str, value: float) -> RoundStep:
+        """Return the contact at a penetration or a force, whichever `control` names."""
+        refuse(choice_faults("control", control, ("penetration", "force")))
+        power = self.exponent + (self.body.exponent + 1 if control == "force" else 0)
+        unit = self.at_radius(1.0)
+        return self.at_radius(float((value / getattr(unit, control)) ** (1 / power)))

@@ -1,6 +1,6 @@
-r"""The normal compliance of a stack of elastic layers, wave by wave, in closed steps.
+r"""Bodies that change with depth: their normal compliance to waves of pressure.
 
-Under a pressure p cos(q x) the displacements and stresses of a body of plane layers are
+`Stack` has elastic layers. Under a pressure p cos(q x) its displacements and stresses are
 
     u_x = U sin q x,   u_z = W cos q x,   s_xz = G q T sin q x,   s_zz = G q S cos q x,
 
@@ -22,6 +22,19 @@ from the bottom up is the compliance R, (U, W) = R (T, S), of what lies below,
 
 over slices of h <= 1: numbers of order one whose errors decay on the way up like the field itself.
 On a rigid base R = 0; of a half-space it is known.
+
+`Graded` is the half-space whose modulus is a power of the depth, E = E0 (z/c0)^k, -1 < k < 1.
+
+A point force F displaces the surface by
+
+    u = F cos(pi k/2) c0^k/(pi c_N r^(1+k)),    c_N = h(k, nu) E0/(1 - nu^2)
+
+(Booker, Balaam & Davis, Int. J. Numer. Anal. Meth. Geomech. 9 (1985) 353; Giannakopoulos & Suresh,
+Int. J. Solids Struct. 34 (1997) 2357; in this form Hess, Int. J. Eng. Sci. 104 (2016) 20), so that
+a wave of pressure gives C(q) ~ q^(k-1). c_N |x/c0|^k is the stiffness per length of springs that
+give the same force, penetration and radius of every round contact, under the line g(x) = x^(1-k)
+int_0^x f'(r) (x^2 - r^2)^((k-1)/2) dr. For k >= 1 the integral of u over a loaded area diverges:
+such a body has no compliance.
 """
 
 from __future__ import annotations
@@ -32,11 +45,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
+from scipy.special import gamma
 
 from reference.arguments import positive_faults, refuse
 from reference.elasticity import Material
 
 Array = NDArray[np.float64]
+
 
 # Layers thicker than this over 2 pi of a wavelength hide what is below: exp(-2 x 24) = 1e-21.
 HIDDEN = 24.0
@@ -44,18 +59,22 @@ HIDDEN = 24.0
 PER_DECADE = 400
 
 
-@dataclass(frozen=True)
-class Stack:
-    """Bonded elastic layers on an elastic half-space or on a rigid base.
+class DeepBody:
+    """A body whose compliance to waves of pressure is known."""
 
-    Parameters
-    ----------
-    thicknesses : sequence of float
-        From the surface down; at least one on a rigid base.
-    materials : sequence of Material
-        Of the layers.
-    base : Material, optional
-        The half-space below; None is a rigid base to which the lowest layer is bonded.
+    def compliance(self, wavenumber: ArrayLike) -> Array:
+        """Return the normal displacement of the surface per pressure, for waves."""
+        raise NotImplementedError
+
+    def modulus(self, wavenumber: ArrayLike) -> Array:
+        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
+        q = np.asarray(wavenumber, dtype=float)
+        return 2 / (q * self.compliance(q))
+
+
+@dataclass(frozen=True)
+class Stack(DeepBody):
+    """Bonded elastic layers on an elastic half-space or on a rigid base.
 
     Examples
     --------
@@ -66,8 +85,9 @@ class Stack:
     0.75
     """
 
-    thicknesses: Sequence[float]
-    materials: Sequence[Material]
+    thicknesses: Sequence[float]  # from the surface down; at least one on a rigid base
+    materials: Sequence[Material]  # of the layers
+    # the half-space below; None is a rigid base to which the lowest layer is bonded
     base: Material | None = field(default=None)
 
     def __post_init__(self) -> None:
@@ -130,11 +150,6 @@ class Stack:
             below = through(below, waves * thickness, material)
         result[moving] = -below[:, 1, 1] / (modulus * waves)
         return result.reshape(q.shape)[()]
-
-    def modulus(self, wavenumber: ArrayLike) -> Array:
-        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
-        q = np.asarray(wavenumber, dtype=float)
-        return 2 / (q * self.compliance(q))
 
     def softening(self, lowest: float, highest: float) -> Callable[[Array], Array]:
         """Return M - 1 as a function of q, M = q C(q)/(q C(q) at short waves), from a table.
@@ -216,3 +231,77 @@ def rest(h: Array) -> Array:
         term = term * h**2 / ((2 * k) * (2 * k + 1))
         total = total + k * term
     return np.where(h <= 1.0, total, (h * np.cosh(h) - np.sinh(h)) / 2)
+
+
+@dataclass(frozen=True)
+class Graded(DeepBody):
+    """A half-space that grows stiffer (k > 0) or softer (k < 0) with depth.
+
+    Examples
+    --------
+    k = 0 is a half-space, 2/(E* q):
+
+    >>> float(np.round(Graded(Material(1.0, 0.5), 0.0, 1.0).compliance(2.0), 12))
+    0.75
+    """
+
+    material: Material  # modulus E0 at the depth c0, and Poisson's ratio everywhere
+    # k and c0
+    exponent: float
+    depth: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(depth=self.depth)
+        if not -1 < self.exponent < 1:
+            faults.append(f"exponent must lie between -1 and 1, not {self.exponent!r}")
+        refuse(faults)
+
+    @property
+    def top(self) -> Material:
+        """The material at the depth c0; at the surface there is none."""
+        return self.material
+
+    @property
+    def spring_modulus(self) -> float:
+        """c_N: stiffness of the equivalent springs per length at x = c0."""
+        nu = self.material.poisson_ratio
+        return stiffening(self.exponent, nu) * self.material.youngs_modulus / (1 - nu**2)
+
+    @property
+    def point_factor(self) -> float:
+        """Displacement times r^(1+k) of a point force, over the force."""
+        k = self.exponent
+        return float(np.cos(np.pi * k / 2) * self.depth**k / (np.pi * self.spring_modulus))
+
+    def compliance(self, wavenumber: ArrayLike) -> Array:
+        """Return the displacement of the surface per pressure, for waves; infinite at q = 0."""
+        k = self.exponent
+        factor = 2 * np.pi * self.point_factor * 2**-k * gamma((1 - k) / 2) / gamma((1 + k) / 2)
+        with np.errstate(divide="ignore"):
+            return factor * np.asarray(wavenumber, dtype=float) ** (k - 1)
+
+    def slices(self, ends: Array) -> list[Material]:
+        """Return the materials of slices between increasing depths, from zero on.
+
+        E of the geometric mean of their ends; of the uppermost, up to the surface where E is zero
+        or infinite, by the mean of 1/E.
+        """
+        k, nu = self.exponent, self.material.poisson_ratio
+        ratios = np.append((1 - k) * ends[1] ** k, (ends[1:-1] * ends[2:]) ** (k / 2))
+        moduli = self.material.youngs_modulus * ratios / self.depth**k
+        return [Material(float(E), nu) for E in moduli]
+
+
+def stiffening(exponent: float, poisson_ratio: float) -> float:
+    """h(k, nu), one for k = 0 (Hess 2016, eq. 9 with (5)).
+
+    >>> round(stiffening(0.0, 0.3), 12)
+    1.0
+    """
+    k, nu = exponent, poisson_ratio
+    root = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
+    C = 2 ** (1 + k) * gamma((3 + k + root) / 2) * gamma((3 + k - root) / 2)
+    C /= np.pi * gamma(2 + k)
+    upper = 2 * (1 + k) * np.cos(np.pi * k / 2) * gamma(1 + k / 2)
+    lower = np.sqrt(np.pi) * C * root * np.sin(np.pi * root / 2) * gamma((1 + k) / 2)
+    return float(upper / lower)

@@ -34,19 +34,11 @@ _DIGITS = 2.0**45
 
 @dataclass(frozen=True)
 class Inside:
-    """Fields at one depth below the cells, tension positive.
-
-    Attributes
-    ----------
-    depth : float
-    displacement : ndarray, shape (3, nx, ny)
-    stress : ndarray, shape (6, nx, ny)
-        xx, yy, zz, yz, xz, xy.
-    """
+    """Fields at one depth below the cells, tension positive."""
 
     depth: float
-    displacement: Array
-    stress: Array
+    displacement: Array  # (3, nx, ny)
+    stress: Array  # (6, nx, ny): xx, yy, zz, yz, xz, xy
 
     def cut(self, nx: int, ny: int) -> Inside:
         """Return the fields below the first cells of either side."""
@@ -69,14 +61,8 @@ def inside(
 
     A patch that does not repeat is given with empty cells around it.
 
-    Parameters
-    ----------
-    body : Stack
-    pressure : array_like, shape (nx, ny)
-        At the centres of cells; the function through it is band-limited.
-    spacing : (float, float)
-    depths : array_like
-        Positive and strictly increasing; those below a rigid base are left out.
+    The function through the pressure at the centres of cells is band-limited. Depths increase
+    strictly; those below a rigid base are left out.
 
     Examples
     --------

@@ -1,7 +1,6 @@
 """Lubricating films: Reynolds' equation with mass-conserving cavitation, on elastic bodies.
 
-- `film_cells`: equal cells where bodies deform, wider ones around them;
-- `reynolds`: the balance of mass in the cells, entrained or squeezed; a rigid cylinder;
+- `reynolds`: cells, and the balance of mass in them, entrained or squeezed; a rigid cylinder;
 - `loaded`: film and elastic half-space under a load, by Newton's method;
 - `point`: a ball, smooth or rough;
 - `rough_planes`: oil that flows between nominally flat rough bodies;

@@ -18,8 +18,7 @@ from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.errors import ConvergenceError
 from reference.halfspace.operators import FreeOperator
-from reference.lubrication.film_cells import FilmCells
-from reference.lubrication.reynolds import Film, FilmState, Transport, factors
+from reference.lubrication.reynolds import Film, FilmCells, FilmState, Transport, factors
 
 Field = NDArray[np.float64]
 
@@ -124,13 +123,7 @@ class LoadedFilm:
     # overflows are detected in the error and reported
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
     def solve(self, flow: Transport, start: FilmState, tolerance: float = 1e-10) -> FilmState:
-        """Return the film that flows so, from a state nearby.
-
-        Raises
-        ------
-        ConvergenceError
-            With the history of errors.
-        """
+        """Return the film that flows so, from a state nearby."""
         film, cells = self.film, self.film.cells
 
         def jacobian(vector: Field) -> Field:

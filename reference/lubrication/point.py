@@ -16,9 +16,15 @@ from scipy.interpolate import Akima1DInterpolator
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
-from reference.lubrication.film_cells import around_point
 from reference.lubrication.loaded import BentSurface, LoadedFilm
-from reference.lubrication.reynolds import Approach, Entrainment, Film, FilmState, rigid_film_at
+from reference.lubrication.reynolds import (
+    Approach,
+    Entrainment,
+    Film,
+    FilmState,
+    around_point,
+    rigid_film_at,
+)
 
 Field = NDArray[np.float64]
 
@@ -178,11 +184,6 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
     rigid, on coarse cells; finer ones start from the coarse film. The ball must be large beside the
     contact.
 
-    Raises
-    ------
-    ConvergenceError
-        If the film is too thin for the cells.
-
     Examples
     --------
     >>> soft = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
@@ -240,11 +241,6 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
     The load grows from where the ball is as good as rigid, step by step; the film is a function of
     it, for there is no other time. V is constant, far from the contact; steps of the load are finer
     with the cells per l. The ball must be large beside the contact.
-
-    Raises
-    ------
-    ConvergenceError
-        If the film is too thin for the cells.
 
     Examples
     --------

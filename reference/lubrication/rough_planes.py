@@ -61,11 +61,6 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
 
     The gap has at least 3 cells along both axes; it is zero in contact.
 
-    Raises
-    ------
-    ConvergenceError
-        If cells keep more than a part in 1e8 of what the widest one lets through.
-
     Examples
     --------
     Stripes along the flow, of gaps 1 and 3: the mean of the cubes is 14, the cube of the mean 8.

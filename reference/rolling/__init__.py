@@ -3,6 +3,5 @@
 - `roll`: pressed and rolled (`roll.roll`), tractions at given bounds on any elastic surface
   (`roll.steady`), and step by step from any state (`roll.roll_on`);
 - `strip`: rollers of infinite length on the half-space and on elements;
-- `coefficients`: the limit of small creep;
-- `creep_theories`: Kalker's linear theory and FASTSIM.
+- `creep_theories`: the limit of small creep, Kalker's table, and FASTSIM.
 """

@@ -41,9 +41,8 @@ from reference.arguments import finite_faults, refuse
 from reference.contact.press import Contact, press
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, alternate
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential, tensor_product
 from reference.loads import Load
 
 Field = NDArray[np.float64]
@@ -79,52 +78,32 @@ class TangentialSurface(Protocol):
 
 
 class Creep(NamedTuple):
-    """Rigid slip of the roller over the half-space, per distance rolled.
+    """Rigid slip of the roller over the half-space, per distance rolled."""
 
-    Attributes
-    ----------
-    along, across : float
-        Of the middle of the grid, along x (rolling) and y.
-    spin : float
-        Rotation about z per distance rolled: -spin y along x, spin x along y.
-    """
-
+    # of the middle of the grid, along x (rolling) and y
     along: float
     across: float = 0.0
-    spin: float = 0.0
+    spin: float = 0.0  # rotation about z per distance rolled: -spin y along x, spin x along y
 
 
 @dataclass(frozen=True)
 class RollingStep:
-    """Steady rolling at one creep.
-
-    Attributes
-    ----------
-    creep : Creep
-    penetration, force : float
-    tangential_force, lateral_force, moment : float
-        On the half-space, along x and y, and about z at the middle of the grid.
-    pressure : ndarray, shape (nx, ny)
-    traction, slip : ndarray, shape (2, nx, ny)
-        On the half-space; slip of loaded cells, per distance rolled.
-    sticking : ndarray of bool, shape (nx, ny)
-    loss : float
-        Energy lost to friction per distance rolled.
-    violation, error, rounds
-        As `halfspace.friction.FrictionStep`; rounds are Newton's.
-    """
+    """Steady rolling at one creep."""
 
     creep: Creep
     penetration: float
     force: float
+    # on the half-space, along x and y, and about z at the middle of the grid
     tangential_force: float
     lateral_force: float
     moment: float
-    pressure: Field = field(repr=False)
+    pressure: Field = field(repr=False)  # (nx, ny)
+    # (2, nx, ny): on the half-space; slip of loaded cells, per distance rolled
     traction: Fields = field(repr=False)
     slip: Fields = field(repr=False)
-    sticking: NDArray[np.bool_] = field(repr=False)
-    loss: float
+    sticking: NDArray[np.bool_] = field(repr=False)  # (nx, ny)
+    loss: float  # energy lost to friction per distance rolled
+    # as `halfspace.friction.FrictionStep`; rounds are Newton's
     violation: float
     error: float
     rounds: int
@@ -135,7 +114,6 @@ class Upstream:
 
     Parameters
     ----------
-    surface : TangentialSurface
     shape : (int, int)
         Of the grid; its row of largest x stays unloaded.
     """
@@ -154,10 +132,7 @@ class Upstream:
 
     def displace(self, traction: Fields) -> Fields:
         """Return D q."""
-        xx, yy, xy = self._modes
-        along, across = transforms.rfft2(traction, self._padded)
-        both = np.array([xx * along + xy * across, xy * along + yy * across])
-        return transforms.irfft2(both, self._padded)[:, : self.shape[0], : self.shape[1]]
+        return tensor_product(self._modes, traction, self._padded)
 
     def near(self, slip: Fields) -> Fields:
         """Return the traction on a periodic grid that leads to this slip up from its front."""
@@ -176,20 +151,8 @@ def steady(
 ) -> Tractions:
     """Return the tractions of steady rolling at given bounds; slip is per distance rolled.
 
-    Parameters
-    ----------
-    flow : Upstream
-    bound : ndarray, shape (nx, ny)
-        mu p; infinite where no slip is possible, as in the limit of small creep.
-    creep : ndarray, shape (2, nx, ny)
-        c on all cells, the part that the pressure drags along included.
-    start, tolerance
-        As for `contact.slide.slide`.
-
-    Raises
-    ------
-    ConvergenceError
-        As `slide`, and if the foremost cells are loaded.
+    `bound` is mu p, infinite where no slip is possible, as in the limit of small creep; `creep`
+    is c on all cells, the part that the pressure drags along included.
     """
     if (bound[-1] > 0).any():
         raise ConvergenceError("the contact reaches the leading edge of the grid")
@@ -226,24 +189,9 @@ def roll(
 ) -> Iterator[RollingStep]:
     """Solve steady rolling at several creeps under one normal load.
 
-    Parameters
-    ----------
-    roller : FrictionalPress
-        Free half-space, initial gap and mu. At least one row of cells without contact lies at the
-        end of largest x.
-    load : Load
-        ``"penetration"`` or ``"force"``, one value.
-    creeps : iterable of Creep
-        Each starts from the tractions of the one before.
-    tolerance : float
-        Largest `violation` and `error`.
-
-    Raises
-    ------
-    ValueError
-        At the call: load, or creep that is not finite.
-    ConvergenceError
-        On iteration.
+    The body is a free half-space; at least one row of cells without contact lies at the end of
+    largest x. The load is one penetration or force. Each creep starts from the tractions of the
+    one before; the tolerance is the largest `violation` and `error`.
 
     Examples
     --------
@@ -321,21 +269,8 @@ def roll_on(
 ) -> Iterator[TransientStep]:
     """Roll by one cell per pressure, without coupling to normal displacements.
 
-    Parameters
-    ----------
-    body : NormalAndTangential
-        The free half-space.
-    pressures : iterable of ndarray, shape (nx, ny)
-        In every step: the same one for a smooth roller, `pressed` for a rough one.
-    friction : float
-    creep : Creep
-    start : ndarray, shape (2, nx, ny), optional
-        Tractions before the first step, such as Cattaneo's; default: none.
-
-    Raises
-    ------
-    ConvergenceError
-        If a step does not converge.
+    The pressure is the same one in every step for a smooth roller, `pressed` for a rough one;
+    `start` has the tractions (2, nx, ny) before the first step, such as Cattaneo's.
 
     Examples
     --------
@@ -373,16 +308,9 @@ def pressed(
 ) -> Iterator[Field]:
     """Yield the pressures of a roller whose roughness travels through the contact with the surface.
 
-    Parameters
-    ----------
-    body : NormalAndTangential
-    gap : ndarray, shape (nx, ny)
-        Of the smooth roller.
-    roughness : ndarray, shape (mx, ny), mx >= nx
-        Heights, peaks towards the half-space; the first nx rows lie in the grid at first, and the
-        next ones enter at its end of largest x.
-    load : Load
-        One value, the same in every step.
+    `gap` is that of the smooth roller. `roughness` has heights (mx, ny), mx >= nx, with peaks
+    towards the half-space: the first nx rows lie in the grid at first, and the next ones enter
+    at its end of largest x. The load is one value, the same in every step.
     """
     rows, contact = body.shape[0], None
     for first in range(roughness.shape[0] - rows + 1):

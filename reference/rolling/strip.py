@@ -26,7 +26,7 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.elasticity import Material
 from reference.fem.columns import Element
 from reference.fem.grid_body import beyond_cells
-from reference.halfspace.cerruti import Compliance
+from reference.halfspace.traction import Compliance
 
 Array = NDArray[np.float64]
 
@@ -39,13 +39,6 @@ _APART, _APART_MOVING, _LEAST = 1, 16, 64
 class PlaneSurface:
     """The plane half-space under uniform tractions on cells, a grid of shape (cells, 1).
 
-    Parameters
-    ----------
-    cells : int
-    width : float
-        Of a cell along x.
-    compliance : Compliance
-
     Examples
     --------
     >>> surface = PlaneSurface(4, 1.0, Compliance.of(1.0, 0.5))
@@ -55,7 +48,7 @@ class PlaneSurface:
     """
 
     cells: int
-    width: float
+    width: float  # of a cell along x
     compliance: Compliance
 
     def __post_init__(self) -> None:
@@ -83,21 +76,11 @@ class PlaneSurface:
 
 @dataclass(frozen=True)
 class PlaneElements(PlaneSurface):
-    """Finite elements of plane strain below the same cells.
+    """Finite elements of plane strain below the same cells."""
 
-    Parameters
-    ----------
-    poisson_ratio : float
-        Of the material of `compliance`.
-    element : {"linear", "splines"}
-        See `fem.columns`.
-    inertia : float
-        rho V^2/G.
-    """
-
-    poisson_ratio: float
-    element: Element = "splines"
-    inertia: float = 0.0
+    poisson_ratio: float  # of the material of `compliance`
+    element: Element = "splines"  # {"linear", "splines"}: See `fem.columns`
+    inertia: float = 0.0  # rho V^2/G
 
     def shear_coefficients(self) -> Array:
         """Return the displacement at all offsets, as `roll.TangentialSurface` asks for."""

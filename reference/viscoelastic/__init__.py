@@ -1,16 +1,16 @@
 """Contact with linear viscoelastic half-spaces.
 
 - `materials`: generalised Maxwell bodies;
-- `hereditary`: bodies of revolution by quadrature, Lee-Radok and Ting;
+- `hereditary`: bodies of revolution by quadrature, Lee-Radok and Ting; impact of a mass;
 - `time_steps`: any shape over time, on the half-space solvers;
-- `rebound`: impact of a mass as an initial value problem.
+- `travelling`: the half-space under pressure that travels, on a grid;
+- `rubber`: steady sliding, whose operator is not symmetric; a paraboloid on fitted grids.
 """
 
 from __future__ import annotations
 
-from reference.viscoelastic.hereditary import Curve, creep, indentation
+from reference.viscoelastic.hereditary import Curve, Rebound, creep, impact, indentation
 from reference.viscoelastic.materials import GeneralisedMaxwell
-from reference.viscoelastic.rebound import Rebound, impact
 from reference.viscoelastic.time_steps import Instant, press_in_time
 
 __all__ = [

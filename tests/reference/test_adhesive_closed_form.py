@@ -10,7 +10,6 @@ from reference import closed_form
 from reference.closed_form.adhesive import (
     AdhesiveForm,
     MaugisForm,
-    maugis_parameter,
     strength_of,
 )
 
@@ -95,11 +94,6 @@ def test_maugis_of_long_range_is_derjaguin_muller_toporov():
     a = 3 * form.units()[0]
     hertz = 4 / 3 * E * a**3 / 2.0
     assert float(form.force(a)) == pytest.approx(hertz - 2 * np.pi * W * 2.0, rel=2e-3)
-
-
-def test_maugis_parameter_is_that_of_the_strength():
-    strength = strength_of(2.0, E, W, 0.7)
-    assert maugis_parameter(2.0, E, W, strength) == pytest.approx(0.7, rel=1e-14)
 
 
 def test_faults_are_named():

@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 from reference.contact.press import press, sweep
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load, LoadPath
 from reference.plastic.capped import along
 

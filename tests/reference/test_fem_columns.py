@@ -17,7 +17,7 @@ from reference.fem import Enforcement, Material, grid_body
 from reference.fem.columns import ELEMENTS, Layers, compliance, of_smooth_pressure
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import FreeOperator, PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.layered import Graded, Stack
 from reference.loads import Load
 

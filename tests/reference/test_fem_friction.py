@@ -9,9 +9,8 @@ from reference.errors import ConvergenceError
 from reference.fem import Material, friction
 from reference.fem.far_field import boussinesq, cerruti
 from reference.fem.friction import frictional_body
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import LoadPath
 
 MU = 0.3

@@ -10,11 +10,9 @@ from scipy.optimize import brentq, root
 from reference import closed_form
 from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.contact.press import press
-from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
-from reference.halfspace.cohesive import CohesiveProblem, dugdale, exponential
+from reference.halfspace.cohesive import CohesiveProblem, Ending, dugdale, exponential, trace
 from reference.halfspace.cohesive_minimum import Adhesive
-from reference.halfspace.cohesive_path import Ending, trace
 from reference.halfspace.detachment import RULES, letting_go, peel
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
@@ -35,7 +33,7 @@ def grid(points: int, side: float, modulus: float) -> tuple[FreeOperator, np.nda
 def test_the_edge_constant_is_the_limit_of_wide_strips():
     """Tension of the first cell of a flat strip over K/sqrt(dx), K = P/sqrt(pi b), for n -> inf.
 
-    The edge of whole cells lies 0.17465 dx inside (`edge_cells`); the rest falls as 1/n, so two
+    The edge of whole cells lies 0.17465 dx inside (`punches`); the rest falls as 1/n, so two
     widths extrapolate.
     """
     values = []
@@ -93,24 +91,6 @@ def test_a_ball_pulls_off_as_johnson_kendall_roberts_say():
         errors.append(way.force[way.pull_off()] / exact - 1)
     assert 0 < errors[1] < 0.1
     assert errors[1] < 0.6 * errors[0]
-
-
-def test_a_straight_edge_along_the_grid_wants_the_other_calibration():
-    """A narrow rectangle 8 x 128: its long edges, far from the ends, are those of a strip.
-
-    With K = F'/sqrt(pi b), F' the force on unit length, the middle of the edge carries the constant
-    of the rule "edge" within 2 % at 8 cells across; the printed rule asks for 1.35 times that.
-    """
-    operator = FreeOperator((8, 128), (1.0, 1.0), 1.0)
-    way = peel(operator, np.zeros((8, 128)), np.ones((8, 128)), W, rule="edge", until=0.99)
-    table = kernels.love(np.arange(8)[:, None], np.arange(128), (1.0, 1.0), 1.0)
-    i, j = (part.ravel() for part in np.indices((8, 128)))
-    matrix = table[np.abs(i[:, None] - i), np.abs(j[:, None] - j)]
-    pressure = np.linalg.solve(matrix, np.ones(i.size)).reshape(8, 128)
-    intensity = pressure[:, 64].sum() / np.sqrt(np.pi * (4 - 0.17465))
-    assert pressure[0, 64] / intensity == pytest.approx(RULES["edge"], rel=0.02)
-    assert RULES["printed"] / RULES["edge"] == pytest.approx(1.35, abs=0.005)
-    assert way.tension == pytest.approx(RULES["edge"] * np.sqrt(2 * W))
 
 
 def test_the_next_cell_is_at_its_tension_exactly():
@@ -223,20 +203,6 @@ def test_force_control_meets_the_force():
     assert again.force == pytest.approx(other.force, rel=1e-7)
     stiffness = (other.force - one.force) / (other.penetration - one.penetration)
     assert problem.stiffness(one) == pytest.approx(stiffness, rel=0.1)
-
-
-def test_beyond_the_fold_the_bodies_are_parted():
-    """Lambda = 1 parts at d = -0.99: from the contact, Newton's method finds no contact at -1.3."""
-    _, strength = laws(1.0)
-    operator, r = grid(48, 4.5, 0.75)
-    problem = CohesiveProblem(operator, r**2 / 2, dugdale(UNIT["work"], strength))
-    contact = problem.at_penetration(-0.3)
-    try:
-        parted = problem.at_penetration(-1.3, contact.pressure)
-    except ConvergenceError:
-        return
-    assert not parted.mask.any()
-    assert parted.force == pytest.approx(0, abs=1e-9)
 
 
 def held_in(unit: float) -> tuple[float, float]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from reference import surfaces
-from reference.contact import start
+from reference.contact import press as pressing
 from reference.contact.extension import Extension
 from reference.contact.press import press
 from reference.halfspace import FreeOperator, PeriodicOperator
@@ -81,7 +81,7 @@ def test_a_coarser_grid_that_misses_its_tolerance_is_still_a_start(monkeypatch):
         return press(body, gap, load, tolerance=1e-8).history[0]
 
     with monkeypatch.context() as patch:
-        patch.setattr(start, "_SHORTEST_COARSENED", 2 * points)
+        patch.setattr(pressing, "_SHORTEST_COARSENED", 2 * points)
         overlap = violation()
-    monkeypatch.setattr(start, "_COARSE_ITERATIONS", 1)
+    monkeypatch.setattr(pressing, "_COARSE_ITERATIONS", 1)
     assert violation() < overlap / 2

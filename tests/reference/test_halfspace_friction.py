@@ -14,9 +14,8 @@ from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
 from reference.contact.press import press
 from reference.errors import ConvergenceError
 from reference.halfspace import areas
-from reference.halfspace.cerruti import Compliance, cell_integrals
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.loads import Load, LoadPath
 from reference.surfaces import SelfAffine, self_affine
 

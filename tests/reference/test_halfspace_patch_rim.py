@@ -7,7 +7,7 @@ import pytest
 
 from reference.contact.press import press
 from reference.halfspace import FreeOperator, areas
-from reference.halfspace.contact_line import located_area, on_whole_patch, reaches_rim
+from reference.halfspace.areas import located_area, on_whole_patch, reaches_rim
 from reference.loads import Load
 
 # k/(E* side) of a flat square face.

@@ -153,22 +153,6 @@ def test_white_noise_on_needle_shaped_cells_converges_or_says_why(kernel, load):
         assert outcome.violation <= 1e-8
 
 
-def test_one_cell_in_contact_carries_the_own_cell_stiffness_at_any_force():
-    """Forces down to 1e-12 of that of the full map touch one cell, F/d = pi E* dx/(4 ln(1+sqrt2)).
-
-    The next highest cell is a finite way below the peak, so the smallest forces see one cell.
-    """
-    height = rough(64, "white", 0.1, 2)
-    operator = FreeOperator((64, 64), (1 / 64, 1 / 64), MODULUS)
-    gap = height.max() - height
-    stiffness = np.pi * MODULUS / 64 / (4 * np.log(1 + np.sqrt(2)))
-    for share in (1e-12, 1e-9, 1e-6):
-        force = share * full_contact_force(height, operator.spacing)
-        contact = press(operator, gap, Load("force", force))
-        assert contact.mask.sum() == 1
-        assert contact.penetration == pytest.approx(force / stiffness, rel=1e-12)
-
-
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])
 def test_full_contact_comes_at_once(kernel):
     """From the closing pressure on the answer is linear: no iteration but the check."""

@@ -12,7 +12,7 @@ from reference.elasticity import Material
 from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
 from reference.fem.grid_body import FreeBody, PeriodicBody, sweep
-from reference.halfspace import FreeOperator, PeriodicOperator, kernels
+from reference.halfspace import kernels
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
 from reference.layered.layered_grid import cell_coefficients, cell_modes
 from reference.layered.stack import plane_modulus
@@ -90,24 +90,6 @@ def test_layers_of_one_material_are_a_half_space(nu):
     np.testing.assert_allclose(stack.compliance(waves), exact, rtol=1e-13)
 
 
-def test_coating_is_its_own_half_space_to_short_waves_and_the_base_to_long_ones():
-    hard, soft = Material(100.0, 0.2), Material(1.0, 0.4)
-    stack = Stack([1.0], [hard], soft)
-    # the plate's bending, E h^3 q^3/E*, is a millionth of the base's stiffness at q h = 1e-3
-    assert stack.modulus(1e-4) == pytest.approx(plane_modulus(soft), rel=2e-2)
-    assert stack.modulus(1e-7) == pytest.approx(plane_modulus(soft), rel=2e-5)
-    assert stack.modulus(30.0) == pytest.approx(plane_modulus(hard), rel=1e-13)
-
-
-def test_thin_layers_are_springs_and_rubber_is_squeezed():
-    """At q h = 1e-3 C = h (1 - 2 nu)(1 + nu)/(E (1 - nu)), and h^3 q^2/E for rubber."""
-    layer = Stack([1e-3], [STEEL])
-    assert layer.compliance(1.0) == pytest.approx(layer.squeezed, rel=1e-5)
-    rubber = Stack([1e-3], [Material(1.0, 0.5)])
-    assert rubber.compliance(1.0) == pytest.approx(1e-9, rel=1e-5)
-    assert rubber.squeezed == 0.0
-
-
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize("contrast", [0.1, 1.0, 10.0])
 def test_elements_give_the_same_layers(nu, contrast):
@@ -180,18 +162,6 @@ def test_modes_of_cells_are_those_of_the_half_space(spacing):
     plain = kernels.periodic((24, 16), spacing, plane_modulus(STEEL), "cells")
     layered = cell_modes(Stack([0.3], [STEEL], STEEL), (24, 16), spacing)
     np.testing.assert_allclose(layered, plain, rtol=1e-10)
-
-
-def test_operators_of_one_material_are_those_of_the_half_space():
-    rng = np.random.default_rng(1)
-    pressure = rng.random((20, 24))
-    stack = Stack([0.2], [STEEL], STEEL)
-    grid = (20, 24), (0.1, 0.1)
-    for layered, plain in (
-        (LayeredFree(*grid, stack), FreeOperator(*grid, plane_modulus(STEEL))),
-        (LayeredPeriodic(*grid, stack), PeriodicOperator(*grid, plane_modulus(STEEL))),
-    ):
-        np.testing.assert_allclose(layered.apply(pressure), plain.apply(pressure), rtol=1e-9)
 
 
 # --- contacts --------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference.halfspace.neighbours import array_force, pair_force
+from reference.halfspace.punches import array_force, pair_force
 
 
 @pytest.mark.parametrize("distance", [6.0, 20.0, 60.0])
@@ -20,12 +20,6 @@ def test_the_interaction_does_not_need_a_fine_edge():
     """With the radius of its own stiffness the staircase cancels: 0.2 % from 4 to 16 cells."""
     coarse, fine = (1 / pair_force(4.0, cells) - 1 for cells in (4, 16))
     assert coarse == pytest.approx(fine, rel=2e-3)
-
-
-def test_two_punches_nearly_touching_carry_less_than_one_of_twice_the_area():
-    """Bounds: more than one punch alone, less than two; and below the disc around both."""
-    both = 2 * pair_force(2.05, 8)
-    assert 1 < both < 2 * 0.85
 
 
 def test_an_array_tends_to_the_punch_of_its_own_area():

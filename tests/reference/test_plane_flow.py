@@ -49,16 +49,6 @@ def test_what_two_crossed_waves_take_is_the_second_order_up_to_the_fourth():
     assert np.divide(*errors) == pytest.approx(16, rel=0.06)
 
 
-@pytest.mark.parametrize("along", [0.0, 1.0])
-def test_the_second_order_of_stripes_is_that_of_their_closed_form(along):
-    roughness = 0.01
-    stripes = 1 + np.sqrt(2) * roughness * wave(64)[:, None] * np.ones(3)
-    flow = plane_flow(stripes if along else stripes.T)
-    stated = formulas.second_order_factors(roughness, along)
-    # of fourth order: some ten times 1e-8
-    assert (flow.pressure_factor, flow.shear_factor) == pytest.approx(stated, abs=1e-6)
-
-
 def test_round_spots_of_contact_let_through_what_rayleigh_found():
     """A square array of closed discs in an even gap (1892); staircases are of first order."""
     errors = []

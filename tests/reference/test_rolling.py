@@ -12,12 +12,18 @@ from reference.errors import ConvergenceError
 from reference.fem import Material
 from reference.fem.columns import Layers, tensor
 from reference.fem.grid_body import ShearBody
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load, LoadPath
-from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
-from reference.rolling.creep_theories import EllipticContact, fastsim, kalker, linear
+from reference.rolling.creep_theories import (
+    CreepCoefficients,
+    EllipticContact,
+    creep_coefficients,
+    fastsim,
+    kalker,
+    linear,
+    on_grid,
+)
 from reference.rolling.roll import Creep, Upstream, pressed, roll, roll_on, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
 
@@ -256,18 +262,6 @@ def test_coulombs_law_holds_on_every_cell():
     assert np.abs(across[sliding]).max() < 1e-6 * along.max()
 
 
-def test_halves_of_a_grid_are_the_whole():
-    """With a roller off the middle of its grid all cells are solved, else one half."""
-    whole = ball(6, nu=0.25)
-    off = np.pad(whole.gap, ((0, 0), (0, 1)), constant_values=np.inf)
-    body = NormalAndTangential(off.shape, whole.body.spacing, whole.body.compliance)
-    aside = FrictionalPress(body, off, whole.friction, False)
-    for creep in (Creep(0.1), Creep(0.0, 0.1)):
-        (one,) = roll(whole, Load("force", 3.0), [creep])
-        (other,) = roll(aside, Load("force", 3.0), [creep])
-        assert_allclose(other.traction[:, :, :-1], one.traction, atol=1e-8)
-
-
 def test_loss_approaches_the_work_of_the_creep():
     """What the creep does is lost by slip: the elastic tractions do no work as they travel."""
     losses = []
@@ -303,19 +297,6 @@ def test_extreme_friction_and_creep_are_solved(friction, creep):
     assert step.error < 1e-8
 
 
-def test_one_cell_per_radius_is_solved():
-    (step,) = roll(ball(1), Load("force", 3.0), [Creep(0.1)])
-    assert 0 < step.tangential_force <= 0.3 * step.force
-
-
-def test_slow_creep_has_the_slope_of_the_coefficients():
-    """C11 2 G a b: by counted cells, 12 on a radius (first order: 4 %)."""
-    press = ball(12, friction=10.0)
-    (step,) = roll(press, Load("force", hertz_force(0.5)), [Creep(1e-4)])
-    area = (step.pressure > 0).sum() * press.body.cell_area / np.pi
-    assert_allclose(step.tangential_force / (2e-4 * area), 5.20, rtol=0.04)
-
-
 def test_contact_at_the_leading_edge_of_the_grid_is_refused():
     with pytest.raises(ConvergenceError, match="leading edge"):
         list(roll(ball(6, ahead=0), Load("force", 20.0), [Creep(0.1)]))
@@ -343,12 +324,6 @@ def test_fastsim_errs_by_some_percent():
         fastsim(contact, c).tangential_force / contact.limit / t - 1 for c, t in exact.items()
     ]
     assert all(-0.06 < error < -0.025 for error in errors)
-
-
-def test_linear_theory_knows_no_friction():
-    contact = EllipticContact((1.0, 2.0), 1.0, 0.0, 1e-3)
-    rolled = linear(contact, 0.1, 0.2)
-    assert_allclose((rolled.tangential_force, rolled.lateral_force), (4 * 0.288, 4 * 0.576))
 
 
 @pytest.mark.parametrize("cells", [1, 7, 40])

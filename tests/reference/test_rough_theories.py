@@ -5,8 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from reference.closed_form.asperities import BushGibsonThomas, Moments, greenwood_williamson
-from reference.closed_form.persson import Persson, PerssonXu, persson_area
+from reference.closed_form.rough_theories import (
+    BushGibsonThomas,
+    Moments,
+    Persson,
+    PerssonXu,
+    greenwood_williamson,
+    persson_area,
+)
 
 
 def self_affine(points=400):

@@ -119,15 +119,6 @@ def test_what_asks_for_nothing_carries_nothing():
         assert not answer.sliding.any()
 
 
-def test_infinite_bounds_stick():
-    rng = np.random.default_rng(1)
-    body, target = random_body(rng, 6, 0.05), rng.standard_normal((2, 6))
-    answer = slide(body, np.full(6, np.inf), target, tolerance=1e-12)
-    exact = np.linalg.solve(body.matrix, target.ravel()).reshape(2, 6)
-    assert np.abs(answer.traction - exact).max() < 1e-10 * np.abs(exact).max()
-    assert not answer.sliding.any()
-
-
 def test_a_body_without_resistance_to_a_common_force_slides():
     """As a periodic grid in full contact, whose mean displacement is zero."""
     mean = np.full((5, 5), 1 / 5)

@@ -14,10 +14,9 @@ from reference.errors import ConvergenceError
 from reference.halfspace import kernels as elastic
 from reference.halfspace.operators import FreeOperator
 from reference.loads import Load
-from reference.sliding.rubber import slide_on_rubber
-from reference.sliding.studies import GridStudy, paraboloid
-from reference.sliding.travelling import Travelling, TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber
+from reference.viscoelastic.travelling import Travelling, TravellingPlane
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 KELVIN = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)  # E* = 1, tau = 1
@@ -49,15 +48,6 @@ def test_travelling_kernel_is_the_average_of_what_lies_ahead(reach, place):
     weights = np.pi / 4 * (high - low) * WEIGHTS * np.cos(np.pi / 2 * NODES)
     exact = (weights * np.exp(-s / reach) / reach * elastic.love(i + s, j, (1.0, 1.0), 1.0)).sum()
     assert_allclose(table[9 + i, j], exact, rtol=5e-8)
-
-
-def test_fast_and_slow_sliding_feel_the_moduli_of_the_ends():
-    """At rest E* = 4 G_0, fast E* = 4 (G_0 + G_1)."""
-    love = elastic.love(np.arange(-5, 6)[:, None], np.arange(4)[None, :], (1.0, 1.0), 1.0)
-    slow = Travelling((6, 4), (1.0, 1.0), ZENER, 1e-8).coefficients()
-    fast = Travelling((6, 4), (1.0, 1.0), ZENER, 1e10).coefficients()
-    assert_allclose(slow, love, rtol=1e-6)
-    assert_allclose(fast, love / 11, rtol=1e-6)
 
 
 def test_free_kernel_is_the_transform_of_the_complex_modulus():
@@ -105,19 +95,6 @@ def test_pressures_and_clearances_are_not_negative(material, periodic):
     if not periodic:
         again = slide_on_rubber(operator, gap, Load("penetration", contact.penetration))
         assert_allclose(again.pressure, contact.pressure, atol=1e-9 * contact.pressure.max())
-
-
-def test_force_and_depth_control_agree_on_the_periodic_half_space():
-    rng = np.random.default_rng(1)
-    height = np.fft.irfft2(
-        np.fft.rfft2(rng.normal(size=(24, 24))) * np.exp(-np.arange(13)), (24, 24)
-    )
-    operator = Travelling((24, 24), (1 / 24,) * 2, ZENER, 0.5, periodic=True)
-    by_force = slide_on_rubber(operator, height.max() - height, Load("force", 0.5))
-    by_depth = slide_on_rubber(
-        operator, height.max() - height, Load("penetration", by_force.penetration)
-    )
-    assert_allclose(by_depth.force, 0.5, rtol=1e-8)
 
 
 def test_the_fft_solver_at_rest_is_the_limit_of_slow_sliding():
@@ -296,13 +273,6 @@ def test_cylinder_on_kelvin_and_voigts_solid():
     strips = TravellingPlane(72, 1 / 24, KELVIN, 0.3)
     contact = slide_on_rubber(strips, x**2 / 200, Load("force", cylinder.force), slope=x / 100)
     assert_allclose(contact.friction_coefficient, cylinder.resistance, rtol=1e-3)
-
-
-@pytest.mark.parametrize("glassy", [2.0, 11.0, np.inf])
-def test_slow_rolling_loses_what_the_viscosity_loses(glassy):
-    """The coefficient is l J1/((J0 + J1) R), of first order in the speed."""
-    cylinder = RubberCylinder(1.0, 100.0, 1e-4, 0.25, glassy)
-    assert_allclose(cylinder.resistance, 1e-6 * (1 - 1 / glassy), rtol=1e-3)
 
 
 def test_a_solid_without_delay_has_no_closed_form_here():

@@ -43,14 +43,6 @@ def test_every_realisation_has_exactly_the_prescribed_slope(points, hurst, seed,
     assert surfaces.rms_gradient_spectral(height, spacing) == pytest.approx(0.2, rel=1e-12)
 
 
-def test_rms_height_is_that_of_the_points():
-    """Parseval: sum B^2 = <h^2> over the grid."""
-    height = surfaces.self_affine(
-        48, 2.0, surfaces.SelfAffine(power=3.2, rms_height=0.7), seed=3, realisation=4
-    )
-    assert np.sqrt(np.mean(height**2)) == pytest.approx(0.7, rel=1e-12)
-
-
 @pytest.mark.parametrize("points", [(32, 32), (33, 32), (32, 27)])
 def test_spectrum_follows_the_power_law_between_circular_cutoffs(points):
     """C2D ~ B^2 ~ q^(-2(1+H)) up to the cutoff circle, constant above the roll-off wavelength."""
@@ -67,14 +59,6 @@ def test_spectrum_follows_the_power_law_between_circular_cutoffs(points):
     np.testing.assert_allclose(amplitude[~inside], 0, atol=1e-16)
     law = np.maximum(q[inside], 2 * np.pi / 0.25) ** -1.7
     np.testing.assert_allclose(amplitude[inside] / law, (amplitude[inside] / law)[0], rtol=1e-9)
-
-
-def test_power_is_the_exponent_of_the_two_dimensional_spectrum():
-    """The exponent `power` is 2 (1 + H)."""
-    draw = {"seed": 1, "realisation": 2}
-    by_hurst = surfaces.self_affine(16, 1.0, surfaces.SelfAffine(hurst=0.3, rms_slope=0.1), **draw)
-    by_power = surfaces.self_affine(16, 1.0, surfaces.SelfAffine(power=2.6, rms_slope=0.1), **draw)
-    np.testing.assert_allclose(by_hurst, by_power, rtol=1e-12)
 
 
 def test_self_conjugate_modes_are_zero_even_when_the_cutoff_lets_them_in():
@@ -167,12 +151,6 @@ def test_refinement_keeps_the_points_and_the_slope(points, factor):
         for h in (height, fine)
     ]
     assert slopes[1] == pytest.approx(slopes[0], rel=1e-12)
-
-
-def test_refinement_keeps_points_of_any_map():
-    """Also with Nyquist content, which is split evenly."""
-    height = np.random.default_rng(8).standard_normal((6, 10))
-    np.testing.assert_allclose(surfaces.refine(height, 4)[::4, ::4], height, atol=1e-14)
 
 
 @pytest.mark.parametrize("factor", [2, 3, 4])

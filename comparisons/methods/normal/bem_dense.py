@@ -22,7 +22,7 @@ from comparisons.tasks.task import Task
 from reference.contact.pivot import CELL_LIMIT
 from reference.contact.press import Contact, started_from, sweep
 from reference.halfspace import FreeOperator
-from reference.halfspace.edge_cells import respond_dense
+from reference.halfspace.punches import respond_dense
 from reference.loads import Load
 
 # Later loads start from the contact of the last one: of the cells that overlap beside the contact,

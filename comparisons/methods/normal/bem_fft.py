@@ -21,7 +21,7 @@ from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
 from reference.contact.press import Contact, sweep
 from reference.halfspace import FreeOperator, PeriodicOperator
-from reference.halfspace.edge_cells import respond
+from reference.halfspace.punches import respond
 from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 

@@ -17,8 +17,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference import closed_form as closed_forms
 from reference.layered import RoundContact, Stack
-from reference.layered.graded import GradedContact, face_stiffness, line_factor
-from reference.layered.round_contact import RoundStep
+from reference.layered.round_contact import GradedContact, RoundStep, face_stiffness, line_factor
 
 # The pressure is exact at each point; their number only sets how smooth a plot is.
 POINTS = 200

@@ -22,7 +22,7 @@ from reference.contact.body import ElasticBody
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact
 from reference.halfspace import areas as area_measures
-from reference.halfspace.contact_line import located_area, on_whole_patch, reaches_rim
+from reference.halfspace.areas import located_area, on_whole_patch, reaches_rim
 
 # Blocks a side of a stored field; fields of up to MOST_POINTS cells are stored as they are.
 SIDE = 512

@@ -17,7 +17,7 @@ from comparisons.tasks.shown_loads import grid_pressure
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
 from reference.halfspace import FreeOperator
-from reference.halfspace.edge_cells import (
+from reference.halfspace.punches import (
     EDGE_OFFSET,
     EDGE_SCATTER,
     SMOOTH_SCATTER,

@@ -14,14 +14,14 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.distributions import edges, wanted
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reference.closed_form.asperities import (
+from reference.closed_form.rough_theories import (
     BushGibsonThomas,
     GreenwoodWilliamson,
     Moments,
     greenwood_williamson,
 )
-from reference.closed_form.persson import Persson as PerssonTheory
-from reference.closed_form.persson import PerssonXu as XuTheory
+from reference.closed_form.rough_theories import Persson as PerssonTheory
+from reference.closed_form.rough_theories import PerssonXu as XuTheory
 
 
 class RoughTheory(Solver[RoughGeometry]):

@@ -23,7 +23,7 @@ from reduced.loads import LoadPath
 from reduced.plasticity import Yielding, walk
 from reference import loads as reference_loads
 from reference.contact.body import ElasticBody
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.plastic import capped
 
 

@@ -24,8 +24,7 @@ from reduced.springs.line import Springs
 from reference.closed_form import elliptic_punch
 from reference.closed_form.adhesive import MaugisForm, strength_of
 from reference.halfspace import FreeOperator, areas
-from reference.halfspace.cohesive import CohesiveProblem, dugdale, exponential
-from reference.halfspace.cohesive_path import Ending, trace
+from reference.halfspace.cohesive import CohesiveProblem, Ending, dugdale, exponential, trace
 
 # Cells across the zone, and cells per radius of the disc of equal area.
 _ZONE = 6

@@ -23,13 +23,14 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from reference.closed_form.asperities import (
+from reference.closed_form.rough_theories import (
     BushGibsonThomas,
     GreenwoodWilliamson,
     Moments,
+    Persson,
+    PerssonXu,
     greenwood_williamson,
 )
-from reference.closed_form.persson import Persson, PerssonXu
 from reference.surfaces import SelfAffine, amplitude_spectrum, summits
 
 QUANTITIES = ("contact_area", "mean_gap", "stiffness")

@@ -23,9 +23,8 @@ from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
 from reference.contact.press import press
 from reference.contact.slide import slide
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load, LoadPath
 
 Array = np.ndarray

@@ -21,7 +21,7 @@ from comparisons.questions.experiments.experiment import (
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.solving.shared import shared
 from reduced.rough import ensemble, surface_spectrum
-from reference.closed_form.asperities import line_peaks, surface_peaks
+from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.surfaces import hessian, summits
 
 MOMENTS = (

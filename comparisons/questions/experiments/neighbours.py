@@ -10,7 +10,7 @@ import numpy as np
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.questions.experiments.experiment import Above, Finding, experiment
 from reference.closed_form.infinite import TransverselyIsotropic
-from reference.halfspace.neighbours import array_force, pair_force
+from reference.halfspace.punches import array_force, pair_force
 
 
 @experiment(

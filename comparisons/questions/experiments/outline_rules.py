@@ -30,7 +30,7 @@ from reference.bounds.homogeneous import Pyramid
 from reference.closed_form import ellipsoid
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 
 # S = 2 beta E* (A/pi)^(1/2): King (Int. J. Solids Struct. 23 (1987) 1657), Hendrix (J. Appl. Phys.

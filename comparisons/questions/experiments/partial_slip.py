@@ -16,9 +16,8 @@ from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, power_law
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 
 EXACT = 1e-12
 # Incompressible: normal and tangential tractions are uncoupled. E* = R = 1.

@@ -18,7 +18,7 @@ from comparisons.solving.shared import shared
 from reference import surfaces
 from reference.contact.press import sweep
 from reference.halfspace import PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 
 Array = np.ndarray

@@ -31,16 +31,14 @@ from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.contact import slide as stick_slip
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalGrid
-from reference.halfspace.traction import NormalAndTangential
-from reference.rolling.coefficients import CreepCoefficients, creep_coefficients, on_grid
-from reference.rolling.creep_theories import kalker
+from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.rolling.creep_theories import CreepCoefficients, creep_coefficients, kalker, on_grid
 from reference.rolling.roll import Creep, Upstream, pressed, roll_on, steady
 from reference.rolling.strip import PlaneElements, PlaneSurface, hertz, moving_compliance
-from reference.sliding.rubber import SlidingContact, slide_on_rubber
-from reference.sliding.travelling import TravellingPlane
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import SlidingContact, slide_on_rubber
+from reference.viscoelastic.travelling import TravellingPlane
 
 _FRICTION = 0.3
 _COEFFICIENTS = ("C11", "C22", "C23", "C33")

@@ -22,8 +22,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from reference.closed_form.asperities import bush_gibson_thomas_area
-from reference.closed_form.persson import persson_area
+from reference.closed_form.rough_theories import bush_gibson_thomas_area, persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 # Lines per surface and smallest number of lines; lines are cheap, so surfaces should limit the bar.

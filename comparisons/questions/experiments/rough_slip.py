@@ -18,9 +18,8 @@ from reduced.friction.slide import Friction, slide_lines, tangential_modulus
 from reduced.loads import Load, LoadPath
 from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 
 # nu = 1/2: normal and tangential tractions are uncoupled, and the displacement is proportional to
 # mu. E* = A0 = h' = 1.

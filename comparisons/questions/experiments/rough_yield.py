@@ -26,7 +26,7 @@ from reduced.loads import Load
 from reduced.rough import ensemble, regions
 from reference.elasticity import Material
 from reference.halfspace import PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.layered import Stack
 from reference.layered.stresses import inside
 from reference.loads import LoadPath

@@ -30,8 +30,8 @@ from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import PrintedSliding, slide_as_printed
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
-from reference.sliding.studies import paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.rubber import paraboloid
 
 # Lines of length 1 with 32 or more points to the shortest of their 16 waves; loads with a tenth in
 # contact.

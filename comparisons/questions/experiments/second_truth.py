@@ -19,7 +19,7 @@ from reference.fem import Material
 from reference.fem.columns import Element
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 
 Array = NDArray[np.float64]

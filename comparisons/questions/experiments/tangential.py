@@ -21,9 +21,8 @@ from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
 from reference.contact.press import press
 from reference.halfspace import areas
-from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import tangential_stiffness
-from reference.halfspace.traction import NormalAndTangential
+from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine, subdivide
 

@@ -14,7 +14,7 @@ from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.contact.press import press
 from reference.halfspace import PeriodicOperator
-from reference.halfspace.contact_line import located_area
+from reference.halfspace.areas import located_area
 from reference.loads import Load
 
 SIDE, MODULUS, FORCES = 640e-9, 100e9, (1e-6, 1e-5)

@@ -13,7 +13,7 @@ from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
-from reference.halfspace.edge_cells import EDGE_OFFSET
+from reference.halfspace.punches import EDGE_OFFSET
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
 CONSTANTS = {"threads": 1, "machine": "box"}

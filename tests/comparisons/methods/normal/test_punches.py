@@ -18,7 +18,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.halfspace import FreeOperator
-from reference.halfspace.edge_cells import EDGE_OFFSET, SMOOTH_SCATTER, respond
+from reference.halfspace.punches import EDGE_OFFSET, SMOOTH_SCATTER, respond
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
 ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]

@@ -12,8 +12,8 @@ from comparisons.questions.experiments import EXPERIMENTS, outline_rules
 from comparisons.questions.experiments.asperities import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from reference.closed_form import paraboloid
-from reference.closed_form.asperities import GreenwoodWilliamson
 from reference.closed_form.partial_slip import Torsion
+from reference.closed_form.rough_theories import GreenwoodWilliamson
 
 
 def measure(name, value=None, **parameters):

@@ -15,6 +15,7 @@ few cells change, the old factor is a preconditioner with which a few products s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,13 +24,15 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from reference.arguments import refuse
+from reference.arguments import positive_faults, refuse
 from reference.contact.pivot import Pivoted, pivot
 from reference.errors import ConvergenceError
 from reference.loads import Load
-from reference.sliding.travelling import Travelling
+from reference.viscoelastic.materials import GeneralisedMaxwell
+from reference.viscoelastic.travelling import Travelling
 
 Array = NDArray[np.float64]
+
 Mask = NDArray[np.bool_]
 
 LIMIT = 9000
@@ -44,34 +47,19 @@ _PRECISION = 1e-13
 
 @dataclass(frozen=True)
 class SlidingContact:
-    """Steady sliding along +x.
+    """Steady sliding along +x."""
 
-    Attributes
-    ----------
-    penetration, force : float
-        d and F = sum of pressure times cell area.
-    tangential_force : float
-        F_x = sum p dg/dx dA, against the motion.
-    pressure : ndarray, shape (nx, ny)
-        Cell values, not negative.
-    rounds : int
-        Number of contact sets.
-    violation : float
-        Largest overlap outside the contact, or clearance in it, relative to the penetration;
-        evaluated independently by FFT.
-    history : list of int
-        Number of wrong cells by round.
-    operator : Travelling
-    """
-
+    # d and F = sum of pressure times cell area
     penetration: float
     force: float
-    tangential_force: float
-    pressure: Array
-    rounds: int
+    tangential_force: float  # F_x = sum p dg/dx dA, against the motion
+    pressure: Array  # (nx, ny): cell values, not negative
+    rounds: int  # number of contact sets
+    # largest overlap outside the contact, or clearance in it, relative to the penetration;
+    # evaluated independently by FFT
     violation: float
     operator: Travelling = field(repr=False)
-    history: list[int] = field(default_factory=list, repr=False)
+    history: list[int] = field(default_factory=list, repr=False)  # number of wrong cells by round
 
     @property
     def friction_coefficient(self) -> float:
@@ -100,28 +88,11 @@ def slide_on_rubber(
 ) -> SlidingContact:
     """Return the steady sliding of a rigid shape along +x on a viscoelastic half-space.
 
-    Parameters
-    ----------
-    operator : Travelling
-        Half-space, grid and speed.
-    gap : array_like, shape (nx, ny)
-        Initial gap g >= 0 of the rigid shape. On the free half-space the grid must contain the
-        contact: displacements are positive, so there is no contact where g > d.
-    load : Load
-        Force or penetration, one value. On the periodic half-space the mean displacement is zero.
-    slope : array_like, shape (nx, ny), optional
-        dg/dx at the cell centres; default: central differences of the gap.
-    start : array_like of bool, shape (nx, ny), optional
-        Initial contact set; default: that of a grid of twice the spacing, recursively.
-    max_rounds : int
-        Limit of contact sets.
-
-    Raises
-    ------
-    ValueError
-        Lists all invalid arguments.
-    ConvergenceError
-        If no contact set converged, or the contact reaches the edge of a free grid.
+    On the free half-space the grid must contain the contact: displacements are positive, so
+    there is no contact where g > d. On the periodic one the mean displacement is zero. The load
+    is one force or penetration; `slope` is dg/dx at the cell centres, by default by central
+    differences; `start` is the initial contact set, by default that of a grid of twice the
+    spacing, recursively.
 
     Examples
     --------
@@ -329,3 +300,142 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
     start = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
     loaded = cells.on_grid(_settled(cells, start, load, max_rounds).pressures) > 0
     return loaded.repeat(2, axis=0).repeat(2, axis=1)
+
+
+_COARSE = 24  # cells across the window on which a depth is determined from a force
+_SECANTS = 30
+
+
+@dataclass(frozen=True)
+class GridStudy:
+    """One quantity on three grids with successively halved spacing."""
+
+    values: Array  # (3,): values from coarse to fine
+    # extrapolated value with the observed order, limited to [1, 2]; the finest value if the changes
+    # have different signs
+    estimate: float
+    # change from the second grid to the third, or half of the previous change if larger: an upper
+    # bound of the remaining error at order 1, the lowest order at contact edges
+    uncertainty: float
+
+    @classmethod
+    def of(cls, values: list[float]) -> GridStudy:
+        """Return the study of three values."""
+        coarse, middle, fine = values
+        first, second = middle - coarse, fine - middle
+        bar = max(abs(second), abs(first) / 2)
+        if first * second <= 0:
+            return cls(np.array(values), fine, bar)
+        ratio = min(max(first / second, 2.0), 4.0)  # 2^order
+        return cls(np.array(values), fine + second / (ratio - 1), bar)
+
+
+@dataclass(frozen=True)
+class SlidingParaboloid:
+    """A paraboloid sliding steadily."""
+
+    # the prescribed quantity is constant
+    penetration: GridStudy
+    force: GridStudy
+    friction_coefficient: GridStudy
+    contacts: list[SlidingContact]  # contacts on the three grids
+
+
+def paraboloid(
+    radius: float,
+    material: GeneralisedMaxwell,
+    speed: float,
+    load: Load,
+    cells: int = 96,
+) -> SlidingParaboloid:
+    """Return the sliding of a rigid paraboloid f = r^2/(2R) on a viscoelastic half-space, nu = 1/2.
+
+    The grid is a square around |x|, |y| <= sqrt(2 R d), which contains the contact. If the
+    relaxation length v tau is below a cell, friction is of the order of the grid's error; the exact
+    limit is mu = (eta/G) v/R, eta = sum G_i tau_i, G relaxed (half of that of the reduced model,
+    which counts slopes in all directions).
+
+    `cells` is the number across the window of the finest of three grids, a multiple of 16.
+    """
+    if cells < 48 or cells % 16:
+        raise ValueError(f"cells must be a multiple of 16, at least 48, not {cells!r}")
+    refuse(positive_faults(radius=radius))
+
+    def gap(x: Array, y: Array) -> Array:
+        return (x**2 + y**2) / (2 * radius)
+
+    def reach(depth: float) -> tuple[float, float]:
+        return (float(np.sqrt(2 * radius * depth)),) * 2
+
+    depth = window_depth(gap, reach, material, speed, load)
+    contacts = [
+        slide_shape(gap, reach(depth), material, speed, count, load)
+        for count in (cells // 4, cells // 2, cells)
+    ]
+    depth_study, force_study, friction_study = (
+        GridStudy.of([getattr(contact, name) for contact in contacts])
+        for name in ("penetration", "force", "friction_coefficient")
+    )
+    return SlidingParaboloid(depth_study, force_study, friction_study, contacts)
+
+
+def slide_shape(
+    gap: Callable[[Array, Array], Array],
+    window: tuple[float, float],
+    material: GeneralisedMaxwell,
+    speed: float,
+    cells: int,
+    load: Load,
+) -> SlidingContact:
+    """Return the sliding of a shape on square cells around the origin, with slopes over a cell.
+
+    `window` has half-widths that contain the contact; so many cells lie across its wider side,
+    and up to 8 more than needed across the other one.
+    """
+    step = 2 * max(window) / cells
+    shape = [8 * max(1, int(np.ceil(half / (4 * step) - 1e-9))) for half in window]
+    rows, columns = (np.asarray((np.arange(n) - (n - 1) / 2) * step, float) for n in shape)
+    x, y = rows[:, None], columns[None, :]
+    slope = (gap(x + step / 2, y) - gap(x - step / 2, y)) / step
+    operator = Travelling((shape[0], shape[1]), (step, step), material, speed)
+    return slide_on_rubber(operator, gap(x, y), load, slope=slope)
+
+
+def window_depth(
+    gap: Callable[[Array, Array], Array],
+    reach: Callable[[float], tuple[float, float]],
+    material: GeneralisedMaxwell,
+    speed: float,
+    load: Load,
+) -> float:
+    """Return a depth whose overlap contains the contact: the penetration, or 5 % above the need.
+
+    The depth of a force is computed on a coarse grid, by secant steps in logarithms.
+    """
+    force = load.single()
+    if load.one_of("force", "penetration") == "penetration":
+        return force
+
+    def excess(depth: float) -> float:
+        contact = slide_shape(
+            gap, reach(depth), material, speed, _COARSE, Load("penetration", depth)
+        )
+        return float(np.log(contact.force / force))
+
+    # a disc of E* under the force: 2 E* a d, with the overlap's own width for a
+    depth = 1.0
+    for _ in range(_SECANTS):
+        depth = force / (8 * material.equilibrium_modulus * max(reach(depth)))
+    history: list[float] = []
+    exponent, before = 1.5, None
+    for _ in range(_SECANTS):
+        ratio = excess(depth)
+        history.append(abs(ratio))
+        if history[-1] < 0.01:
+            return 1.05 * depth
+        if before is not None and ratio != before[1]:
+            slope = (ratio - before[1]) / float(np.log(depth / before[0]))
+            exponent = min(max(slope, 0.5), 3.0)
+        before = depth, ratio
+        depth *= float(np.exp(-ratio / exponent))
+    raise ConvergenceError("no depth of the shape carries the force", history)

@@ -14,10 +14,9 @@ from scipy.special import ellipk
 
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.edge_cells import (
+from reference.halfspace.punches import (
     EDGE_COMPLIANCE,
     EDGE_OFFSET,
-    extra_compliance,
     respond,
     respond_dense,
 )
@@ -91,15 +90,6 @@ def test_discs_and_ellipses_converge_to_their_closed_form(aspect):
         np.testing.assert_allclose(values, exact, rtol=5e-4 * (16 / cells) / aspect)
 
 
-def test_the_error_without_the_offset_is_of_first_order():
-    """The offset is worth 17 % dx/a: a disc whose edge is where it says is too soft by that."""
-    errors = []
-    for cells in (8, 16, 32):
-        short = stiffness(disc_fractions(cells - EDGE_OFFSET, (0.2, 0.1)))
-        errors.append(1 - short / (2 * cells))
-    assert np.array(errors) * [8, 16, 32] == pytest.approx(EDGE_OFFSET, rel=0.03)
-
-
 def test_aligned_squares_agree_wherever_the_grid_lies():
     """Phi from nearly 0 to 1 at their edges; k = pi 0.36679 E* L.
 
@@ -154,11 +144,6 @@ def test_powers_of_two_change_no_digit(solver):
     there = solver(FreeOperator(fraction.shape, (2.0**-30, 2.0**-30), 2.0**37), fraction)
     assert there.stiffness == 2.0**7 * here.stiffness
     assert (there.pressure == 2.0**67 * here.pressure).all()
-
-
-def test_extra_compliance_of_a_sliver_is_large_and_that_of_a_whole_cell_none():
-    result = extra_compliance([1.0, 0.5, 1e-3], 2.0, 4.0)
-    assert result.tolist() == pytest.approx([0.0, 0.5 * EDGE_COMPLIANCE, 499.5 * EDGE_COMPLIANCE])
 
 
 def test_what_is_no_face_is_refused_with_all_faults():

@@ -1,4 +1,4 @@
-"""Flat punches whose outline cuts through cells: area fractions and one extra compliance.
+"""Flat faces: outlines that cut through cells, and punches beside each other.
 
 With whole cells, an oblique or curved outline is a staircase: the face gains and loses cells, and
 the stiffness jumps. Here every cell with a fraction phi of its area under the face carries a
@@ -10,7 +10,7 @@ p_i the force on the cell over the whole area of the cell. The law of the extra 
 fit: for a straight edge along the grid and c = 1.7243 the face acts, at every phi, as one whose
 edge is 0.17465 dx inside the true one, as whole cells do for a face that ends between two cells
 (phi = 1). Both numbers are limits of wide strips (2-D, Toeplitz matrices of 50 to 1600 cells;
-`tests/reference/test_halfspace_edge_cells.py` verifies them). Because the edge is displaced by the
+`tests/reference/test_halfspace_punches.py` verifies them). Because the edge is displaced by the
 same fraction of a cell everywhere, the caller moves it outwards by that fraction (`EDGE_OFFSET` dx)
 before computing areas, which removes the first-order error, -17 % dx/a of the stiffness.
 Differences for oblique edges and corners remain.
@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.arguments import refuse
+from reference.contact.body import ElasticBody
 from reference.contact.pivot import pairs
 from reference.errors import ConvergenceError
 from reference.halfspace import kernels
@@ -54,23 +55,12 @@ _LEAST = 1e-9
 
 @dataclass(frozen=True)
 class FaceResponse:
-    """Response of the half-space to a flat face at unit penetration.
+    """Response of the half-space to a flat face at unit penetration."""
 
-    Attributes
-    ----------
-    pressure : ndarray, shape (nx, ny)
-        Force on the cells over the cell area, per unit of penetration.
-    stiffness : float
-        Integral of the pressure, F/d.
-    iterations : int
-    residual : float
-        Largest error of the displacement, relative to the penetration.
-    """
-
-    pressure: Field
-    stiffness: float
+    pressure: Field  # (nx, ny): force on the cells over the cell area, per unit of penetration
+    stiffness: float  # integral of the pressure, F/d
     iterations: int
-    residual: float
+    residual: float  # largest error of the displacement, relative to the penetration
 
 
 def extra_compliance(fraction: ArrayLike, spacing: float, effective_modulus: float) -> Field:
@@ -82,6 +72,40 @@ def extra_compliance(fraction: ArrayLike, spacing: float, effective_modulus: flo
     return EDGE_COMPLIANCE * (spacing / effective_modulus) * (1 / np.asarray(fraction) - 1)
 
 
+def on_cells(
+    operator: ElasticBody,
+    mask: NDArray[np.bool_],
+    target: Field,
+    goal: float,
+    limit: int,
+    *,
+    start: Field | None = None,
+    extra: Field | float = 0.0,
+    scale: Field | float = 1.0,
+) -> tuple[Field, list[float]]:
+    """Return the pressures on the mask for which u + extra p is the target there, and residuals.
+
+    Conjugate gradients, preconditioned by `scale`, until the largest residual is below the goal or
+    the limit of iterations is reached.
+    """
+    pressure = np.zeros(mask.shape) if start is None else np.where(mask, start, 0.0)
+    moved = 0.0 if start is None else operator.apply(pressure) + extra * pressure
+    residual = np.where(mask, target - moved, 0.0)
+    direction = scaled = scale * residual
+    power = float((residual * scaled).sum())
+    history = [float(np.abs(residual).max())]
+    while history[-1] > goal and len(history) <= limit:
+        image = np.where(mask, operator.apply(direction) + extra * direction, 0.0)
+        length = power / float((direction * image).sum())
+        pressure = pressure + length * direction
+        residual = residual - length * image
+        history.append(float(np.abs(residual).max()))
+        scaled = scale * residual
+        before, power = power, float((residual * scaled).sum())
+        direction = scaled + power / before * direction
+    return pressure, history
+
+
 def respond(
     operator: FreeOperator,
     fraction: ArrayLike,
@@ -90,26 +114,8 @@ def respond(
 ) -> FaceResponse:
     """Return the response to a flat face at unit penetration, by conjugate gradients.
 
-    Parameters
-    ----------
-    operator : FreeOperator
-        Square cells.
-    fraction : array_like, shape (nx, ny)
-        Fraction phi of the cells under the face, 0 to 1.
-    tolerance : float
-        Largest relative error of the displacement.
-    max_iterations : int
-
-    Returns
-    -------
-    FaceResponse
-
-    Raises
-    ------
-    ValueError
-        If the cells are not square, the shapes differ, or fractions are not in [0, 1].
-    ConvergenceError
-        With the residuals, if the tolerance is not reached.
+    The operator has square cells, of which the fraction phi (nx, ny) lies under the face, 0 to
+    1. The tolerance is the largest relative error of the displacement.
 
     Examples
     --------
@@ -122,23 +128,9 @@ def respond(
     mask, extra = _covered(operator, fraction)
     cell_compliance = _UNIT_CELL * (operator.spacing[0] / operator.effective_modulus)
     scale = np.where(mask, 1 / (cell_compliance + extra), 0.0)
-    pressure = np.zeros(operator.shape)
-    residual = mask.astype(float)
-    direction = scaled = scale * residual
-    power = float((residual * scaled).sum())
-    history: list[float] = []
-    for _ in range(max_iterations):
-        # Outside the face the residual is meaningless; scale is 0 there.
-        image = np.where(mask, operator.apply(direction) + extra * direction, 0.0)
-        length = power / float((direction * image).sum())
-        pressure = pressure + length * direction
-        residual = residual - length * image
-        history.append(float(np.abs(residual).max()))
-        if history[-1] <= tolerance:
-            break
-        scaled = scale * residual
-        before, power = power, float((residual * scaled).sum())
-        direction = scaled + power / before * direction
+    pressure, (_, *history) = on_cells(
+        operator, mask, np.ones(mask.shape), tolerance, max_iterations, extra=extra, scale=scale
+    )
     response = _response(operator, mask, extra, pressure, len(history))
     if not response.residual <= 2 * tolerance:  # the residual of the recursion drifts
         message = f"a flat face stopped at a residual of {response.residual:.1e}"
@@ -149,7 +141,7 @@ def respond(
 def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
     """Return the response to a flat face at unit penetration, by a Cholesky factor of its cells.
 
-    Arguments and errors as for `respond`; the cost grows as the cube of the number of cells.
+    The cost grows as the cube of the number of cells.
 
     >>> K = FreeOperator((3, 3), (1.0, 1.0), 1.0)
     >>> face = [[0.2, 0.7, 0.0], [0.5, 1.0, 0.4], [0.0, 0.6, 0.1]]
@@ -197,3 +189,63 @@ def _covered(operator: FreeOperator, fraction: ArrayLike) -> tuple[NDArray[np.bo
     mask = fraction > _LEAST
     carrying = np.where(mask, fraction, 1.0)
     return mask, extra_compliance(carrying, operator.spacing[0], operator.effective_modulus)
+
+
+def pair_force(distance: float, cells: int) -> float:
+    """Return the force on one of two equal flat round punches over that of a single one.
+
+    At equal depth the pressures are mirror images, so one disc of square cells is solved, with the
+    coefficients (19.3) of its cells plus those of the other disc. Far apart the ratio is 1/(1 +
+    2a/(pi s)), with the other punch as a point force 2 E* a d. The radius follows from the
+    stiffness of the disc of cells, 2 E* a, not from its outline, so the staircase of the edge only
+    affects the shape of the pressure.
+
+    `distance` is s/a, centre distance over radius, more than 2; `cells` those per radius.
+
+    Examples
+    --------
+    >>> round(pair_force(20.0, 8), 3), round(1 / (1 + 2 / (np.pi * 20)), 3)
+    (0.969, 0.969)
+    """
+    if not (np.isfinite(distance) and distance > 2):
+        raise ValueError(f"distance must be finite and more than two radii, got {distance!r}")
+    if int(cells) != cells or cells < 2:
+        raise ValueError(f"cells must be an integer of at least 2 per radius, got {cells!r}")
+    axis = (np.arange(-cells, cells) + 0.5) / cells
+    x, y = (coordinate.ravel() for coordinate in np.meshgrid(axis, axis, indexing="ij"))
+    inside = np.hypot(x, y) < 1
+    x, y = x[inside] * cells, y[inside] * cells
+    spacing = (1 / cells, 1 / cells)
+    self_response = kernels.love(x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    alone = cho_solve(cho_factor(self_response), np.ones(x.size)).sum()
+    apart = distance * cells * (alone / cells**2 / 2)
+    cross_response = kernels.love(apart - x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    beside = cho_solve(cho_factor(self_response + cross_response), np.ones(x.size)).sum()
+    return float(beside / alone)
+
+
+def array_force(distance: float, per_side: int) -> float:
+    """Return the force on a square array of flat round punches over that of isolated ones.
+
+    The per_side^2 punches of radius a at distances s have equal depth. A punch is a spring of
+    stiffness 2 E* a, and a point force for the others: d = F_i/(2 E* a) + sum_j F_j/(pi E* r_ij),
+    which neglects terms of relative order (a/s)^2 of the interaction.
+
+    `distance` is s/a, at least 3; at most 80 punches lie along a side of the array.
+
+    Examples
+    --------
+    >>> array_force(20.0, 1)
+    1.0
+    """
+    faults = []
+    if not (np.isfinite(distance) and distance >= 3):
+        faults.append(f"distance must be finite and at least three radii, got {distance!r}")
+    if int(per_side) != per_side or not 1 <= per_side <= 80:
+        faults.append(f"per_side must be an integer from 1 to 80, got {per_side!r}")
+    refuse(faults)
+    place = np.indices((per_side, per_side)).reshape(2, -1)
+    apart = np.hypot(*(place[:, :, None] - place[:, None, :])) * distance
+    np.fill_diagonal(apart, 2 / np.pi)  # so that 2/(pi r) is the compliance of the spring
+    forces = cho_solve(cho_factor(2 / np.pi / apart), np.ones(per_side**2))
+    return float(forces.mean())

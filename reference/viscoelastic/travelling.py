@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.arguments import positive_faults, refuse
+from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import check_grid, check_pressure
 from reference.halfspace import kernels
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -34,16 +35,8 @@ _DEEP = 44.0  # exp(-44) is negligible
 class Travelling:
     """The half-space operator of the sliding solver: not symmetric, but positive definite.
 
-    Parameters
-    ----------
-    shape, spacing
-        Cells (nx, ny) and their sides.
-    material : GeneralisedMaxwell
-        Shear behaviour of a dissipative solid; nu = 1/2.
-    speed : float
-        v > 0 of the pressure along +x, relative to the material.
-    periodic : bool
-        Periodic grid with zero mean displacement, or a free half-space.
+    The material is a dissipative solid in shear, nu = 1/2; the pressure moves along +x at a
+    speed relative to it. Periodic, the mean displacement is zero.
 
     Examples
     --------
@@ -217,7 +210,7 @@ def _memory_rule(ends: list[float], reach: float) -> zip[tuple[float, float]]:
 
     s = a + (b - a) t^3 (10 - 15 t + 6 t^2) makes x ln x at an end smooth enough for Gauss points.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = gauss_rule(_NODES)
     t = (1 + nodes) / 2
     shape, slope = t**3 * (10 - 15 * t + 6 * t**2), 30 * t**2 * (1 - t) ** 2
     begin, width = np.array(ends[:-1])[:, None], np.diff(ends)[:, None]
