@@ -7,9 +7,12 @@ import signal
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.methods.registry import SOLVERS
+from comparisons.methods.registry import SOLVERS, load
 from comparisons.methods.user.external import VARIABLE
 from comparisons.solving import execution
+
+# Solvers of all physics at once: tests that put others in their place put them back.
+load()
 
 
 @pytest.fixture(autouse=True)

@@ -167,7 +167,7 @@ def is_known(name: str) -> bool:
     that is done for a name that nobody knows, before it is called wrong.
     """
     if name not in METHODS:
-        import_module(SOLVERS)
+        import_module(SOLVERS).load()
     return name in METHODS
 
 
@@ -178,4 +178,4 @@ def growth(name: str) -> float:
 
 def title_of(name: str) -> str:
     """Return the title of a method, or its name if it is unknown."""
-    return METHODS[name].title if name in METHODS else name
+    return METHODS[name].title if is_known(name) else name

@@ -1,19 +1,22 @@
 """All solvers by method name, and the choice of the solver for a scene.
 
-Our own are discovered: the files of the rooms beside this one hold the solvers, and adding a file
-adds its solvers. Methods from outside are put beside them by `add`.
+Our own are discovered: the files and rooms beside this one hold the solvers, and adding a file adds
+its solvers. One that is named after a table of physics is imported for scenes with that table
+(`load`). Methods from outside are put beside them by `add`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, Protocol
 
 import comparisons.methods as room
-from comparisons.discovery import classes_of
+from comparisons.discovery import classes_in, files_of
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, Method
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.options import recorded
+from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 
@@ -35,13 +38,24 @@ class Maker(Protocol):
         """Return the solver of a scene that was not refused."""
 
 
-_BUILT_IN = tuple(solver for solver in classes_of(room, Solver) if solver.name)
-for _solver in _BUILT_IN:
-    # One without a row says itself what it is called, and is the truth where no other is.
-    METHODS.setdefault(_solver.name, Method(_solver.title or _solver.name, _solver.dimension))
-SOLVERS: dict[str, tuple[Maker, ...]] = {
-    name: tuple(solver for solver in _BUILT_IN if solver.name == name) for name in METHODS
-}
+SOLVERS: dict[str, tuple[Maker, ...]] = dict.fromkeys(METHODS, ())
+_loaded: set[str] = set()
+
+
+def load(tables: Iterable[str] = TABLES) -> None:
+    """Import the solvers of frictionless contact, and of some tables of physics or of all."""
+    wanted = ["", *tables]
+    if _loaded.issuperset(wanted):
+        return
+    for file in files_of(room, leave_out=set(TABLES) - set(wanted)):
+        for solver in classes_in(file, Solver):
+            if solver.name and solver not in SOLVERS.get(solver.name, ()):
+                # One without a row says itself what it is called, and is the truth where no other
+                # is.
+                row = Method(solver.title or solver.name, solver.dimension)
+                METHODS.setdefault(solver.name, row)
+                SOLVERS[solver.name] = (*SOLVERS.get(solver.name, ()), solver)
+    _loaded.update(wanted)
 
 
 def add(maker: Maker, facts: Method) -> None:
@@ -82,6 +96,7 @@ def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
     nothing and yet stand beside the results: a solver reads its options in its constructor, and a
     scene that changes another is refused.
     """
+    load(scene.physics)
     options = scene.methods.of(name)
     try:
         with recorded() as all_read:
@@ -98,16 +113,21 @@ def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
     return Refusal(f"{keys} {does} nothing here: on this scene {name} reads {taken}")
 
 
-def concerns(name: str, scene: Scene) -> bool:
-    """Tell whether a scene asks for a method, or has physics that the method knows.
+def concerned(scene: Scene) -> list[str]:
+    """Return the methods that a scene names, and those that know its physics.
 
     Methods of our own that are for one physics only, as theories of rolling, are no part of plans
     without it; nor are those that run only where they are named.
     """
-    if METHODS[name].origin != "own" or name in (scene.compare.methods or ()):
-        return True
-    tables = set(scene.physics)
-    return any(maker.physics <= tables and not maker.named_only for maker in SOLVERS[name])
+    load(scene.physics)
+    named, tables = scene.compare.methods or (), set(scene.physics)
+    return [
+        name
+        for name, row in METHODS.items()
+        if row.origin != "own"
+        or name in named
+        or any(maker.physics <= tables and not maker.named_only for maker in SOLVERS[name])
+    ]
 
 
 def solver_of(task: Task) -> Solver[Any]:
@@ -118,6 +138,7 @@ def solver_of(task: Task) -> Solver[Any]:
     Refused
         If the method cannot do the scene: such a task is planned nowhere.
     """
+    load(task.scene.physics)
     return _maker(task.method, task.scene).planned(task.scene)
 
 
@@ -131,6 +152,7 @@ def _maker(name: str, scene: Scene) -> Maker:
 
 def _missing(name: str, scene: Scene) -> str:
     """Return which tables of a scene a method does not model, or not together."""
+    load()
     makers = SOLVERS[name]
     physics = min((maker.physics for maker in makers), key=len)
     missing = " and ".join(f"[{table}]" for table in scene.physics if table not in physics)

@@ -20,7 +20,7 @@ from comparisons.geometry.reading import FileError
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
 from comparisons.methods.normal.proved import check_enclosed
-from comparisons.methods.registry import concerns, solver_for
+from comparisons.methods.registry import concerned, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.physics.descriptions import switched_on
@@ -125,7 +125,7 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
 def _plan(scene: Scene, effort: Effort) -> Plan:
     draft = _draft(scene, effort)
     methods, broken = [], []
-    for name in (known for known in METHODS if concerns(known, scene)):
+    for name in concerned(scene):
         try:
             methods.append(_plan_method(draft, name))
         except InputError as error:

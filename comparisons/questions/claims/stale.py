@@ -40,6 +40,7 @@ def digest_of(claim: Claim) -> str:
     """Return the digest of a claim's keys and of the code that measures it."""
     keys = claim.model_dump_json(exclude=_WORDS)
     if claim.experiment is not None:
+        registry.load()
         starts = [EXPERIMENTS[claim.experiment].module]
         if registry.__name__ in imported(starts):  # it solves scenes, by whatever method is found
             starts += [maker.__module__ for makers in registry.SOLVERS.values() for maker in makers]

@@ -10,9 +10,8 @@ import psutil
 import pytest
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.registry import concerns, solver_for, solver_of
+from comparisons.methods.registry import concerned, solver_for, solver_of
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.map_patches import PATCH_POINTS, typical_window
@@ -54,7 +53,7 @@ def map_scene(scene, tmp_path):
 def test_every_method_is_planned_or_refused_with_a_reason(scene, rough):
     for item in (scene(), rough(), rough(periodic=True), rough(loading={"mean_gap": ["1 nm"]})):
         (plan, *_) = plan_scene(item)
-        assert [m.method for m in plan.methods] == [m for m in METHODS if concerns(m, item)]
+        assert [m.method for m in plan.methods] == concerned(item)
         for method in plan.methods:
             assert bool(method.resolutions) == method.supported
             assert method.supported or len(method.reason) > 10

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from comparisons.methods.impact import static_scene
+from comparisons.methods.dynamics import static_scene
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import make_scene, parse_scene
