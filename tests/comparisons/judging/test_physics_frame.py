@@ -155,7 +155,7 @@ def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, tm
     Study([plan], tmp_path / "out").run()
     (again,) = load_study(tmp_path / "out").scenes
     assert (again.along, again.quantities) == ("step", ("tangential_displacement",))
-    assert again.plan["switched_on"][0]["what"] == "Coulomb friction"
+    assert again.plan.switched_on[0][0] == "Coulomb friction"
 
 
 def test_sizes_along_a_path_leave_unknown_steps_unknown():

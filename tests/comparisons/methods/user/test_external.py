@@ -139,7 +139,7 @@ def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the
     arguments += ["--methods", "reduced"]
     assert run_command([*arguments, "--method-file", str(EXAMPLE)]) == 0
     (scene,) = load_study(tmp_path / "out").scenes
-    assert scene.reference["method"] == "closed_form"
+    assert scene.reference.method == "closed_form"
     assert judged_methods(scene) == ["reduced", "winkler"]
     assert worst(verdicts(scene, "winkler")).word == "outside"
     assert "The Winkler foundation" in capsys.readouterr().out
