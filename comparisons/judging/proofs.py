@@ -79,8 +79,11 @@ def tally(several: Iterable[Verification]) -> str:
 
     >>> from dataclasses import replace
     >>> ball = Verification(bars=6, missed=0, sentences=(), width=0.1, seconds=1, truth_seconds=2)
-    >>> tally([ball, replace(ball, missed=1)]).splitlines()[0]
+    >>> lines = tally([ball, replace(ball, missed=1, width=0.25)]).splitlines()
+    >>> lines[0]
     'Proved: the references of 2 scenes are held against theorems; bars miss in 1.'
+    >>> "at most 25" in lines[1]
+    True
     >>> tally([replace(ball, bars=0)])
     ''
     """
@@ -90,11 +93,13 @@ def tally(several: Iterable[Verification]) -> str:
     own = duration(sum(item.seconds for item in known))
     judged = duration(sum(item.truth_seconds for item in known))
     missed = sum(item.missed > 0 for item in known)
+    widest = relative(max(item.width for item in known))
     scenes = f"{len(known)} scene{'s' if len(known) > 1 else ''}"
     return (
         f"Proved: the references of {scenes} are held against theorems; "
         f"{f'bars miss in {missed}' if missed else 'no bar misses'}.\n"
-        f"The intervals took {own}, the solves that they judge {judged}."
+        f"The intervals are at most {widest} wide in force or penetration.\n"
+        f"They took {own}, the solves that they judge {judged}."
     )
 
 

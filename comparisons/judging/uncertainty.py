@@ -5,8 +5,9 @@ All uncertainties are half-widths at 95 %, relative to the value.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +29,7 @@ class Rule:
     floor : float
         A load step's own difference counts no less than this share of the median over the steps.
 
-    For quantities and physics whose share was not measured (`ShareRule`). On single contacts, where
+    For quantities and physics whose share was not measured (`Share`). On single contacts, where
     both can be told, it covers every case at some nine times the true error.
     """
 
@@ -48,103 +49,75 @@ Calibrated = tuple[str, Kind]
 AREAS = {"contact_area": 1, "contact_radius": 2, "equivalent_radius": 2}
 
 
-@dataclass(frozen=True)
-class ShareRule:
+class Share(NamedTuple):
     """Bars as a share of the changes from one grid to the next.
 
     An observed order is noise: contact edges move in jumps of a cell, spots of rough surfaces
     appear and join, and single changes are small by chance. But the error left is a share of the
     changes that were measured: of single contacts against closed forms, of rough surfaces against
     grids eight times finer. What the changes between the last three grids leave is pooled over all
-    loads (`share_uncertainty`). Elsewhere `Rule` holds. Areas of rough surfaces on cells are not
-    known by it, but by `judging.located`.
+    loads (`share_uncertainty`).
 
     Attributes
     ----------
-    factors : tuple
-        (quantity, kind) and factor. Other quantities of rough surfaces have that of the stiffness;
-        of single contacts none, but radii that of the area and, on elements, penetration that of
-        the force.
-    orders : tuple
-        (quantity, kind) and the order at which errors fall with cells or elements to a contact.
-    two, two_meshes : float
-        What factors are multiplied by where there are two grids, or meshes of elements, only: their
-        change may be small by chance, and no other tells. Of the single contacts' cases, with their
-        coarsest grid left out, 99 % and more are covered then.
-
-    Factors of single contacts, and `two`, are fixed by `comparisons.questions.shares` on the
-    fitting halves; orders, the coverage that is required there, and margins were chosen by hand,
-    after proved intervals had been seen. Those of rough surfaces were chosen by hand on fifty free
-    patches and 24 periods, and held against others (`docs/examples/map_bars.py`).
+    order : float
+        At which errors fall with cells or elements to a contact.
+    factor : float
+    two : float
+        What the factor is multiplied by where there are two grids, or meshes of elements, only:
+        their change may be small by chance, and no other tells. Of the single contacts' cases, with
+        their coarsest grid left out, 99 % and more are covered then.
     """
 
-    factors: tuple[tuple[Calibrated, float], ...] = (
-        (("contact_area", "free"), 2.0),
-        (("contact_area", "periodic"), 1.2),
-        (("penetration", "free"), 2.3),
-        (("penetration", "periodic"), 1.7),
-        (("mean_gap", "free"), 2.6),
-        (("mean_gap", "periodic"), 1.6),
-        (("stiffness", "free"), 2.2),
-        (("stiffness", "periodic"), 1.5),
-        (("force", "cells"), 3.16),
-        (("penetration", "cells"), 2.97),
-        (("contact_area", "cells"), 3.38),
-        (("stiffness", "cells"), 2.74),
-        (("force", "elements"), 1.06),
-        (("contact_area", "elements"), 2.0),
-        (("stiffness", "elements"), 1.07),
-    )
-    orders: tuple[tuple[Calibrated, float], ...] = (
-        (("contact_area", "free"), 1.0),
-        (("contact_area", "periodic"), 1.0),
-        (("penetration", "free"), 1.5),
-        (("penetration", "periodic"), 2.0),
-        (("mean_gap", "free"), 1.5),
-        (("mean_gap", "periodic"), 2.0),
-        (("stiffness", "free"), 1.0),
-        (("stiffness", "periodic"), 1.0),
-        (("force", "cells"), 2.0),
-        (("penetration", "cells"), 2.0),
-        (("contact_area", "cells"), 2.0),
-        (("stiffness", "cells"), 1.0),
-        (("force", "elements"), 2.0),
-        (("contact_area", "elements"), 2.0),
-        (("stiffness", "elements"), 2.0),
-    )
-    two: float = 1.4
-    two_meshes: float = 3.0
-
-    def covers(self, quantity: Calibrated) -> bool:
-        """Whether the quantity's share was measured, or that of its like is taken."""
-        return _like(quantity) in dict(self.factors)
-
-    def order(self, quantity: Calibrated) -> float:
-        """Return the order of a quantity."""
-        return dict(self.orders)[_like(quantity)]
-
-    def factor(self, quantity: Calibrated, grids: int = 3) -> float:
-        """Return the factor of a quantity that so many grids know."""
-        own = dict(self.factors)[_like(quantity)]
-        if grids > 2:
-            return own
-        return own * (self.two_meshes if quantity[1] == "elements" else self.two)
+    order: float
+    factor: float
+    two: float
 
 
-def _like(quantity: Calibrated) -> Calibrated:
-    """Return the quantity whose share another takes."""
+Shares = Mapping[Calibrated, Share]
+# Factors of single contacts are fixed by `comparisons.questions.shares` on the fitting halves;
+# orders, the coverage that is required there, and margins were chosen by hand, after proved
+# intervals had been seen. Those of rough surfaces were chosen by hand on patches, periods and parts
+# of maps, and held against others (`docs/examples/map_bars.py`). Areas of rough surfaces on cells
+# are not known by a share, but by `judging.located`; `Rule` holds where none was measured.
+SHARES: Shares = {
+    ("contact_area", "free"): Share(1.0, 2.0, 1.4),
+    ("contact_area", "periodic"): Share(1.0, 1.2, 1.4),
+    ("penetration", "free"): Share(1.5, 2.3, 1.1),
+    ("penetration", "periodic"): Share(2.0, 1.7, 1.1),
+    ("mean_gap", "free"): Share(1.5, 2.2, 1.1),
+    ("mean_gap", "periodic"): Share(2.0, 1.6, 1.1),
+    ("stiffness", "free"): Share(1.0, 2.2, 1.3),
+    ("stiffness", "periodic"): Share(1.0, 1.5, 1.3),
+    ("force", "cells"): Share(2.0, 3.16, 1.4),
+    ("penetration", "cells"): Share(2.0, 2.97, 1.4),
+    ("contact_area", "cells"): Share(2.0, 3.38, 1.4),
+    ("stiffness", "cells"): Share(1.0, 2.74, 1.4),
+    ("force", "elements"): Share(2.0, 1.06, 3.0),
+    ("contact_area", "elements"): Share(2.0, 2.0, 3.0),
+    ("stiffness", "elements"): Share(2.0, 1.07, 3.0),
+}
+
+
+def share_of(quantity: Calibrated, shares: Shares = SHARES) -> Share | None:
+    """Return the share of a quantity or of its like; None where neither was measured.
+
+    Radii have that of the area, other quantities of rough surfaces that of the stiffness.
+    """
     name, kind = quantity
     if name in AREAS:
-        return "contact_area", kind
-    if kind in ("free", "periodic") and name not in ("penetration", "mean_gap"):
-        return "stiffness", kind
-    # at a prescribed force it errs by less than the force at a prescribed penetration
-    return ("force", kind) if (name, kind) == ("penetration", "elements") else quantity
+        name = "contact_area"
+    elif kind in ("free", "periodic") and name not in ("penetration", "mean_gap"):
+        name = "stiffness"
+    elif (name, kind) == ("penetration", "elements"):
+        # at a prescribed force it errs by less than the force at a prescribed penetration
+        name = "force"
+    return shares.get((name, kind))
 
 
 # Orders between which an observed one is looked for.
 LEAST, MOST = 1e-3, 10.0
-RULE, SHARE_RULE = Rule(), ShareRule()
+RULE = Rule()
 # The safety factor of two values whose convergence is known otherwise.
 SAFE = RULE.safe
 
@@ -215,7 +188,7 @@ def share_uncertainty(
     resolutions: np.ndarray,
     curves: np.ndarray,
     quantity: Calibrated,
-    rule: ShareRule = SHARE_RULE,
+    share: Share | None = None,
     areas: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
@@ -226,8 +199,9 @@ def share_uncertainty(
     c a^-p sqrt(N^-2p + n^-2p): each change at each load is an estimate of c, and the root of their
     mean square is known far better than any of them, which may be small by chance.
 
-    Parameters as of `grid_uncertainty`, the quantity with what it is of, and the contact areas at
-    the load steps (k,), to which a^2 is proportional on cells; without them they count as equal.
+    Parameters as of `grid_uncertainty`, the quantity with what it is of, its share (default: of
+    `SHARES`), and the contact areas at the load steps (k,), to which a^2 is proportional on cells;
+    without them they count as equal.
     NaN where the finest value is zero or infinite, too: nothing is relative to that.
 
     Examples
@@ -242,7 +216,9 @@ def share_uncertainty(
     resolutions, curves = np.asarray(resolutions, dtype=float)[usable], curves[usable]
     if len(curves) < 2:
         return np.full(curves.shape[1], np.nan)
-    order = rule.order(quantity)
+    share = share or SHARES[quantity]
+    order = share.order
+    factor = share.factor * (share.two if len(curves) == 2 else 1.0)
     n, power = resolutions[-3:], -2 * order
     left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -252,7 +228,7 @@ def share_uncertainty(
     estimates = estimates[np.isfinite(estimates)]
     constant = np.sqrt(np.mean(estimates**2)) if estimates.size else np.nan
     known = np.isfinite(curves[-1]) & (curves[-1] != 0)
-    return np.where(known, rule.factor(quantity, len(curves)) * constant / across, np.nan)
+    return np.where(known, factor * constant / across, np.nan)
 
 
 def _cells(quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None) -> np.ndarray:
@@ -275,7 +251,7 @@ def discretisation(
     curves: np.ndarray,
     quantity: tuple[str, Kind | None],
     *,
-    rule: ShareRule = SHARE_RULE,
+    shares: Shares = SHARES,
     sizes: np.ndarray | None = None,
     areas: np.ndarray | None = None,
 ) -> np.ndarray:
@@ -285,8 +261,9 @@ def discretisation(
     `share_uncertainty` and `grid_uncertainty`.
     """
     name, kind = quantity
-    if kind is not None and rule.covers((name, kind)):
-        return share_uncertainty(resolutions, curves, (name, kind), rule, areas)
+    share = None if kind is None else share_of((name, kind), shares)
+    if kind is not None and share is not None:
+        return share_uncertainty(resolutions, curves, (name, kind), share, areas)
     bar = grid_uncertainty(resolutions, curves, sizes=sizes)
     return of_fewer_cells(bar) if kind == "cells" else bar
 

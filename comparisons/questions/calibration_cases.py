@@ -15,9 +15,9 @@ from comparisons.judging.located import located_uncertainty
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.uncertainty import (
-    SHARE_RULE,
+    SHARES,
     Kind,
-    ShareRule,
+    Shares,
     combined,
     discretisation,
 )
@@ -32,10 +32,10 @@ class Case:
     """A bar and the true error that it must cover, for a quantity of one series of resolutions.
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
-    bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
+    bar to be recomputed with other shares. Error and bar are the rms over the load steps. `beyond`
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
     `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
-    share of the changes was measured for (`uncertainty.ShareRule`). `counted` (steps), of an area:
+    share of the changes was measured for (`uncertainty.Share`). `counted` (steps), of an area:
     that of the cells of the finest grid, which its bar is from then (`judging.located`). The grid's
     bar is taken `widened` times.
     """
@@ -53,7 +53,7 @@ class Case:
     beyond: np.ndarray | None = None
     unproved: str = ""
     areas: np.ndarray | None = None
-    rule: ShareRule = SHARE_RULE
+    shares: Shares = field(default_factory=lambda: SHARES)
     counted: np.ndarray | None = None
     widened: float = 1.0
 
@@ -67,7 +67,7 @@ class Case:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
         levels, known = np.array(self.resolutions), (self.quantity, self.kind)
         if self.counted is None:
-            grid = discretisation(levels, self.curves, known, rule=self.rule, areas=self.areas)
+            grid = discretisation(levels, self.curves, known, shares=self.shares, areas=self.areas)
         else:
             periodic = self.kind == "periodic"
             sides = (levels[-1],) * 2

@@ -9,7 +9,7 @@ Bars of penetration and stiffness of the first surface of each spectrum are held
 intervals, too. A load of these takes some seconds, the solves that it judges far less: the other
 two surfaces would only add time, and a measured patch has no theorem.
 
-The factors (`uncertainty.ShareRule`) are fixed on FITTING, which has the Hurst exponents of either
+The factors (`uncertainty.Share`) are fixed on FITTING, which has the Hurst exponents of either
 end; REPORTED has those between, and other parts of the map.
 """
 

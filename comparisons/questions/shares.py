@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
-from comparisons.judging.uncertainty import SHARE_RULE, Calibrated, ShareRule
+from comparisons.judging.uncertainty import SHARES, Calibrated, Share, Shares
 from comparisons.questions.calibration_cases import Case, at_loads
 
 # Coverage that is required at every load on the fitting half, and by how much factors are raised
@@ -31,34 +31,32 @@ SINGLE: dict[Calibrated, tuple[float, float]] = {
 FACTORS = tuple(map(float, np.geomspace(0.01, 100, 2000)))
 
 
-def with_rule(case: Case, rule: ShareRule) -> Case:
-    """Return a case with the bar of another rule."""
-    return replace(case, rule=rule)
+def with_shares(case: Case, shares: Shares) -> Case:
+    """Return a case with the bar of other shares."""
+    return replace(case, shares=shares)
 
 
-def fitted_rule(cases: Iterable[Case]) -> ShareRule:
-    """Return the narrowest rule that covers enough of the fitting half.
+def fitted_shares(cases: Iterable[Case]) -> Shares:
+    """Return the narrowest shares that cover enough of the fitting half.
 
     Every factor covers the required share of the bars at every load of its cases with three grids,
-    then `two` as much of all rough cases with two; the factors are then raised. What nothing covers
+    `two` times as much that of the cases with two; the factors are then raised. What nothing covers
     keeps its value. Areas that are counted, too, have a rule of their own: here they stand for
     those of other methods.
     """
     fitting = [replace(case, counted=None) for case in cases if case.half == "fitting"]
-    three = [case for case in fitting if len(case.resolutions) > 2]
-    factors = dict(SHARE_RULE.factors)
-    for quantity in factors:
-        own = [case for case in three if (case.quantity, case.kind) == quantity]
-        least, margin = SINGLE.get(quantity, ROUGH)
-        rules = {f: replace(SHARE_RULE, factors=((quantity, f),)) for f in FACTORS}
-        factors[quantity] = _narrowest(own, rules, factors[quantity] / margin, least)
-    rule = replace(SHARE_RULE, factors=tuple(factors.items()))
-    two = [case for case in fitting if len(case.resolutions) == 2]
-    rules = {f: replace(rule, two=f) for f in FACTORS}
-    raised = tuple(
-        (quantity, round(SINGLE.get(quantity, ROUGH)[1] * f, 2)) for quantity, f in factors.items()
-    )
-    return replace(rule, factors=raised, two=_narrowest(two, rules, rule.two, ROUGH[0]))
+    fitted: dict[Calibrated, Share] = {}
+    for known, used in SHARES.items():
+        own = [case for case in fitting if (case.quantity, case.kind) == known]
+        three = [case for case in own if len(case.resolutions) > 2]
+        two = [case for case in own if len(case.resolutions) == 2]
+        least, raised = SINGLE.get(known, ROUGH)
+        tried = {f: {known: used._replace(factor=f)} for f in FACTORS}
+        factor = _narrowest(three, tried, used.factor / raised, least)
+        tried = {f: {known: Share(used.order, factor, f)} for f in FACTORS}
+        wider = _narrowest(two, tried, used.two, least)
+        fitted[known] = Share(used.order, round(raised * factor, 2), wider)
+    return fitted
 
 
 def scaled(cases: Iterable[Case], by: float) -> list[Case]:
@@ -67,13 +65,13 @@ def scaled(cases: Iterable[Case], by: float) -> list[Case]:
 
 
 def _narrowest(
-    cases: list[Case], rules: dict[float, ShareRule], other: float, least: float
+    cases: list[Case], tried: Mapping[float, Shares], other: float, least: float
 ) -> float:
-    """Return the first of some numbers whose rule covers enough of the cases; else another one."""
-    numbers = list(rules)
+    """Return the first of some numbers whose shares cover enough of the cases; else another one."""
+    numbers = list(tried)
 
     def covers(number: float) -> bool:
-        made = [with_rule(case, rules[number]) for case in cases]
+        made = [with_shares(case, tried[number]) for case in cases]
         return at_loads(made).coverage >= least
 
     # the larger the number, the wider all bars

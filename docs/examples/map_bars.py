@@ -32,12 +32,12 @@ LOADS = np.geomspace(2e-3, 0.2, 5).tolist()
 FACTORS, FINE = (1, 2, 4), (16, 32)
 # How many surfaces, by points a side: of each kind of random ones, and parts of each map.
 NUMBERS = {
-    "free": ({16: 24, 24: 16, 32: 8}, {}),
-    "free, cells 2 : 1": ({16: 8, 24: 4}, {"size": [2.0, 1.0]}),
-    "free, cells 1 : 2": ({16: 8, 24: 4}, {"size": [1.0, 2.0]}),
-    "periodic": ({16: 12, 24: 8}, {"periodic": True}),
+    "free": ({16: 20, 24: 14, 32: 6}, {}),
+    "free, cells 2 : 1": ({16: 7, 24: 3}, {"size": [2.0, 1.0]}),
+    "free, cells 1 : 2": ({16: 7, 24: 3}, {"size": [1.0, 2.0]}),
+    "periodic": ({16: 6, 24: 4}, {"periodic": True}),
 }
-PARTS = {16: 8, 24: 4, 32: 2}
+PARTS = {16: 6, 24: 3, 32: 1}
 # Orders with which the last two grids are extrapolated to the truth.
 ORDERS = {"contact_area": 1.7, "penetration": 1.7, "mean_gap": 1.5, "stiffness": 1.5}
 

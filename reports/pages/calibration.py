@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.files import write_text
 from comparisons.questions.calibration_cases import Case, at_loads, held, summary
-from comparisons.questions.shares import fitted_rule
+from comparisons.questions.shares import fitted_shares
 from reports.pages.page import render
 from reports.plots.axes import error_axis
 from reports.plots.figure import Axis, Figure, Guide, Series
@@ -41,7 +41,7 @@ def calibration_page(cases: list[Case], command: str) -> str:
             for kind, part in kinds([case for case in cases if case.half == half]).items()
         ],
         parts=[*by_quantity(reported), *by_shape(reported)],
-        rule=rule(fitted_rule(cases)),
+        rule=rule(fitted_shares(cases)),
         widths=other_widths(cases),
         held=held(cases),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from comparisons import formatting as fmt
-from comparisons.judging.uncertainty import SHARE_RULE, ShareRule
+from comparisons.judging.uncertainty import SHARES, Shares
 from comparisons.questions.calibration_cases import Case, Summary, at_loads, held, summary
 from comparisons.questions.shares import ROUGH, SINGLE, scaled
 from reports.plots.style import look
@@ -62,28 +62,31 @@ def _reached(of: Summary) -> tuple[Cell, Cell]:
     return coverage, cells.number(fmt.number(of.width, 2), of.width)
 
 
-def rule(fitted: ShareRule) -> Table:
+def rule(fitted: Shares) -> Table:
     """Return the factors in use, what they must cover of the fitting half, and what that asks."""
-    rows = []
-    for known, factor in SHARE_RULE.factors:
+    rows: list[tuple[Cell | str, ...]] = []
+    for known, used in SHARES.items():
         name, kind = known
         least, raised = SINGLE.get(known, ROUGH)
+        asked = fitted[known]
         rows.append(
             (
                 f"{name.replace('_', ' ')}, {kind}",
-                f"{SHARE_RULE.order(known):g}",
-                f"{100 * least:g} % at a load",
+                f"{used.order:g}",
+                f"{100 * least:g} %",
                 cells.number(f"{raised:g}", raised),
-                cells.number(f"{factor:g}", factor),
-                cells.number(f"{fitted.factor(known):g}", fitted.factor(known)),
+                *(
+                    cells.number(f"{n:.3g}", n)
+                    for n in (used.factor, asked.factor, used.two, asked.two)
+                ),
             )
         )
     note = (
-        f"Of two grids {SHARE_RULE.two:g} times as much (asked now {fitted.two:g}), of two meshes "
-        f"{SHARE_RULE.two_meshes:g}. Areas of rough surfaces on cells have a bar of their own, "
-        "from the contact line, which has no factor here."
+        "Must cover: of the bars at every load. Two: what the factor is multiplied by for two "
+        "grids or meshes. Areas of rough surfaces on cells have a bar of their own, from the "
+        "contact line, which has no factor here."
     )
-    heads = ("rule", "order", "must cover", "raised by", "factor", "asked now")
+    heads = ("rule", "order", "must cover", "raised by", "factor", "asked", "two", "asked")
     return table(heads, rows, note=note)
 
 

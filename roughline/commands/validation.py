@@ -139,7 +139,7 @@ def calibrate(
     """
     from comparisons.questions.calibration import Calibration
     from comparisons.questions.calibration_cases import summary
-    from comparisons.questions.shares import fitted_rule
+    from comparisons.questions.shares import fitted_shares
     from comparisons.results.folder import PAGE, held
     from reports.pages.calibration import write_calibration_report
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule
@@ -158,7 +158,7 @@ def calibrate(
         "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
         "in the rms over the loads of a case, and of the bars at every load by themselves."
     )
-    for made in (*by_quantity(reported), rule(fitted_rule(cases)), *other_widths(cases)):
+    for made in (*by_quantity(reported), rule(fitted_shares(cases)), *other_widths(cases)):
         print_line("")
         print_table(made)
         if made.note:

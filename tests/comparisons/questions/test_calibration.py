@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.judging.uncertainty import SHARE_RULE, grid_uncertainty
+from comparisons.judging.uncertainty import SHARES, grid_uncertainty
 from comparisons.questions import rough_calibration
 from comparisons.questions.calibration import (
     FITTING,
@@ -25,7 +25,7 @@ from comparisons.questions.calibration_cases import (
     held_against,
     summary,
 )
-from comparisons.questions.shares import SINGLE, fitted_rule
+from comparisons.questions.shares import SINGLE, fitted_shares
 from comparisons.results.header import Header
 from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page
@@ -93,7 +93,7 @@ def test_a_contact_twice_as_wide_is_as_well_known_as_on_a_grid_twice_as_fine(qua
     Errors of two grids that are as if by chance of opposite signs differ by their sum, which is
     one to sqrt(2) times the root of the sum of their squares that a bar counts.
     """
-    order, constant = SHARE_RULE.order((quantity, "cells")), 1e-5
+    order, constant = SHARES[quantity, "cells"].order, 1e-5
     n, radii = np.array([8, 16, 32]), np.array([1.0, 2.0, 4.0])
     errors = constant * (n[:, None] * radii) ** -order
     values = radii**2 if quantity == "contact_area" else np.ones(3)
@@ -102,7 +102,7 @@ def test_a_contact_twice_as_wide_is_as_well_known_as_on_a_grid_twice_as_fine(qua
     bars = Case(*facts, errors[-1], curves, np.zeros(3), areas=radii**2).bars
     # changes are relative to values that are not quite one
     np.testing.assert_allclose(bars * radii**order, bars[0], rtol=1e-4)
-    expected = SHARE_RULE.factor((quantity, "cells")) * errors[-1]
+    expected = SHARES[quantity, "cells"].factor * errors[-1]
     assert np.all((bars > expected) & (bars < 2**0.5 * expected))
 
 
@@ -138,7 +138,7 @@ def share(order: float, assumed: float) -> float:
 def test_the_bar_on_cells_is_a_share_of_the_last_two_changes(order):
     known = "force", "cells"
     result = case(order, 0.01)
-    expected = SHARE_RULE.factor(known) * share(order, SHARE_RULE.order(known))
+    expected = SHARES[known].factor * share(order, SHARES[known].order)
     # relative changes are of values that are not quite one
     assert result.bar / result.error == pytest.approx(expected, rel=1e-2)
     coarser = np.vstack([[7.0] * 3, result.curves])  # and of no more than two
@@ -158,14 +158,14 @@ def test_a_change_that_is_small_by_chance_is_not_believed():
     assert replace(base, curves=lucky).bar > base.error
 
 
-@pytest.mark.parametrize(("kind", "wider"), [("cells", "two"), ("elements", "two_meshes")])
-def test_two_grids_have_a_wider_bar(kind, wider):
+@pytest.mark.parametrize("kind", ["cells", "elements"])
+def test_two_grids_have_a_wider_bar(kind):
     """Their change may be small by chance; of second order it is three times the error left."""
     base = replace(case(2.0, 0.01), kind=kind)
     two = replace(base, resolutions=(16, 32), curves=base.curves[1:])
-    order, factor = SHARE_RULE.order(("force", kind)), SHARE_RULE.factor(("force", kind))
+    order, factor = SHARES["force", kind].order, SHARES["force", kind].factor
     left = 3 / (4**order + 1) ** 0.5
-    expected = getattr(SHARE_RULE, wider) * factor * left
+    expected = SHARES["force", kind].two * factor * left
     assert two.bar / two.error == pytest.approx(expected, rel=1e-2)
 
 
@@ -195,14 +195,16 @@ def test_a_load_that_a_coarser_grid_lost_has_the_bar_of_the_others():
 def test_the_fit_takes_the_smallest_share_that_covers():
     """Second order leaves less of its changes than first order does: all must be covered."""
     known = "force", "cells"
-    margin, assumed = SINGLE[known][1], SHARE_RULE.order(known)
+    margin, assumed = SINGLE[known][1], SHARES[known].order
     # FINE_FACTORS go in steps of half a per cent; changes are relative as above
     second = [case(2.0, c, "fitting", s) for c in (0.1, -0.2) for s in ("a", "b")]
-    assert fitted_rule(second).factor(known) == pytest.approx(margin / share(2, assumed), rel=0.02)
+    assert fitted_shares(second)[known].factor == pytest.approx(
+        margin / share(2, assumed), rel=0.02
+    )
     first = [case(1.0, 0.001, "fitting", "tip")]
-    fitted = fitted_rule([*second, *first]).factor(known)
+    fitted = fitted_shares([*second, *first])[known].factor
     assert fitted == pytest.approx(margin / share(1, assumed), rel=0.02)
-    assert fitted_rule([case(1.0, 0.1)]) == SHARE_RULE  # the reported half has no say
+    assert fitted_shares([case(1.0, 0.1)]) == SHARES  # the reported half has no say
 
 
 def test_what_was_not_measured_keeps_the_grid_convergence_index():
@@ -277,9 +279,9 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
         assert reached.width <= WIDTH
     # bars at a load are at 95 %, and not at any price: 98.4 % on the processor of the fit
     assert at_loads(reported).coverage <= 0.995
-    fitted = dict(fitted_rule(single).factors)
+    fitted = fitted_shares(single)
     for quantity in SINGLE:  # another processor, other jumps
-        assert fitted[quantity] == pytest.approx(SHARE_RULE.factor(quantity), rel=0.1)
+        assert fitted[quantity].factor == pytest.approx(SHARES[quantity].factor, rel=0.1)
     refuted = held(single)
     assert refuted.bars > 2000
     assert refuted.missed <= REFUTED * refuted.bars

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.judging.uncertainty import SHARE_RULE, share_uncertainty
+from comparisons.judging.uncertainty import SHARES, share_uncertainty
 from comparisons.questions.calibration_cases import Case
 from comparisons.questions.rough_calibration import FITTING, LEVELS, QUANTITIES, REPORTED, TRUTH
-from comparisons.questions.shares import ROUGH, fitted_rule, scaled, with_rule
+from comparisons.questions.shares import ROUGH, fitted_shares, scaled, with_shares
 from reports.pages.calibration import calibration_page
 
 
@@ -33,7 +33,7 @@ def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
     """Errors of c (a n)^-p, independent on all grids: the bar is the factor times that error."""
     grids, areas = np.array(LEVELS), np.array([0.01, 0.1, 0.4])
     for name in ("penetration", "stiffness"):
-        order, factor = SHARE_RULE.order((name, kind)), SHARE_RULE.factor((name, kind))
+        order, factor = SHARES[name, kind].order, SHARES[name, kind].factor
         errors = 1e-5 * (grids[:, None] / LEVELS[-1] * np.sqrt(areas)) ** -order
         # changes as large as those of independent errors, of one sign
         steps = np.sqrt(errors[1:] ** 2 + errors[:-1] ** 2)
@@ -47,19 +47,19 @@ def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
 def test_two_grids_have_a_wider_bar_for_no_third_tells_whether_their_change_is_small_by_chance():
     grids, curves = np.array(LEVELS), np.array([[1.0], [1.0], [1.1]])
     quantity = ("mean_gap", "free")
-    power = -2 * SHARE_RULE.order(quantity)
+    power = -2 * SHARES[quantity].order
     left = np.sqrt(4.0**power / (2.0**power + 4.0**power))
     two = share_uncertainty(grids[1:], curves[1:], quantity)[0]
-    assert two == pytest.approx(SHARE_RULE.two * SHARE_RULE.factor(quantity) * left * 0.1 / 1.1)
+    assert two == pytest.approx(SHARES[quantity].two * SHARES[quantity].factor * left * 0.1 / 1.1)
 
 
 def test_a_counted_area_beside_the_located_one_is_what_its_bar_is_from():
-    """Cells 6 % too many: 0.45 of 0.06^1.5; a change that is much larger: a third of it.
+    """Cells 6 % too many: 0.45 of 0.06^1.5; a change that is much larger: two thirds of it.
 
     And on 64 cells a side two strips of 0.175 cells, four where there is a rim.
     """
     area = replace(case("contact_area", 0.0, kind="periodic"), counted=np.array([1.06]))
-    assert area.bar == pytest.approx(0.1 / 3)
+    assert area.bar == pytest.approx(0.2 / 3)
     close, strip = replace(area, curves=np.array([[1.0], [1.0], [1.0]])), 0.17465 / 64
     assert close.bar == pytest.approx(0.45 * 0.06**1.5 + 2 * strip)
     assert replace(close, kind="free").bar - close.bar == pytest.approx(2 * strip)
@@ -82,18 +82,18 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
 
     Raised by its margin; with two grids for as much more.
     """
-    factor = SHARE_RULE.factor(("stiffness", "free"))
+    factor = SHARES["stiffness", "free"].factor
     times = 2 * case("stiffness", 0.0).bar
     three = [case("stiffness", times), case("stiffness", 0.01), case("stiffness", 9.0, "reported")]
-    wide = 3 * 2 * case("stiffness", 0.0, levels=LEVELS[1:]).bar / SHARE_RULE.two
-    rule = fitted_rule([*three, case("stiffness", wide, levels=LEVELS[1:])])
-    assert rule.factor(("stiffness", "free")) == pytest.approx(ROUGH[1] * 2 * factor, rel=0.01)
-    assert rule.two == pytest.approx(3, rel=0.01)
-    assert with_rule(three[0], rule).bar == pytest.approx(ROUGH[1] * times, rel=0.01)
+    wide = 3 * 2 * case("stiffness", 0.0, levels=LEVELS[1:]).bar / SHARES["stiffness", "free"].two
+    rule = fitted_shares([*three, case("stiffness", wide, levels=LEVELS[1:])])
+    assert rule["stiffness", "free"].factor == pytest.approx(ROUGH[1] * 2 * factor, rel=0.01)
+    assert rule["stiffness", "free"].two == pytest.approx(3, rel=0.01)
+    assert with_shares(three[0], rule).bar == pytest.approx(ROUGH[1] * times, rel=0.01)
     for name in QUANTITIES:  # of what there are no cases, or none that is covered
         other = (name, "periodic")
-        assert rule.factor(other) == pytest.approx(SHARE_RULE.factor(other), abs=0.01)
-    assert fitted_rule([case("mean_gap", 1e9)]) == SHARE_RULE
+        assert rule[other].factor == pytest.approx(SHARES[other].factor, abs=0.01)
+    assert fitted_shares([case("mean_gap", 1e9)]) == SHARES
 
 
 def test_the_page_tells_rough_surfaces_apart():
