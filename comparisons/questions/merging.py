@@ -1,10 +1,17 @@
-"""Merging of runs from several machines: parts of the realisations, other methods or scenes."""
+"""Merging of runs from several machines: the union of their answers by key.
+
+Runs of a study bring parts of the realisations, other methods or scenes; runs of an ensemble bring
+files of surfaces. All must be from the same version of roughline and of its packages as here.
+"""
 
 from __future__ import annotations
 
+import os
+import shutil
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +21,22 @@ from comparisons.errors import InputError, ResultsError
 from comparisons.facts.methods import METHODS, NOT_ASKED
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
+from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.study import Study, solve_task
+from comparisons.results.ensemble import (
+    RECORD,
+    SURFACES,
+    EnsembleRecord,
+    EnsembleResult,
+    load_ensemble,
+    save_ensemble,
+    survey,
+)
 from comparisons.results.folder import filled
+from comparisons.results.header import Header
 from comparisons.results.runs import MOVED
 from comparisons.results.selection import setting_rows
-from comparisons.results.store import FIELDS, STUDY, Run, StudyRecord, load_study
+from comparisons.results.store import FIELDS, STUDY, Run, SceneRecord, StudyRecord, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import Plan
 from comparisons.solving.plan_record import MethodPlan
@@ -30,23 +48,12 @@ from comparisons.tasks.task import Task
 # Keys that may differ between the scenes of two runs: methods and resolutions.
 FREE = ("methods", "resolutions")
 NOT_REFINED = "full: merged runs are not refined; continue with roughline run --full --resume"
-_Solve = tuple[str, str, int, tuple[int, ...]]
-
-
-@dataclass
-class _Merge:
-    """Solutions of the runs by scene, and all reasons against merging them."""
-
-    plans: dict[str, list[Plan]] = field(default_factory=dict)
-    solutions: dict[_Solve, tuple[str, Solution]] = field(default_factory=dict)
-    conflicts: list[str] = field(default_factory=list)
 
 
 def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path = Path()) -> Study:
     """Write a results folder with the solutions of several runs.
 
-    The runs must be from the same version of roughline and of its packages as installed here. A
-    solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
+    A solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
 
     Parameters
     ----------
@@ -71,20 +78,119 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
     """
     with filled(out, STUDY) as folder:
         runs = [load_study(path) for path in directories]
-        problems = list(_unlike(runs))
-        if problems:
-            raise InputError("\n  ".join(["these runs cannot be merged:", *problems]))
-        merged = _Merge()
+        _refuse("these runs cannot be merged:", _unlike(runs))
+        plans: dict[str, list[Plan]] = {}
+        answers: dict[str, tuple[StudyRecord, Solution]] = {}
+        conflicts: list[str] = []
         for run in runs:
-            _gather(run, files, merged)
-        plans = [_merged(name, plans, merged.conflicts) for name, plans in merged.plans.items()]
-        if merged.conflicts:
-            raise InputError("\n  ".join(["these runs contradict each other:", *merged.conflicts]))
-        study = Study([p for p in plans if p is not None], folder, command=command)
+            for record in run.scenes:
+                scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
+                plan = plan_from(scene, record.plan, run.effort)
+                plans.setdefault(record.name, []).append(plan)
+                for task in plan.tasks:
+                    solution = _kept(run, record, task)
+                    if solution is None:
+                        continue
+                    other, first = answers.setdefault(task.key, (run, solution))
+                    if solution.converged.sum() > first.converged.sum():
+                        answers[task.key] = run, solution
+                    change = _difference(first, solution)
+                    if change > MOVED:
+                        conflicts.append(
+                            f"{scene.name}, {task.method} {task.resolution}, realisations from "
+                            f"{task.realisations[0]}: {other.directory} and {run.directory} "
+                            f"differ by {change:.1e}"
+                        )
+        joined = [_joined(several, conflicts) for several in plans.values()]
+        _refuse("these runs contradict each other:", conflicts)
+        study = Study([plan for plan in joined if plan is not None], folder, command=command)
         study.effort = "full" if runs[0].effort == "full" else "quick"
-        _write(study, merged, runs)
+        tasks = [task for plan in study.plans for task in plan.tasks]
+        study.adopt((task, answers[task.key][1]) for task in tasks if task.key in answers)
+        started = time.perf_counter()
+        if study.effort == "full":
+            study.plans = [_settled(plan, study) for plan in study.plans]
+        together = study.record(sum(run.seconds for run in runs))
+        seconds = sum(run.seconds for run in runs) + time.perf_counter() - started
+        # An interrupted run lists only the scenes that it had started; there may be more.
+        interrupted = any(run.interrupted for run in runs)
+        # What was merged before is told as the runs that it was merged from.
+        own = (
+            run.runs or [Run(run.created, run.command, run.seconds, run.machine)] for run in runs
+        )
+        parts = tuple(part for several in own for part in several)
+        study.save(replace(together, seconds=seconds, runs=parts, interrupted=interrupted))
     study.directory = out
     return study
+
+
+def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -> EnsembleResult:
+    """Write a folder with the surfaces of several parts; files are linked or copied as they are.
+
+    Memory does not grow with the surfaces.
+
+    Parameters
+    ----------
+    directories : iterable of Path
+        Folders written by `roughline ensemble` with one scene, complete or not.
+    out : Path
+        A new or empty folder. It appears once it is complete.
+    command : str
+
+    Raises
+    ------
+    InputError
+        Listing all differences; nothing is written then.
+    """
+    with filled(out, RECORD) as folder:
+        runs = {path: load_ensemble(path) for path in directories}
+        _refuse("these ensembles cannot be merged:", _other_ensembles(runs))
+        bundles = [
+            item
+            for path in runs
+            for several in survey(path / SURFACES).values()
+            for item in several.items()
+        ]
+        bundles.sort(key=lambda item: (item[1].identity, item[1].first))
+        _refuse(
+            "surfaces are in more than one folder:",
+            (
+                f"{before} and {path}: both have surface {later.first}"
+                for (before, earlier), (path, later) in pairwise(bundles)
+                if earlier.identity == later.identity and later.first < earlier.end
+            ),
+        )
+        (folder / SURFACES).mkdir()
+        for path, _ in bundles:
+            target = folder / SURFACES / path.name
+            try:  # nobody changes a file in place
+                os.link(path, target)
+            except OSError:  # another file system
+                shutil.copyfile(path, target)
+        last = max(runs.values(), key=lambda run: run.created)
+        header = {name: getattr(last, name) for name in Header.model_fields} | {
+            "command": command,
+            "seconds": sum(run.seconds for run in runs.values()),
+            "interrupted": any(run.interrupted for run in runs.values()),
+        }
+        keys = ("created", "command", "seconds", "machine")
+        own = (run.runs or [{key: getattr(run, key) for key in keys}] for run in runs.values())
+        parts = tuple(part for several in own for part in several)
+        ensemble = Ensemble(parse_scene(last.text, last.name, Path()), folder)
+        merged = result_of(ensemble, Header(**header), runs=parts)
+        save_ensemble(folder, merged)
+    return merged
+
+
+def are_ensembles(directories: Iterable[Path]) -> bool:
+    """Return whether any of the folders holds an ensemble."""
+    return any((directory / RECORD).exists() for directory in directories)
+
+
+def _refuse(what: str, problems: Iterable[str]) -> None:
+    listed = list(problems)
+    if listed:
+        raise InputError("\n  ".join([what, *listed]))
 
 
 def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
@@ -97,55 +203,40 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: named more than once"
         if not run.scenes:
             yield f"{run.directory}: ended before it was written; --resume finishes it"
-        yield from other_versions(run.directory, run.versions, run.source)
+        yield from _other_versions(run.directory, run)
         if run.effort != runs[0].effort:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def other_versions(directory: Path, packages: Mapping[str, str], source: str) -> Iterator[str]:
+def _other_ensembles(runs: dict[Path, EnsembleRecord]) -> Iterator[str]:
+    if len(runs) < 2:
+        yield f"expected two different folders or more, got {len(runs)}"
+    for folder, run in runs.items():
+        yield from _other_versions(folder, run)
+        first = next(iter(runs))
+        if run.text != runs[first].text:
+            yield f"{folder}: expected the scene and the number of surfaces of {first}"
+
+
+def _other_versions(directory: Path, run: StudyRecord | EnsembleRecord) -> Iterator[str]:
     """Yield the packages, and the source of roughline, of a run that are not those here."""
-    run_versions = {**packages, "roughline's source": source or "not recorded"}
-    own_versions = versions() | {"roughline's source": source_digest()}
-    for name in dict.fromkeys([*own_versions, *run_versions]):
-        pair = [release.get(name, "nothing")[:12] for release in (run_versions, own_versions)]
+    theirs = {**run.versions, "roughline's source": run.source or "not recorded"}
+    ours = versions() | {"roughline's source": source_digest()}
+    for name in dict.fromkeys([*ours, *theirs]):
+        pair = [release.get(name, "nothing")[:12] for release in (theirs, ours)]
         if pair[0] != pair[1]:
             yield f"{directory}: {name}: {pair[0]}, here {pair[1]}"
 
 
-def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
-    """Read the plans of a run and all its complete solutions."""
-    for record in run.scenes:
-        scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
-        plan = plan_from(scene, record.plan, run.effort)
-        merged.plans.setdefault(record.name, []).append(plan)
-        for task in plan.tasks:
-            try:
-                solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
-            except ResultsError:
-                rows = setting_rows(record, task.method, task.resolution)
-                if run.part or run.interrupted or not len(rows) or not rows["converged"].all():
-                    continue  # in another run, or lost, which is reported at the end
-                solution = solve_task(task)  # it was not kept, because that is soon done
-            _add(task, solution, str(run.directory), merged)
-
-
-def _add(task: Task, solution: Solution, run: str, merged: _Merge) -> None:
-    key = _solve(task)
-    where, first = merged.solutions.setdefault(key, (run, solution))
-    if first is solution:
-        return
-    if solution.converged.sum() > first.converged.sum():
-        merged.solutions[key] = run, solution
-    change = _difference(first, solution)
-    if change > MOVED:
-        merged.conflicts.append(
-            f"{task.scene.name}, {task.method} {task.resolution}, realisations from "
-            f"{task.realisations[0]}: {where} and {run} differ by {change:.1e}"
-        )
-
-
-def _solve(task: Task) -> _Solve:
-    return task.scene.name, task.method, task.resolution, task.realisations
+def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
+    """Return the solution of a task in a run; None where it is in another run, or lost."""
+    try:
+        return load_solution(run.directory / FIELDS / f"{task.key}.npz")
+    except ResultsError:
+        rows = setting_rows(record, task.method, task.resolution)
+        if run.part or run.interrupted or not len(rows) or not rows["converged"].all():
+            return None
+        return solve_task(task)  # it was not kept, because that is soon done
 
 
 def _difference(first: Solution, second: Solution) -> float:
@@ -160,54 +251,52 @@ def _difference(first: Solution, second: Solution) -> float:
     return most
 
 
-def _merged(name: str, plans: list[Plan], conflicts: list[str]) -> Plan | None:
+def _joined(plans: list[Plan], conflicts: list[str]) -> Plan | None:
     """Return one plan with all methods and resolutions of the plans of a scene."""
-    scene = _scene(name, [plan.scene for plan in plans], conflicts)
+    scene = _scene([plan.scene for plan in plans], conflicts)
     if scene is None:
         return None
-    methods = [
-        _method([m for plan in plans for m in plan.methods if m.method == method])
-        for method in METHODS
-        if any(m.method == method for plan in plans for m in plan.methods)
-    ]
+    methods = [method for plan in plans for method in plan.methods]
+    alike = ([m for m in methods if m.method == name] for name in METHODS)
     return replace(
         plans[0],
         scene=scene,
-        methods=tuple(methods),
+        methods=tuple(_method(several) for several in alike if several),
         left_out=tuple(dict.fromkeys(effect for plan in plans for effect in plan.left_out)),
         notes=tuple(dict.fromkeys(note for plan in plans for note in plan.notes)),
         switched_on=tuple(dict.fromkeys(physics for plan in plans for physics in plan.switched_on)),
     )
 
 
-def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None:
-    """Return the scene with all compared quantities, and register conflicts between the scenes."""
+def _scene(scenes: list[Scene], conflicts: list[str]) -> Scene | None:
+    """Return the scene with all methods and resolutions, and register conflicts between scenes."""
+    first = scenes[0]
+    fixed = [
+        scene.model_dump(mode="json", exclude={"compare": set(FREE), "methods": True})
+        for scene in scenes
+    ]
     options: dict[str, Any] = {}
-    for scene in scenes:
-        same = _fixed(scene) == _fixed(scenes[0])
+    for scene, keys in zip(scenes, fixed, strict=True):
         chosen = scene.methods.model_dump(exclude_defaults=True)
         clash = [key for key in chosen if options.setdefault(key, chosen[key]) != chosen[key]]
-        if not same:
-            conflicts.append(f"{name}: the scenes differ in more than methods and resolutions")
+        if keys != fixed[0]:
+            conflicts.append(
+                f"{first.name}: the scenes differ in more than methods and resolutions"
+            )
         if clash:
-            conflicts.append(f"{name}: other options of {', '.join(clash)}")
-        if not same or clash:
+            conflicts.append(f"{first.name}: other options of {', '.join(clash)}")
+        if keys != fixed[0] or clash:
             return None
-    compare = scenes[0].compare
+    compare = first.compare
     for key in FREE:
         choices = [getattr(scene.compare, key) for scene in scenes]
         union = tuple(dict.fromkeys(v for choice in choices if choice is not None for v in choice))
         ordered = tuple(sorted(union)) if key == "resolutions" else union
         compare = compare.model_copy(update={key: None if None in choices else ordered})
-    tables = scenes[0].model_dump(exclude_none=True, exclude_defaults=True)
+    tables = first.model_dump(exclude_none=True, exclude_defaults=True)
     tables |= {"compare": compare.model_dump(exclude_none=True, exclude_defaults=True)}
-    tables |= {"methods": options, "directory": scenes[0].directory}
+    tables |= {"methods": options, "directory": first.directory}
     return validated({name: table for name, table in tables.items() if table != {}})
-
-
-def _fixed(scene: Scene) -> dict[str, Any]:
-    """Return the keys of a scene that must be the same in all runs."""
-    return scene.model_dump(mode="json", exclude={"compare": set(FREE), "methods": True})
 
 
 def _method(plans: list[MethodPlan]) -> MethodPlan:
@@ -234,20 +323,3 @@ def _settled(plan: Plan, study: Study) -> Plan:
         final: Plan = end.value
         return replace(final, notes=tuple(dict.fromkeys(final.notes)))
     return replace(plan, notes=(*plan.notes, NOT_REFINED))
-
-
-def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
-    tasks = [task for plan in study.plans for task in plan.tasks]
-    study.adopt((t, merged.solutions[_solve(t)][1]) for t in tasks if _solve(t) in merged.solutions)
-    started = time.perf_counter()
-    if study.effort == "full":
-        study.plans = [_settled(plan, study) for plan in study.plans]
-    spent = sum(run.seconds for run in runs)
-    record = study.record(spent)
-    parts: list[Run] = []
-    for run in runs:
-        parts += run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
-    seconds = spent + time.perf_counter() - started
-    # An interrupted run lists only the scenes that it had started; there may be more.
-    interrupted = any(run.interrupted for run in runs)
-    study.save(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

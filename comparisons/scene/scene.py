@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from copy import deepcopy
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -377,7 +378,7 @@ def _scene(
     data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
 ) -> Scene:
     for path, value in (overrides or {}).items():
-        override(data, path, value)
+        override(data, path, deepcopy(value))
     return make_scene(data, source, directory)
 
 

@@ -251,8 +251,8 @@ def merge(
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
+    from comparisons.questions.merging import are_ensembles, merge_ensembles
     from comparisons.questions.merging import merge as merged
-    from comparisons.questions.merging_ensembles import are_ensembles, merge_ensembles
     from comparisons.results.folder import held
     from comparisons.results.store import load_study
     from reports.pages.study import write_report

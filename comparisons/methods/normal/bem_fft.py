@@ -16,6 +16,7 @@ from comparisons.methods.normal.grid import (
     indenter_resolutions,
     rough_resolutions,
 )
+from comparisons.scene.options import FftOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.contact.body import ElasticBody
@@ -114,6 +115,7 @@ class BemFft(HalfSpaceGrid):
         self.face = respond if scene.half_space.uniform else None
         if scene.surface is not None and scene.surface.periodic:
             self.kernel = options.kernel
+        self.tolerance = FftOptions().tolerance  # of the warm-up alone, where a face is known
         if self.face is None or scene.indenter is None or not scene.indenter.flat:
             self.tolerance = options.tolerance
 

@@ -23,22 +23,10 @@ from comparisons.questions.experiments.rough_ensemble import (
     surface_samples,
     truth,
 )
-from reference.closed_form.rough_theories import (
-    BushGibsonThomas,
-    GreenwoodWilliamson,
-    Moments,
-    Persson,
-    PerssonXu,
-    greenwood_williamson,
-)
-from reference.surfaces import SelfAffine, amplitude_spectrum, summits
+from reference.closed_form.rough_theories import GreenwoodWilliamson
+from reference.surfaces import summits
 
 QUANTITIES = ("contact_area", "mean_gap", "stiffness")
-THEORIES = ("summits", "greenwood_williamson", "bush_gibson_thomas", "persson", "persson_xu")
-_SPREADING: dict[str, type[Persson] | type[PerssonXu]] = {
-    "persson": Persson,
-    "persson_xu": PerssonXu,
-}
 # Surfaces whose summits are counted, on grids so much finer that their curvatures have converged.
 _SURFACES, _FACTOR = 12, 4
 
@@ -63,43 +51,9 @@ def of_surface(surface: Surface) -> GreenwoodWilliamson:
     )
 
 
-def _stated(surface: Surface, theory: str, load: float) -> dict[str, float]:
-    """Return what a theory says at F = load E* A0 h' (E* = A0 = h' = 1)."""
-    if theory in _SPREADING:
-        persson = _SPREADING[theory](*_rings(surface))
-        return {
-            "contact_area": persson.area(load),
-            "mean_gap": persson.mean_gap(load),
-            "stiffness": persson.stiffness(load),
-        }
-    model: GreenwoodWilliamson | BushGibsonThomas = of_surface(surface)
-    if theory != "summits":
-        q, power = _rings(surface)
-        m0, m2, m4 = (float(np.sum(power * q**order)) for order in (0, 2, 4))
-        moments = Moments(m0, m2 / 2, 3 / 8 * m4)
-        bush = theory == "bush_gibson_thomas"
-        model = BushGibsonThomas(moments) if bush else greenwood_williamson(moments)
-    separation = model.separation(load)
-    return {
-        "contact_area": model.area(separation),
-        "mean_gap": separation,
-        "stiffness": model.stiffness(separation),
-    }
-
-
-def _rings(surface: Surface) -> tuple[np.ndarray, np.ndarray]:
-    """Return wavenumbers of the surface's modes and what they add to the mean square height."""
-    power = amplitude_spectrum(surface.points, 1.0, SelfAffine(**surface.recipe)) ** 2
-    n = surface.points
-    q = 2 * np.pi * np.hypot(*np.meshgrid(*(np.fft.fftfreq(n, 1 / n),) * 2, indexing="ij"))
-    length, place = np.unique(np.round(q, 9), return_inverse=True)
-    total = np.bincount(np.ravel(place), np.ravel(power))
-    return length[total > 0], total[total > 0]
-
-
 @experiment(
     "asperities",
-    "Asperities and Persson's theory beside the surfaces and the line",
+    "Asperities of the surfaces themselves beside the surfaces and the line",
     "load",
     "load F/(E* A0 h')",
 )
@@ -109,7 +63,6 @@ def asperities(
     load: Annotated[float, Above(0)] = 0.01,
     quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
     statement: Literal["model", "line_is_better"] = "model",
-    theory: Annotated[str, OneOf(*THEORIES)] = "summits",
     hurst: float = 0.8,
     roll_off: float = 4.0,
     shortest: float = 4.0,
@@ -119,8 +72,7 @@ def asperities(
     """Compare the model with the surfaces, or its error with that of the line.
 
     Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
-    the line's error exceeds the model's, zero where it does not. Theories: Greenwood and
-    Williamson's with the surfaces' own ``"summits"``, or those that know the spectrum alone.
+    the line's error exceeds the model's, zero where it does not.
     """
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 20)
@@ -130,7 +82,13 @@ def asperities(
         return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
 
     true, grid_bar = truth(sample, "refined", count, effort)
-    stated = _stated(surface, theory, float(load))[quantity]
+    model = of_surface(surface)
+    separation = model.separation(load)  # E* = A0 = h' = 1; without interaction the mean gap
+    stated = {
+        "contact_area": model.area(separation),
+        "mean_gap": separation,
+        "stiffness": model.stiffness(separation),
+    }[quantity]
     line = line_samples(surface, float(load), max(4 * count, 450))[quantity]
     details: Details = {}
     of_model = compare([stated], true, grid_bar, details)

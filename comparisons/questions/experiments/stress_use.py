@@ -21,7 +21,7 @@ from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.rough import ensemble, regions
 from reduced.springs import stress
-from reference.closed_form import ClosedForm, paraboloid, power_law, rounded_punch, sphere
+from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
 
 RULES = ("own_curvature", "one_radius", "abel")
 
@@ -105,26 +105,6 @@ def first_yield(
     }
     bar = 1e-6 * (1 + abs(forces[0] / forces[1] - 1))
     return Finding(forces[0], forces[1], bar, details)
-
-
-@experiment(
-    "spring-force-yield",
-    "Force at first yield by the spring force, set on one ball and used on another",
-    "ratio",
-    "ratio of the radii",
-)
-def spring_force_yield(effort: str, *, ratio: Annotated[float, Above(0)] = 2.0) -> Finding:
-    """Use the local force in place of the stress (19.37): the force at first yield of a ball.
-
-    The largest spring force per length, E* d, is set to its value at the first yield of a ball of
-    radius R; the other ball has the radius `ratio` R. Yield is at p0 = 2 E* a/(pi R) of either, so
-    at depths in proportion to the radius.
-    """
-    limit, radius = 0.01, float(ratio)
-    first, second = ((np.pi * limit / 2) ** 2 * r for r in (1.0, radius))
-    form = paraboloid(radius, 1.0)
-    stated, true = float(form.force(first)), float(form.force(second))
-    return Finding(stated, true, 1e-12, {"depth over that at yield": first / second})
 
 
 def _largest_mises(poisson_ratio: float = 0.3) -> float:

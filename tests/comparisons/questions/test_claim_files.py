@@ -220,6 +220,26 @@ def test_a_parameter_may_stand_inside_a_list():
     assert scene.indenter.vertices[2] == (0.001, 0.002)
 
 
+def test_a_list_that_claims_share_is_not_changed_by_what_varies_in_it(tmp_path):
+    """A load of one claim was that of all others of its baseline."""
+    file = tmp_path / "family.toml"
+    file.write_text(
+        """
+scene = "ellipsoid-2"
+quantity = "force"
+equation = "19.3"
+text = "It holds."
+tolerance = 0.01
+changes = { "loading.penetration" = ["2 um"] }
+[claims.deeper]
+vary = { path = "loading.penetration.0", from = 1, to = 9, steps = 2, unit = "1 um" }
+[claims.same]
+"""
+    )
+    for claim in load_claims((str(file),)):
+        assert claim.changes == {"loading.penetration": ["2 um"]}
+
+
 def test_an_experiment_names_its_own_parameter(monkeypatch):
     nothing = Experiment("nothing", "Nothing.", "x", "x/y", run=None)
     monkeypatch.setitem(EXPERIMENTS, "nothing", nothing)

@@ -12,7 +12,7 @@ import pytest
 from comparisons.errors import InputError, LostWorkError, ResultsError
 from comparisons.questions import ensemble as questions
 from comparisons.questions.ensemble import Ensemble
-from comparisons.questions.merging_ensembles import merge_ensembles
+from comparisons.questions.merging import merge_ensembles
 from comparisons.results.ensemble import SURFACES, load_ensemble, summary, survey
 from comparisons.solving.executors import SerialExecutor
 from comparisons.solving.jobs import Done

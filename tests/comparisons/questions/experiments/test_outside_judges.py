@@ -115,11 +115,6 @@ def test_the_straight_line_goes_through_its_own_point():
     assert measure("straight-area", 0.01, realisations=4).error == pytest.approx(0.0, abs=1e-12)
 
 
-def test_the_spring_force_does_not_scale_as_the_stress():
-    """At equal depth F ~ R^(1/2), at first yield F ~ R^2 (Johnson 1985, 6.1)."""
-    assert measure("spring-force-yield", 4.0).error == pytest.approx(4**-1.5 - 1, rel=1e-12)
-
-
 def test_torsion_with_slip_ends_in_mindlin_and_in_full_slip():
     """No slip: M = (16/3) G a^3 b; full slip of a ball: (3 pi/16) mu F a, by springs 2/pi of it.
 

@@ -5,22 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.errors import InputError
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.questions.experiments.asperities import _rings
 from comparisons.questions.experiments.rough_adhesion import largest
-from comparisons.questions.experiments.rough_ensemble import Surface
 from reference.closed_form.infinite import TransverselyIsotropic
 
 
 def measure(name, value=None, **parameters):
     return EXPERIMENTS[name].measure(value, "quick", **parameters)
-
-
-def test_the_rings_of_a_surface_hold_its_mean_square_gradient():
-    q, power = _rings(Surface.of(32, 0.8, 2.0, 4.0, periodic=True))
-    assert float(np.sum(q**2 * power)) == pytest.approx(1.0, rel=1e-9)
-    assert (np.diff(q) > 0).all()
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.7, 10.0])
@@ -63,11 +54,6 @@ def test_the_surface_s_densities_start_as_the_edges_of_contacts_say():
 def test_greenwood_s_spots_that_nearly_touch_conduct_too_well():
     """He takes the far field of each spot for its mean over the other: 0.6 % at 1.2 diameters."""
     assert measure("conductance", 1.2).error == pytest.approx(0.0062, abs=5e-4)
-
-
-def test_unknown_theories_are_refused():
-    with pytest.raises(InputError, match="theory"):
-        measure("asperities", 0.01, theory="archard")
 
 
 @pytest.mark.parametrize("peak", [0.6, 1.5, 1.7, 2.5])
