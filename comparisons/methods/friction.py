@@ -34,7 +34,7 @@ from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
 from reference.fem import Material
-from reference.fem.friction import FrictionalBody, NodalStep, follow, frictional_body
+from reference.fem.nodal_friction import FrictionalBody, NodalStep, follow, frictional_body
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential

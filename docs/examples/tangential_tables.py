@@ -24,8 +24,8 @@ from reference import closed_form, surfaces
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.contact.press import press
-from reference.fem import Material, friction
-from reference.fem.friction import frictional_body
+from reference.fem import Material, nodal_friction
+from reference.fem.nodal_friction import frictional_body
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
@@ -333,7 +333,7 @@ def second_opinion() -> list[list[str]]:
             heights = (body.points**2).sum(axis=1) / 2
             pairs = list(
                 zip(
-                    list(friction.follow(body, heights, MU, *loads))[8:],
+                    list(nodal_friction.follow(body, heights, MU, *loads))[8:],
                     true,
                     strict=True,
                 )

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from reference.errors import ConvergenceError
-from reference.fem import Material, friction
+from reference.fem import Material, nodal_friction
 from reference.fem.far_field import boussinesq, cerruti
-from reference.fem.friction import frictional_body
+from reference.fem.nodal_friction import frictional_body
 from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import LoadPath
@@ -34,7 +34,7 @@ def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
     pairs = list(
         zip(
-            friction.follow(body, gap, MU, *loads),
+            nodal_friction.follow(body, gap, MU, *loads),
             sweep(press, *loads),
             strict=True,
         )
@@ -78,9 +78,9 @@ def test_refusals():
     gap = np.zeros(len(body.points))
     loads = LoadPath("penetration", 1.0), LoadPath("tangential_displacement", 0.0)
     with pytest.raises(ValueError, match="gap"):
-        friction.follow(body, gap[1:], MU, *loads)
+        nodal_friction.follow(body, gap[1:], MU, *loads)
     with pytest.raises(ConvergenceError, match="node by node"):
-        next(friction.follow(body, gap, MU, *loads, max_sweeps=2))
+        next(nodal_friction.follow(body, gap, MU, *loads, max_sweeps=2))
 
 
 def test_prescribed_forces_are_those_of_the_prescribed_displacements():
@@ -89,9 +89,9 @@ def test_prescribed_forces_are_those_of_the_prescribed_displacements():
     body = frictional_body(1.0, Material(2.4, 0.2), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     moves = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    driven = list(friction.follow(body, gap, MU, *moves))
+    driven = list(nodal_friction.follow(body, gap, MU, *moves))
     forces = (LoadPath(k, [getattr(s, k) for s in driven]) for k in ("force", "tangential_force"))
-    for one, other in zip(friction.follow(body, gap, MU, *forces), driven, strict=True):
+    for one, other in zip(nodal_friction.follow(body, gap, MU, *forces), driven, strict=True):
         assert one.penetration == pytest.approx(other.penetration, rel=1e-5)
         apart = one.tangential_displacement - other.tangential_displacement
         assert abs(apart) < 1e-4 * MU * other.penetration
@@ -104,6 +104,6 @@ def test_forces_beyond_friction_are_not_found():
     gap = (body.points**2).sum(axis=1) / 2
     pulled = LoadPath("tangential_force", [0.0, 1.2 * MU])
     with pytest.raises(ConvergenceError, match="full sliding"):
-        list(friction.follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
+        list(nodal_friction.follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
     with pytest.raises(ValueError, match="control must be one of penetration, force"):
-        friction.follow(body, gap, MU, pulled, pulled)
+        nodal_friction.follow(body, gap, MU, pulled, pulled)
