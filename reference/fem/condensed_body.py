@@ -275,6 +275,7 @@ def half_space_body(
     groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
     if not groups:
         held[outer] = True
+    # the elements, and the numbers of their unknowns
     if solver == "conjugate_gradients":
         size = 3 * len(grid.mesh.dofs.element_dofs)
         matrices = np.zeros((0, size, size))
@@ -293,6 +294,7 @@ def half_space_body(
         stretch=meshed.stretch,
     )
     seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()
+    # all but the candidates are eliminated; the inverse of their stiffness is the compliance
     flexibility: DenseFlexibility | IterativeFlexibility
     if solver == "conjugate_gradients":
         flexibility = IterativeFlexibility(
