@@ -27,6 +27,10 @@ from comparisons.tasks.solution import Solved
 
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
 MOST_REALISATIONS = 450
+# On grids that are coarser than the finest, of which nothing draws a band.
+MOST_COARSE = 100
+BARS = "reference_uncertainty"
+DIGITS = 8  # of values of single surfaces: their scatter is in the second
 
 
 @dataclass(frozen=True)
@@ -97,30 +101,42 @@ def compare(
 def _solution_tables(
     plan: Plan, levels: Levels, resolution: int, truth: Truth | None
 ) -> Iterator[pd.DataFrame]:
-    """Yield the rows of the first MOST_REALISATIONS surfaces, and of the mean over all."""
+    """Yield the rows of the first surfaces and of lost ones, and of the mean over all."""
     solution = levels.solutions[resolution]
     count = len(solution.converged)
-    shown = slice(min(count, MOST_REALISATIONS))
+    most = MOST_REALISATIONS if resolution == levels.finest else MOST_COARSE
+    lost = ~solution.converged.all(axis=1)
+    shown = np.flatnonzero((np.arange(count) < most) | lost)[:MOST_REALISATIONS]
     common = _common(plan, levels, resolution)
     curves = {name: values[shown] for name, values in solution.quantities.items()}
-    names = [str(k) for k in range(count)][shown]
+    names = [str(k) for k in shown]
     reasons = np.full(solution.converged[shown].shape, "", dtype=object)
+    places = {int(k): place for place, k in enumerate(shown)}
     for (k, step), reason in solution.reasons.items():
-        if k < len(reasons):
-            reasons[k, step] = reason
+        if k in places:
+            reasons[places[k], step] = reason
     own = {
         "iterations": solution.iterations[shown].ravel(),
         "violation": solution.violation[shown].ravel(),
         "converged": solution.converged[shown].ravel(),
         "reason": reasons.ravel(),
     }
-    yield pd.DataFrame(common | _columns(plan, curves, names, common, truth) | own)
+    columns = _columns(plan, curves, names, common, truth)
+    if count > 1:  # bars are in the rows of the mean
+        columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
+        columns |= {name: _rounded(columns[name]) for name in curves}
+    yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
         own = {"converged": solution.converged.all(axis=0)} | {
             f"stderr_{name}": levels.standard_error(name, resolution) for name in means
         }
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth) | own)
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Return numbers with so many digits as the file of single surfaces has."""
+    return np.array([f"{value:.{DIGITS}g}" for value in values], dtype=float)
 
 
 def _common(plan: Plan, levels: Levels, resolution: int) -> dict[str, Any]:
@@ -173,10 +189,10 @@ def _columns(
         bar = truth.bar(name)
         error = truth.errors(curves, name, main_axis(truth.axis, name))
         columns[f"error_{name}"] = np.full(error.size, np.nan) if is_truth else error.ravel()
-        columns[f"reference_uncertainty_{name}"] = np.tile(bar, count)
+        columns[f"{BARS}_{name}"] = np.tile(bar, count)
         if name in plan.compared:
             widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
-    return columns | {"reference_uncertainty": np.tile(widest, count)}
+    return columns | {BARS: np.tile(widest, count)}
 
 
 def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Unpack
 
 from comparisons.errors import ResultsError
+from comparisons.facts.methods import METHODS
+from comparisons.files import read_arrays, write_arrays
 from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
@@ -34,8 +37,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Effort, Plan
-from comparisons.tasks.archive import save_solution
-from comparisons.tasks.shown_loads import drawn_in_single
+from comparisons.tasks.archive import PREFIX, save_solution
+from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
@@ -43,7 +46,7 @@ from comparisons.tasks.task import Task
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
-SOON_SOLVED = 1.0  # seconds: a shorter solve of surfaces that no page shows is not kept
+SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 
 
 class Study(Campaign[Plan, StudyRecord]):
@@ -119,7 +122,8 @@ class Study(Campaign[Plan, StudyRecord]):
         jobs = {task.key: task for task in tasks}
         self._own.update(jobs)
         self._asked.update(jobs)
-        return [solve_job(task, solve_task) for task in jobs.values()]
+        work = partial(solve_task, every_field=True) if self.paraview else solve_task
+        return [solve_job(task, work) for task in jobs.values()]
 
     def received(self, done: Done) -> None:
         """Register a solution; repeatedly killed tasks have no answer at any step."""
@@ -153,17 +157,34 @@ class Study(Campaign[Plan, StudyRecord]):
     def save(self, record: StudyRecord) -> None:
         """Write study.json, its tables, and those to take away.
 
-        Of a whole run later surfaces of an ensemble are kept only where they are not soon solved
-        again, as `--resume` and `merge` do; parts wait to be merged.
+        Of a whole run lines and later surfaces are kept only where they are not soon solved again,
+        as `--resume` and `merge` do, and earlier loads only where a page shows them: on the finest
+        grid of a method. Parts wait to be merged.
         """
         save_study(record)
         write_exports(record)
         tasks = [task for plan in self.plans for task in plan.tasks]
         if record.interrupted or not all(task.key in self._solutions for task in tasks):
             return
+        finest: dict[tuple[str, str], int] = {}
         for task in tasks:
-            if task.realisations[0] > 0 and self._solutions[task.key].seconds < SOON_SOLVED:
-                self._path(task).unlink(missing_ok=True)
+            setting = task.scene.name, task.method
+            finest[setting] = max(finest.get(setting, 0), task.resolution)
+        for task in tasks:
+            soon, path = self._solutions[task.key].seconds < SOON_SOLVED, self._path(task)
+            if task.realisations[0] > 0:
+                if soon:
+                    path.unlink(missing_ok=True)
+                continue
+            lines = METHODS[task.method].dimension == 1 and len(task.realisations) > 1
+            dropped: tuple[str, ...] = (PREFIX,) if soon and lines else ()
+            if task.resolution < finest[task.scene.name, task.method]:
+                dropped += SHOWN_ONLY
+            if dropped and path.exists():
+                arrays = read_arrays(path)
+                kept = {name: v for name, v in arrays.items() if not name.startswith(dropped)}
+                if len(kept) < len(arrays):
+                    write_arrays(path, kept)
 
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
@@ -273,15 +294,16 @@ def _joined(plan: Plan, solution: Callable[[Task], Solution | None]) -> Solved:
     return solved
 
 
-def solve_task(task: Task) -> Solution:
+def solve_task(task: Task, *, every_field: bool = False) -> Solution:
     """Solve a task with cached code, so that the compiling process does not matter.
 
-    Only fields of the first surface are shown, so those of other blocks are not transferred.
+    Only fields of the first surface are shown, so those of other blocks are not transferred; what
+    no page shows of it only where ParaView asks for `every_field`.
     """
     apart = compile_apart(task)
     # The time of an ensemble is measured on its first surfaces again and again, on the rest once.
     first = task.realisations[0] == 0
     solution = execute(task) if first else execute(task, repeats=1)
     solution.compile_seconds += apart
-    solution.fields = drawn_in_single(solution.fields) if first else {}
+    solution.fields = shown(solution.fields, all_of_them=every_field) if first else {}
     return solution

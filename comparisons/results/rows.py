@@ -16,7 +16,7 @@ TEXTS = frozenset(
 )
 FLAGS = frozenset({"converged"})
 # Of the others, which are numbers, those that are whole.
-WHOLE = ("resolution", "step", "surfaces", "unknowns", "iterations", "memory", "threads")
+WHOLE = ("resolution", "step", "surfaces", "unknowns", "iterations", "threads")
 # Columns that a table of results must have; the texts among them in every row.
 ROWS = ("scene", "method", "resolution", "step")
 MEASURES = ("scene", "method", "quantity", "at", "verdict", "resolution", "rms", "maximum")

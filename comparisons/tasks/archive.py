@@ -11,7 +11,7 @@ from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays
 from comparisons.tasks.solution import Solution
 
-_PREFIX = "solution."
+PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
 _NUMBERS = ("unknowns", "truncation", "seconds", "setup_seconds", "compile_seconds", "memory")
 
@@ -24,9 +24,9 @@ def save_solution(path: Path, solution: Solution) -> None:
 def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     """Return everything in a solution as named arrays, the numbers and reasons as one JSON text."""
     arrays = dict(solution.fields)
-    arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
-    arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
-    arrays |= {f"{_PREFIX}d.{name}": value for name, value in solution.distributions.items()}
+    arrays |= {f"{PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
+    arrays |= {f"{PREFIX}q.{name}": value for name, value in solution.quantities.items()}
+    arrays |= {f"{PREFIX}d.{name}": value for name, value in solution.distributions.items()}
     document = {name: _plain(getattr(solution, name)) for name in _NUMBERS} | {
         "machine": solution.machine,
         "exact": solution.exact,
@@ -34,7 +34,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
         "contact": solution.contact,
         "reasons": [[*index, reason] for index, reason in solution.reasons.items()],
     }
-    return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
+    return arrays | {f"{PREFIX}json": np.array(json.dumps(document))}
 
 
 def load_solution(path: Path) -> Solution:
@@ -60,23 +60,23 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     KeyError, TypeError, ValueError
         If the arrays are something else.
     """
-    document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
-    solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
-    start = len(_PREFIX) + 2
+    document = json.loads(str(arrays.pop(f"{PREFIX}json")))
+    solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(PREFIX)}
+    start = len(PREFIX) + 2
     numbers = {name: _number(document[name]) for name in _NUMBERS}
 
     def named(kind: str) -> dict[str, np.ndarray]:
         whole = solution_arrays.items()
-        return {k[start:]: v for k, v in whole if k.startswith(f"{_PREFIX}{kind}.")}
+        return {k[start:]: v for k, v in whole if k.startswith(f"{PREFIX}{kind}.")}
 
     return Solution(
         quantities=named("q"),
         distributions=named("d"),
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
-        converged=solution_arrays[f"{_PREFIX}converged"],
-        iterations=solution_arrays[f"{_PREFIX}iterations"],
-        violation=solution_arrays[f"{_PREFIX}violation"],
+        converged=solution_arrays[f"{PREFIX}converged"],
+        iterations=solution_arrays[f"{PREFIX}iterations"],
+        violation=solution_arrays[f"{PREFIX}violation"],
         unknowns=document["unknowns"],
         truncation=numbers["truncation"],
         seconds=numbers["seconds"],

@@ -20,6 +20,10 @@ MOST_POINTS = 2**20
 SLIP = ("friction_used", "traction_x", "traction_y")
 NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape", *SLIP)
 DRAWN = ("mesh_", "displacement", "gap", "heights")
+# What no page shows: anywhere, and below rough surfaces.
+UNSEEN, BODY = ("displacement", "gap"), ("mesh_cells", "mesh_displacement")
+# What pages show of the finest grid of a method alone.
+SHOWN_ONLY = ("step.", "heights", "mesh_")
 _KEY = re.compile(rf"step\.(\d{{1,6}})\.({'|'.join(NAMES)})")
 
 Fields = Mapping[str, np.ndarray]
@@ -76,11 +80,17 @@ def earlier_fields(
     return arrays
 
 
-def drawn_in_single(fields: Fields) -> dict[str, np.ndarray]:
-    """Return fields with those that are only drawn, and never compared, in single precision."""
+def shown(fields: Fields, *, all_of_them: bool = False) -> dict[str, np.ndarray]:
+    """Return the fields that pages show or comparisons use; with `all_of_them` those for ParaView.
+
+    Those that are only drawn, and never compared, are in single precision. A rough surface is
+    drawn by its heights, not by the body below it.
+    """
+    unseen = () if all_of_them else UNSEEN + (BODY if "heights" in fields else ())
     return {
         name: _single(values) if name.startswith(DRAWN) else values
         for name, values in fields.items()
+        if name not in unseen
     }
 
 

@@ -282,11 +282,6 @@ def print_table(table: Table) -> None:
     _console().print(drawn(table))
 
 
-def print_line(text: str) -> None:
-    """Print a sentence, wrapped between words on a terminal."""
-    _console().print(text, markup=False, highlight=False)
-
-
 def print_hard_case_list() -> None:
     """Print the catalogue, with the difficulty of each case."""
     from reports.tables import lists

@@ -144,7 +144,7 @@ def calibrate(
     from reports.pages.calibration import write_calibration_report
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule
     from roughline.commands.progress import watching
-    from roughline.commands.terminal import print_line, print_table
+    from roughline.commands.terminal import print_table, print_text
 
     command = shlex.join(["roughline", *sys.argv[1:]])
     with held(out):
@@ -154,15 +154,15 @@ def calibrate(
         cases = record.cases
         write_calibration_report(cases, command, out / PAGE)
     reported = [case for case in cases if case.half == "reported"]
-    print_line(
+    print_text(
         "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
         "in the rms over the loads of a case, and of the bars at every load by themselves."
     )
     for made in (*by_quantity(reported), rule(fitted_shares(cases)), *other_widths(cases)):
-        print_line("")
+        print_text("")
         print_table(made)
         if made.note:
-            print_line(made.note)
+            print_text(made.note)
     _print_missed(record)
     fine = all(
         (got := summary(part)).coverage >= COVERAGE and got.width <= WIDTH
@@ -177,13 +177,13 @@ def calibrate(
 
 def _print_missed(record: CalibrationRecord) -> None:
     """Print how many bars miss what is proved, and which."""
-    from roughline.commands.terminal import print_line
+    from roughline.commands.terminal import print_text
 
-    print_line(f"\n{record.held}.")
+    print_text(f"\n{record.held}.")
     for case in record.cases:
         if case.missed:
             kind = "defect: " if case.refuted else ""
-            print_line(
+            print_text(
                 f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
                 f"at worst by {case.excess:.0%} of the bar"
             )

@@ -44,7 +44,7 @@ def test_shares_are_areas_over_the_nominal_one_and_the_ring_stands_at_the_load(r
     shares = failure_view(rough)[2]
     x = np.unique(pressure_fields(rough)[-1].x)
     side = np.ptp(x) * len(x) / (len(x) - 1)
-    areas = selection.column(selection.curve(rough, "reduced"), "contact_area")
+    areas = selection.curve(rough, "reduced")["contact_area"]
     (model,) = [line for line in shares.series if line.look.label == "area, reduced model"]
     np.testing.assert_allclose(model.y, areas / side**2, rtol=1e-9)
     for step, figure in zip(slider_steps(rough).steps, (*shares.earlier, shares), strict=True):
