@@ -98,9 +98,7 @@ def _judged(claim: Claim, value: float | None, plan: Plan, solved: Solved) -> In
     judged_at = Levels.of(solved, claim.method).finest
     seconds = float(np.nansum([solution.seconds for solution in solved.values()]))
     if truth is None or judged_at is None:
-        reasons = [reason for s in solved.values() for reason in s.reasons.values()]
-        details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
-        return Measurement(value, np.nan, np.nan, details, seconds)
+        return _nothing(value, solved, seconds)
     measured = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
     error, bar, details = _deciding(measured, claim.tolerance)
     details |= {"truth": truth.label, "resolution": float(judged_at)}
@@ -108,6 +106,12 @@ def _judged(claim: Claim, value: float | None, plan: Plan, solved: Solved) -> In
     if differing:
         details["references disagree"] = " ".join(differing)
     return Measurement(value, error, bar, details, seconds)
+
+
+def _nothing(value: float | None, solved: Solved, seconds: float) -> Measurement:
+    reasons = [reason for s in solved.values() for reason in s.reasons.values()]
+    details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
+    return Measurement(value, np.nan, np.nan, details, seconds)
 
 
 def _deciding(measured: list[Measured], tolerance: float) -> Measured:
@@ -153,22 +157,20 @@ def _measure_apart(
             names = {m.method for m in plan.methods}
             plan = replace(plan, methods=tuple(_coarser(m, names) for m in plan.methods))
         solved: Solved = yield from curves(plan)
-        if side is stated:
+        if side is stated and not _fixed(claim):
             solved = yield from _springs_refined(claim, plan, solved)
-        elif effort == "full":
+        elif side is true and effort == "full":
             plan, solved = yield from _truth_refined(plan, solved)
         seconds += float(np.nansum([solution.seconds for solution in solved.values()]))
         found = _truth(side, plan, solved)
         if found is None:
-            reasons = [reason for s in solved.values() for reason in s.reasons.values()]
-            nothing = next(iter(reasons), "nothing was solved")
-            return Measurement(value, np.nan, np.nan, {"no result": nothing}, seconds)
+            return _nothing(value, solved, seconds)
         known.append({name: _known(plan, found, name) for name in claim.quantity})
-        if METHODS[found.method].dimension != 3:  # as in `Truth.error_sources`
-            for _, sources in known[-1].values():
-                sources |= {key: np.nan_to_num(part, nan=0.0) for key, part in sources.items()}
         details[word if side is stated else "truth"] = found.label
         path = path or found.path
+        differing = found.disagreements(plan.compared)
+        if differing:
+            details["references disagree"] = " ".join(differing)
 
     def compared(name: str) -> Measured:
         (ours, of_ours), (theirs, of_theirs) = (values[name] for values in known)
@@ -200,7 +202,10 @@ def _known(plan: Plan, found: Truth, name: str) -> tuple[np.ndarray, Sources]:
     if not found.knows(name):
         raise InputError(f"{found.label}: {name} is not known here")
     sources = found.bar_sources(name, main_axis(found.axis, name))
-    return found.curves[name], {**sources, DISPUTE: found.disputed(name)}
+    sources[DISPUTE] = found.disputed(name)
+    if METHODS[found.method].dimension != 3:  # springs that are all zero, as before first yield
+        sources = {key: np.nan_to_num(part, nan=0.0) for key, part in sources.items()}
+    return found.curves[name], sources
 
 
 def _plan(
