@@ -213,7 +213,9 @@ def _reduced(
         follow = system.boundary[names[free:] - system.first]
         if len(follow) and modes:
             across, outer = matrix[:free, free:] @ follow, follow.T @ matrix[free:, free:] @ follow
-            matrix = np.block([[matrix[:free, :free], across], [across.T, outer]])
+            inner, matrix = matrix[:free, :free], np.empty((free + modes, free + modes))
+            matrix[:free, :free], matrix[free:, free:] = inner, outer
+            matrix[:free, free:], matrix[free:, :free] = across, across.T
             names = np.append(names[:free], system.first + np.arange(modes))
         else:
             names, matrix = names[:free], matrix[:free, :free]
