@@ -278,19 +278,6 @@ def greenwood_williamson(moments: Moments) -> GreenwoodWilliamson:
     )
 
 
-def persson_area(relative_load: ArrayLike) -> Any:
-    """Return A/A0 = erf(sqrt(2) p/(E* h')), for F/(E* A0 h') with h' = sqrt<|grad h|^2>.
-
-    B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840: A/A0 = erf(p/(2 sqrt G)) with
-    G = (pi/4) E*^2 int q^3 C2D dq = (E* h')^2/8. Exact for full contact, otherwise a diffusion
-    approximation; A = sqrt(8/pi) F/(E* h') at small loads.
-
-    >>> round(float(persson_area(1e-3)) / 1e-3 / math.sqrt(8 / math.pi), 5)
-    1.0
-    """
-    return erf(math.sqrt(2) * checked_load("relative_load", relative_load))[()]
-
-
 @dataclass(frozen=True)
 class WaveRings:
     """A surface by the rings of its waves, (m,): ascending wavenumbers, and mean square heights."""

@@ -84,10 +84,8 @@ def test_curvatures_of_summits_converge_with_the_square_of_the_spacing():
     assert np.log2(errors[0] / errors[2]) / 2 > 1.8
 
 
-def test_theories_order_as_known_and_refuse_negative_loads():
-    """kappa: Persson sqrt(8/pi) = 1.60 below Bush, Gibson and Thomas sqrt(2 pi) = 2.51."""
-    assert rough_theories.persson_area(1e-6) / 1e-6 == pytest.approx(1.5958, abs=1e-4)
+def test_bush_gibson_and_thomas_are_linear_and_refuse_negative_loads():
+    """Kappa is sqrt(2 pi) = 2.51."""
     assert rough_theories.bush_gibson_thomas_area(1e-6) / 1e-6 == pytest.approx(2.5066, abs=1e-4)
-    for theory in (rough_theories.persson_area, rough_theories.bush_gibson_thomas_area):
-        with pytest.raises(ValueError, match="relative_load"):
-            theory(-1.0)
+    with pytest.raises(ValueError, match="relative_load"):
+        rough_theories.bush_gibson_thomas_area(-1.0)

@@ -209,11 +209,9 @@ def test_rough_lines_keep_displacements_and_lose_areas():
         assert abs(measured.error) < 0.15
 
 
-def test_theories_bracket_the_periodic_surface():
-    """About 2 is kappa: Persson's 1.6 is below it, the 2.51 of Bush, Gibson and Thomas above."""
-    persson = measure("rough-contact", 0.03, statement="persson", periodic=True)
-    bush = measure("rough-contact", 0.03, statement="bush", periodic=True)
-    assert persson.error < 0 < bush.error
+def test_light_loads_by_bush_gibson_and_thomas_are_above_the_periodic_surface():
+    """About 2 is kappa: their 2.51 is above it."""
+    assert measure("rough-contact", 0.03, statement="bush", periodic=True).error > 0
     with pytest.raises(InputError, match="speaks of contact_area"):
         measure("rough-contact", 0.03, statement="bush", quantity="mean_gap")
 
