@@ -3,7 +3,7 @@ r"""Flat elliptic punches as a lower bound of the force, in closed form, for any
 An elliptic punch that sinks in by one, E* = 1, has the stiffness k = pi a/K(1 - b^2/a^2) and the
 pressure k/(2 pi a b sqrt(1 - X^2/a^2 - Y^2/b^2)), the shadow of a uniform sphere; the surface sinks
 by one everywhere on the ellipse and by less outside (Johnson 1985, section 3.5). So it is admitted
-by the linear programme whose value is the force (Barber 1974, Int. J. Eng. Sci. 12, 813),
+by the linear programme whose value is the force (Barber 1974, J. Strain Anal. 9, 230),
 
     F = max { int (d - g) dm : m >= 0, K m <= 1 where m > 0 }  >=  k (d - <g>),
 

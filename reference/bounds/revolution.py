@@ -5,7 +5,7 @@ flat circular punches; from above: finite elements of Laplace's equation. The tw
 gap and nothing else.
 
 Of all sets S the true contact area carries the largest force at a given penetration d (Barber 1974,
-Int. J. Eng. Sci. 12, 813), and what S carries is the mean of d - g under the pressure of a flat
+J. Strain Anal. 9, 230), and what S carries is the mean of d - g under the pressure of a flat
 punch on S times the punch's stiffness, F >= k_S (d - <g>_S): the dual of
 F = min {int q : q >= 0, K q >= d - g}.
 

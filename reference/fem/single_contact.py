@@ -2,8 +2,8 @@
 
 A half-space has no length scale, so a mesh scaled by s has its compliance divided by s, and the
 mesh circle can be placed on the contact edge at every load without a new condensation. The contact
-area is that with the largest force at a given penetration (Barber 1974, *Int. J. Eng. Sci.* 12,
-813), which gives s; the active set on the scaled body then confirms or corrects it.
+area is that with the largest force at a given penetration (Barber 1974, *J. Strain Anal.* 9,
+230), which gives s; the active set on the scaled body then confirms or corrects it.
 """
 
 from __future__ import annotations

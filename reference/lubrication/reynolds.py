@@ -4,7 +4,7 @@ r"""Reynolds' equation with mass-conserving cavitation, on rectangular cells.
 
 L = 12 eta U in scaled units, theta the share of the gap that vapour fills (Elrod & Adams 1974;
 as a complementarity problem Bertocchi, Dini, Giacopini, Fowell & Baldini, Tribol. Int. 67 (2013)
-14). Film that ruptures and forms again needs no condition of its own: mass is conserved in every
+61). Film that ruptures and forms again needs no condition of its own: mass is conserved in every
 cell. One unknown s per cell is both: p = max(s, 0), theta = max(-s, 0).
 
 The flow through a face is h^3 dp/dn at the face's own gap; the film that a surface carries along is

@@ -192,7 +192,7 @@ def oblique_impact(effort: Effort, *, incidence: Annotated[float, Above(0)] = 1.
     """Compare the tangential impulse of springs in an oblique impact with that of the half-space.
 
     A solid ball, incompressible; over mu times the normal impulse, on the path that the springs
-    take: if the forces agree on it, it is the path of the half-space, too (Maw, Barber & Fawn
+    take: if the forces agree on it, it is the path of the half-space, too (Maw, Barber & Fawcett
     1976).
     """
     impulses = []
