@@ -1,60 +1,72 @@
 """Calibration of bars: the estimated uncertainty of references against their true error.
 
-Rough surfaces have a rule and cases of their own (`rough_calibration`). Otherwise every reference
-is solved at many resolutions on shapes with a known exact solution. Every series of resolutions
-yields a bar, as for any scene, which is compared with the true error of the finest solution. Bars
-are right if they cover the error in 95 % of the cases without being far wider.
+Every reference is solved at many resolutions on shapes with a known exact solution. Every series of
+resolutions yields a bar, as for any scene, which is compared with the true error of the finest
+solution. Bars are right if they cover the error in 95 % of the cases without being far wider.
 
-The parameters of the estimator are fitted to half of the shapes (FITTING); only the other half
-(REPORTED) is reported. Both halves have smooth shapes, kinks and tips, flat punches with sharp
-edges, and ellipses.
+Rough surfaces of 16 x 16 points are solved on grids of 16, 32 and 64. The bar of all three, and
+that of the finer two, is held against the answer on 512: eight times finer. Hurst exponents,
+cutoffs and roll-offs vary, free and periodic, at loads over two decades; and parts of the height
+map that comes with the suite. Cases are single surfaces, and the means over them, as ensembles use.
+Bars of penetration and stiffness of the first surface of each spectrum are held against proved
+intervals, too. A load of these takes some seconds, the solves that it judges far less: the other
+two surfaces would only add time, and a measured patch has no theorem.
+
+The factors of the bars (`uncertainty.ShareRule`) are fitted to one half of the shapes and surfaces;
+only the other half is reported. Both halves have smooth shapes, kinks and tips, flat punches with
+sharp edges, and ellipses; the fitting half has the Hurst exponents of either end.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from comparisons.facts.methods import CLOSED_FORM, METHODS
+from comparisons.facts.methods import CLOSED_FORM, GRID, METHODS
 from comparisons.files import write_table, write_text
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.truth import GRID, truths
-from comparisons.judging.uncertainty import combined
-from comparisons.questions import rough_calibration
+from comparisons.judging.truth import GRID as DISCRETISATION
+from comparisons.judging.truth import truths
+from comparisons.judging.uncertainty import Kind, combined
+from comparisons.methods.normal.proved import enclosures
+from comparisons.methods.solver import Refused
 from comparisons.questions.calibration_cases import Case, Held, held, held_against, table
 from comparisons.questions.campaign import Campaign
-from comparisons.questions.rough_calibration import rough_cases, sides_of
-from comparisons.results.confidence import SINGLE_CONTACTS as QUANTITIES
+from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
-from comparisons.scene.scene import make_scene
+from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution, Solved
 
-FITTING: dict[str, dict[str, Any]] = {
-    "paraboloid": {"shape": "paraboloid", "radius": 1.0},
-    "cone": {"shape": "cone", "slope": 0.1},
-    "power law n = 3": {"shape": "power_law", "exponent": 3, "coefficient": 0.1},
-    "rounded punch, narrow": {"shape": "rounded_punch", "flat_radius": 0.5, "edge_radius": 2.0},
-    "ellipsoid 2 : 1": {"shape": "ellipsoid", "radius_x": 2.0, "radius_y": 1.0},
-    "flat ellipse 1.3 : 1": {"shape": "elliptic_punch", "semi_axes": [1.3, 1.0]},
-    "flat ellipse 2 : 1": {"shape": "elliptic_punch", "semi_axes": [2.0, 1.0]},
-}
-REPORTED: dict[str, dict[str, Any]] = {
-    "sphere": {"shape": "sphere", "radius": 1.0},
-    "power law n = 1.5": {"shape": "power_law", "exponent": 1.5, "coefficient": 0.1},
-    "power law n = 4": {"shape": "power_law", "exponent": 4, "coefficient": 0.1},
-    "rounded punch, wide": {"shape": "rounded_punch", "flat_radius": 1.0, "edge_radius": 1.0},
-    "ellipsoid 5 : 1": {"shape": "ellipsoid", "radius_x": 5.0, "radius_y": 1.0},
-    "cylinder": {"shape": "cylinder", "radius": 1.0},
-    "flat ellipse 3 : 1": {"shape": "elliptic_punch", "semi_axes": [3.0, 1.0]},
+Halves = dict[str, dict[str, dict[str, Any]]]
+SHAPES: Halves = {
+    "fitting": {
+        "paraboloid": {"shape": "paraboloid", "radius": 1.0},
+        "cone": {"shape": "cone", "slope": 0.1},
+        "power law n = 3": {"shape": "power_law", "exponent": 3, "coefficient": 0.1},
+        "rounded punch, narrow": {"shape": "rounded_punch", "flat_radius": 0.5, "edge_radius": 2.0},
+        "ellipsoid 2 : 1": {"shape": "ellipsoid", "radius_x": 2.0, "radius_y": 1.0},
+        "flat ellipse 1.3 : 1": {"shape": "elliptic_punch", "semi_axes": [1.3, 1.0]},
+        "flat ellipse 2 : 1": {"shape": "elliptic_punch", "semi_axes": [2.0, 1.0]},
+    },
+    "reported": {
+        "sphere": {"shape": "sphere", "radius": 1.0},
+        "power law n = 1.5": {"shape": "power_law", "exponent": 1.5, "coefficient": 0.1},
+        "power law n = 4": {"shape": "power_law", "exponent": 4, "coefficient": 0.1},
+        "rounded punch, wide": {"shape": "rounded_punch", "flat_radius": 1.0, "edge_radius": 1.0},
+        "ellipsoid 5 : 1": {"shape": "ellipsoid", "radius_x": 5.0, "radius_y": 1.0},
+        "cylinder": {"shape": "cylinder", "radius": 1.0},
+        "flat ellipse 3 : 1": {"shape": "elliptic_punch", "semi_axes": [3.0, 1.0]},
+    },
 }
 # Series of resolutions, those of plans and others.
 SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -67,6 +79,47 @@ TABLE = "calibration.csv"
 PROVED = "proved.json"
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
+
+POINTS, LEVELS, TRUTH = 16, (16, 32, 64), 512
+ROUGH_SERIES = (LEVELS, LEVELS[1:])
+REALISATIONS = 3
+ROUGH_LOADS = [0.002, 0.01, 0.05, 0.2]
+# Cells to the shortest wave, and longest waves to a side.
+CUTOFFS, ROLL_OFFS = (2, 4), (1, 2)
+MAP = "measured-map"
+# Why the bars of other surfaces than the first have no proved interval.
+OTHERS = "of the second and third surface of a spectrum, and of means, for the time they take"
+
+
+def _spectra(hurst: tuple[float, ...]) -> dict[str, dict[str, Any]]:
+    surfaces = {}
+    for h, cutoff, roll_off, periodic in product(hurst, CUTOFFS, ROLL_OFFS, (False, True)):
+        name = (
+            f"H = {h}, {cutoff} cells, {roll_off} long waves, {'periodic' if periodic else 'free'}"
+        )
+        surfaces[name] = {
+            "kind": "self_affine",
+            "hurst": h,
+            "size": 1.0,
+            "points": POINTS,
+            "rms_slope": 0.1,
+            "periodic": periodic,
+            "short_cutoff": cutoff / POINTS,
+            "long_cutoff": 1 / roll_off,
+            "realisations": REALISATIONS,
+        }
+    return surfaces
+
+
+def _crops(first: int) -> dict[str, dict[str, Any]]:
+    corners = [(first, 0), (first, POINTS)]
+    return {f"map, points from {x}, {y}": {"crop": [x, y, POINTS, POINTS]} for x, y in corners}
+
+
+SURFACES: Halves = {
+    "fitting": _spectra((0.3, 0.9)) | _crops(0),
+    "reported": _spectra((0.5, 0.8)) | _crops(POINTS),
+}
 
 
 @dataclass(frozen=True)
@@ -89,23 +142,17 @@ class Calibration(Campaign[list[Case], CalibrationRecord]):
 
     def inquiries(self) -> dict[str, Inquiry[list[Case]]]:
         """Return one inquiry per shape and per kind of rough surface."""
-        halves = {"fitting": FITTING, "reported": REPORTED}
-        shapes = {
-            name: shape_cases(half, name, table)
-            for half, shapes in halves.items()
-            for name, table in shapes.items()
-        }
-        rough = {"fitting": rough_calibration.FITTING, "reported": rough_calibration.REPORTED}
-        return shapes | {
-            name: rough_cases(half, name, surface)
-            for half, surfaces in rough.items()
-            for name, surface in surfaces.items()
+        return {
+            name: cases(half, name, table)
+            for cases, halves in ((shape_cases, SHAPES), (rough_cases, SURFACES))
+            for half, tables in halves.items()
+            for name, table in tables.items()
         }
 
     def answer(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
         """Return the cases of the completed shapes in order."""
-        names = (*FITTING, *REPORTED, *rough_calibration.FITTING, *rough_calibration.REPORTED)
-        return CalibrationRecord(header, [case for n in names for case in answers.get(n, [])])
+        cases = (answers.get(name, []) for name in self.inquiries())
+        return CalibrationRecord(header, [case for several in cases for case in several])
 
     def save(self, record: CalibrationRecord) -> None:
         """Write the cases as a table."""
@@ -145,7 +192,7 @@ def _plan(
         "indenter": table,
         "loading": {control: LOADS},
         # the finest intervals that a scene asks for
-        "compare": {"quantities": list(QUANTITIES), "tolerance": 1e-3},
+        "compare": {"quantities": list(SINGLE_CONTACTS), "tolerance": 1e-3},
     }
     (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
     levels = {name: tuple(sorted(set(sum(all_levels, ())))) for name, all_levels in series.items()}
@@ -168,7 +215,7 @@ def _series(
         return
     (truth,) = references
     levels = tuple(n for _, n in solved)
-    for name in QUANTITIES:
+    for name in SINGLE_CONTACTS:
         if name == control or name not in truth.curves or (flat and name == "contact_area"):
             continue
         parts = truth.sources[name]
@@ -182,10 +229,80 @@ def _series(
             resolutions=levels,
             errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
-            bars_beside_grid=combined(*(part for key, part in parts.items() if key != GRID)),
+            bars_beside_grid=combined(*(parts[key] for key in parts if key != DISCRETISATION)),
             areas=truth.curves["contact_area"],
         )
 
 
 def _complete(solution: Solution) -> bool:
     return bool(solution.converged.all())
+
+
+def rough_cases(half: str, name: str, surface: dict[str, Any]) -> Inquiry[list[Case]]:
+    """Solve the surfaces of one spectrum; return their cases, and those of their mean."""
+    solved = yield from curves(_rough_plan(surface))
+    sides = sides_of(_rough_plan(surface | ({} if "crop" in surface else {"realisations": 1})))
+    return list(_rough_series(half, name, solved, sides))
+
+
+def sides_of(plan: Plan) -> dict[str, np.ndarray] | str:
+    """Return the sides of the proved intervals; why there are none if no theorem is for it."""
+    try:
+        return enclosures(plan.scene, plan.geometry, plan.loads)
+    except Refused as refusal:
+        return f"because {refusal}"
+
+
+def _rough_plan(surface: dict[str, Any]) -> Plan:
+    changes = {
+        "loading": {"force": {"values": ROUGH_LOADS, "relative_to": "E* A0 h'"}},
+        "compare": {"quantities": list(ROUGH_SURFACES), "methods": [GRID]},
+    }
+    if "crop" in surface:
+        scene = load_scene(MAP, changes | {"surface.crop": surface["crop"]})
+    else:
+        data = {"name": "calibration", "half_space": {"effective_modulus": 1.0}} | changes
+        scene = make_scene(data | {"surface": surface}, "calibration", Path())
+    plan = plan_scene(scene)[0]
+    levels = {GRID: (*LEVELS, TRUTH)}
+    methods = (replace(m, resolutions=levels.get(m.method, ()), numbers=()) for m in plan.methods)
+    return replace(plan, methods=tuple(methods))
+
+
+def _rough_series(
+    half: str, name: str, solved: Solved, sides: dict[str, np.ndarray] | str
+) -> Iterator[Case]:
+    grids = {n: solved[GRID, n] for n in (*LEVELS, TRUTH)}
+    if not all(solution.converged.all() for solution in grids.values()):
+        return
+    kind: Kind = "periodic" if grids[TRUTH].contact == "periodic" else "free"
+    for quantity, levels in product(ROUGH_SURFACES, ROUGH_SERIES):
+        values = np.array([grids[n].quantities[quantity] for n in (*levels, TRUTH)])
+        single = [values[:, k] for k in range(values.shape[1])]
+        means = [values.mean(axis=1)] if len(single) > 1 else []
+        finest = grids[levels[-1]].quantities
+        areas, counted = (
+            _of_surfaces(finest[name], bool(means)) for name in ("contact_area", "contact_area_raw")
+        )
+        for number, series in enumerate((*single, *means)):
+            known = series[:-1]
+            case = Case(
+                half=half,
+                shape=name,
+                method=GRID,
+                control="force",
+                quantity=quantity,
+                kind=kind,
+                resolutions=levels,
+                errors=np.abs(relative_error(known[-1], series[-1])),
+                curves=known,
+                bars_beside_grid=np.zeros(len(ROUGH_LOADS)),
+                areas=areas[number],
+                counted=counted[number] if quantity == "contact_area" else None,
+            )
+            yield held_against(OTHERS if number else sides, case)
+
+
+def _of_surfaces(values: np.ndarray, mean: bool) -> list[np.ndarray]:
+    """Return the values (surfaces, loads) of each surface, then their mean where it is a case."""
+    return [*values, *([values.mean(axis=0)] if mean else [])]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from comparisons.judging.uncertainty import SHARES, grid_uncertainty
-from comparisons.questions import rough_calibration
+from comparisons.questions import calibration
 from comparisons.questions.calibration import (
-    FITTING,
-    REPORTED,
+    SHAPES,
+    SURFACES,
     Calibration,
     CalibrationRecord,
     shape_cases,
@@ -43,9 +43,9 @@ def case(order: float, constant: float, half: str = "reported", shape: str = "a"
 
 
 def test_the_halves_share_no_shape():
-    assert not set(FITTING) & set(REPORTED)
-    tables = [str(table) for table in (*FITTING.values(), *REPORTED.values())]
-    assert len(set(tables)) == len(FITTING) + len(REPORTED)
+    names = [name for half in SHAPES.values() for name in half]
+    tables = [str(table) for half in SHAPES.values() for table in half.values()]
+    assert len(set(tables)) == len(set(names)) == len(tables) == len(names)
 
 
 def test_a_bar_that_misses_what_is_proved_at_one_load_is_counted():
@@ -221,7 +221,8 @@ def test_what_was_not_measured_keeps_the_grid_convergence_index():
 
 def test_one_shape_at_coarse_grids_is_covered():
     """The cylinder, solved: a staircase on a grid converges in jumps, and its bars cover them."""
-    asked = shape_cases("reported", "cylinder", REPORTED["cylinder"], {"bem_fft": ((8, 11, 16),)})
+    cylinder = SHAPES["reported"]["cylinder"]
+    asked = shape_cases("reported", "cylinder", cylinder, {"bem_fft": ((8, 11, 16),)})
     result = answer_of(asked)
     assert {part.quantity for part in result} == {"force", "stiffness", "penetration"}
     assert summary(result).coverage == 1
@@ -266,10 +267,9 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_far_too_wide
     rough surfaces, whose truths take minutes each, two kinds: `roughline calibrate` has all. Of
     their intervals nothing is asked here: tests/comparisons/judging/test_proofs.py is about them.
     """
-    monkeypatch.setattr(rough_calibration, "sides_of", lambda plan: "not asked for")
-    for half in ("FITTING", "REPORTED"):
-        few = dict(list(getattr(rough_calibration, half).items())[:2])
-        monkeypatch.setattr(rough_calibration, half, few)
+    for half, surfaces in SURFACES.items():
+        monkeypatch.setitem(SURFACES, half, dict(list(surfaces.items())[:2]))
+    monkeypatch.setattr(calibration, "sides_of", lambda plan: "not asked for")
     result = Calibration(tmp_path, workers=2).run().cases
     single = [part for part in result if not part.rough]
     reported = [part for part in single if part.half == "reported"]

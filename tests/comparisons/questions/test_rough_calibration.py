@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from comparisons.judging.uncertainty import SHARES, share_uncertainty
+from comparisons.questions.calibration import LEVELS, SURFACES, TRUTH
 from comparisons.questions.calibration_cases import Case
-from comparisons.questions.rough_calibration import FITTING, LEVELS, QUANTITIES, REPORTED, TRUTH
 from comparisons.questions.shares import ROUGH, fitted_shares, scaled, with_shares
+from comparisons.results.confidence import ROUGH_SURFACES
 from reports.pages.calibration import calibration_page
 
 
@@ -23,9 +24,10 @@ def case(name: str, error: float, half: str = "fitting", levels=LEVELS, kind="fr
 
 def test_the_truth_is_eight_times_finer_and_the_halves_share_no_surface():
     assert 8 * LEVELS[-1] == TRUTH
-    assert not set(FITTING) & set(REPORTED)
-    kinds = [(s.get("hurst"), str(s.get("crop"))) for s in (*FITTING.values(), *REPORTED.values())]
-    assert len(set(kinds[: len(FITTING)]) & set(kinds[len(FITTING) :])) == 0
+    fitting, reported = (
+        {(s.get("hurst"), str(s.get("crop"))) for s in half.values()} for half in SURFACES.values()
+    )
+    assert not fitting & reported
 
 
 @pytest.mark.parametrize("kind", ["free", "periodic"])
@@ -66,7 +68,7 @@ def test_a_counted_area_beside_the_located_one_is_what_its_bar_is_from():
 
 
 def test_other_widths_are_those_of_all_bars_whatever_their_rule():
-    made = [case(name, 0.05) for name in QUANTITIES]
+    made = [case(name, 0.05) for name in ROUGH_SURFACES]
     made.append(replace(case("contact_area", 0.05), counted=np.array([1.06])))
     for before, after in zip(made, scaled(made, 1.2), strict=True):
         assert after.bar == pytest.approx(1.2 * before.bar)
@@ -90,14 +92,14 @@ def test_the_fit_takes_the_smallest_factor_that_covers():
     assert rule["stiffness", "free"].factor == pytest.approx(ROUGH[1] * 2 * factor, rel=0.01)
     assert rule["stiffness", "free"].two == pytest.approx(3, rel=0.01)
     assert with_shares(three[0], rule).bar == pytest.approx(ROUGH[1] * times, rel=0.01)
-    for name in QUANTITIES:  # of what there are no cases, or none that is covered
+    for name in ROUGH_SURFACES:  # of what there are no cases, or none that is covered
         other = (name, "periodic")
         assert rule[other].factor == pytest.approx(SHARES[other].factor, abs=0.01)
     assert fitted_shares([case("mean_gap", 1e9)]) == SHARES
 
 
 def test_the_page_tells_rough_surfaces_apart():
-    made = [case(name, 0.05, half) for name in QUANTITIES for half in ("reported", "fitting")]
+    made = [case(name, 0.05, half) for name in ROUGH_SURFACES for half in ("reported", "fitting")]
     single = [replace(part, kind="cells") for part in made]
     page = calibration_page([*single, *made], "roughline calibrate")
     assert "Rough surfaces, reported half: the bar covers the true error in 100.0 % of 4" in page

@@ -7,9 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from comparisons.judging.reference import Reference
-from comparisons.questions import calibration, rough_calibration
 from comparisons.questions.problems.sheet import sheet_of
-from comparisons.results.confidence import ROUGH_SURFACES, SINGLE_CONTACTS, confidence
+from comparisons.results.confidence import confidence
 from comparisons.results.families import family
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
@@ -52,11 +51,6 @@ def test_a_problem_sheet_calls_95_per_cent_what_is_calibrated():
 
 def test_a_closed_form_leaves_no_bar_but_that_of_the_model():
     assert "exact" in confidence(record("paraboloid", "closed_form"))
-
-
-def test_the_quantities_are_those_that_the_calibrations_measure():
-    assert calibration.QUANTITIES == SINGLE_CONTACTS
-    assert rough_calibration.QUANTITIES == ROUGH_SURFACES
 
 
 def test_what_is_pressed_is_named_once_whatever_lies_below():

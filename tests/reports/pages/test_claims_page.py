@@ -155,7 +155,7 @@ def few_cases():
     series = {"bem_fft": ((4, 6, 8),)}
     return [
         case
-        for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
+        for half, shapes in calibration.SHAPES.items()
         for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
     ]
 
