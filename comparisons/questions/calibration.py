@@ -12,7 +12,7 @@ Bars of penetration and stiffness of the first surface of each spectrum are held
 intervals, too. A load of these takes some seconds, the solves that it judges far less: the other
 two surfaces would only add time, and a measured patch has no theorem.
 
-The factors of the bars (`uncertainty.ShareRule`) are fitted to one half of the shapes and surfaces;
+The factors of the bars (`uncertainty.Share`) are fitted to one half of the shapes and surfaces;
 only the other half is reported. Both halves have smooth shapes, kinks and tips, flat punches with
 sharp edges, and ellipses; the fitting half has the Hurst exponents of either end.
 """

@@ -270,7 +270,8 @@ def forced_vibration(
     cycles: list[Array] = []
     for number in range(periods):
         end, states = (number + 1) * period, np.empty((2, 2001))
-        instants = np.linspace(end - period, end, 2001)
+        # from `time`: by rounding, end - period may lie before it, where nothing is sampled
+        instants = np.linspace(time, end, 2001)
         state = _through_touches(rates, (time, end), state, tolerance, instants, states)
         cycles, time = [*cycles[-1:], states[0]], end
     before, x = cycles
