@@ -71,6 +71,19 @@ def test_both_references_agree(nu):
     check(both(nu, 4), 0.005)
 
 
+def test_coulomb_holds_node_by_node():
+    """|f_t| <= mu f_z, no tension, and no force normal to the plane of symmetry."""
+    depth, shift = path(5)
+    body = frictional_body(1.0, Material(2.0, 0.0), elements=2)
+    gap = (body.points**2).sum(axis=1) / 2
+    loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
+    for step in nodal_friction.follow(body, gap, MU, *loads):
+        tangential = np.hypot(step.reactions[:, 0], step.reactions[:, 1])
+        assert (step.reactions[:, 2] >= 0).all()
+        assert (tangential <= MU * step.reactions[:, 2] * (1 + 1e-12)).all()
+        assert (step.reactions[body.fixed, 1] == 0).all()
+
+
 def test_refusals():
     with pytest.raises(ValueError, match=r"contact_radius.*elements.*poisson_ratio.*extent"):
         frictional_body(0.0, Material(1.0, 0.5), elements=1, extent=1.0)

@@ -229,6 +229,13 @@ def test_a_force_may_rise_from_nothing(material):
     np.testing.assert_allclose(depths, exact.penetration, rtol=0.01)
 
 
+def test_a_force_ends_nowhere_but_at_its_start():
+    operator, square = cells(8, 0.115)
+    history = History("force", [0, 1, 2], [0.0, 1.0, 0.0])
+    with pytest.raises(ValueError, match="the first may be 0"):
+        press_in_time(operator, square / 2, SOLID, history)
+
+
 def test_unit_of_length_costs_no_digit():
     """The same problem in units of powers of two: the same forces, bit by bit."""
     operator, square = cells(16, 0.115)
