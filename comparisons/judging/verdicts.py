@@ -82,7 +82,7 @@ class Verdict(Judgement):
     Attributes
     ----------
     method, resolution : str, float
-        NaN for the resolution of a method that solved nothing.
+        The resolution is 0 for a method that solved nothing; NaN where none is meant.
     quantity, at : str
         What was compared, and what was equal when it was ("penetration", "force", "last load").
     tolerance : float

@@ -234,7 +234,8 @@ def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
         return load_solution(run.directory / FIELDS / f"{task.key}.npz")
     except ResultsError:
         rows = setting_rows(record, task.method, task.resolution)
-        if run.part or run.interrupted or not len(rows) or not rows["converged"].all():
+        lost = set(rows["realisation"][~rows["converged"]]) & set(map(str, task.realisations))
+        if run.part or run.interrupted or not len(rows) or lost:
             return None
         return solve_task(task)  # it was not kept, because that is soon done
 

@@ -171,7 +171,9 @@ class Study(Campaign[Plan, StudyRecord]):
             setting = task.scene.name, task.method
             finest[setting] = max(finest.get(setting, 0), task.resolution)
         for task in tasks:
-            soon, path = self._solutions[task.key].seconds < SOON_SOLVED, self._path(task)
+            solution, path = self._solutions[task.key], self._path(task)
+            # What was lost is kept with its reason: `merge` solves only what has no reason.
+            soon = solution.seconds < SOON_SOLVED and solution.converged.all()
             if task.realisations[0] > 0:
                 if soon:
                     path.unlink(missing_ok=True)

@@ -19,7 +19,6 @@ FLAGS = frozenset({"converged"})
 WHOLE = ("resolution", "step", "surfaces", "unknowns", "iterations", "threads")
 # Columns that a table of results must have; the texts among them in every row.
 ROWS = ("scene", "method", "resolution", "step")
-MEASURES = ("scene", "method", "quantity", "at", "verdict", "resolution", "rms", "maximum")
 DISTRIBUTIONS = ("scene", "method", "quantity", "resolution", "low", "high", "amount")
 LARGEST_RESOLUTION = 2**31
 

@@ -117,7 +117,9 @@ def _setting_row(
         cells.duration(spent.seconds),
         cells.duration(spent.setup_seconds),
         cells.number(fmt.memory(first["memory"] or None), first["memory"]),
-        _outcome(rows, truth, judges_itself=method == scene.reference.method),
+        _outcome(
+            *_lost_of(scene, method, level), truth, judges_itself=method == scene.reference.method
+        ),
         *(_error_cell(error, truth) for error in errors),
     )
 
@@ -138,12 +140,22 @@ def _error_cell(error: Verdict | None, truth: bool) -> Cell:
     return cells.error(error.error, error.uncertainty, error.number)
 
 
-def _outcome(rows: Rows, truth: bool, *, judges_itself: bool) -> Cell:
-    good = rows["converged"]
-    if good.all():
+def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
+    """Return how many load steps were lost, and of how many.
+
+    Lost surfaces have rows, of those that were solved only the first (`comparisons.judging.comparison`).
+    """
+    rows = selection.setting_rows(scene, method, level)
+    rows = rows.where(rows["realisation"] != selection.MEAN)
+    planned = cost(scene, method, level).surfaces * len(set(rows["step"]))
+    return int((~rows["converged"]).sum()), max(planned, len(rows))
+
+
+def _outcome(lost: int, total: int, truth: bool, *, judges_itself: bool) -> Cell:
+    if not lost:
         text = "same method as the reference" if judges_itself else "converged"
         return Cell("reference" if truth else text, "reference" if truth else text, "text")
-    failed = "failed" if not good.any() else f"{int((~good).sum())} of {len(good)} failed"
+    failed = "failed" if lost == total else f"{lost} of {total} failed"
     return Cell(failed, "failed", "failed")
 
 
@@ -155,7 +167,10 @@ def stability(scene: SceneRecord) -> Table:
         *(Head("largest violation", "violation"), Head("failures")),
     )
     rows = tuple(_stability_row(scene, *setting) for setting in _all_settings(scene))
-    note = "Over all load steps and realisations. Iterations: 0 for direct methods."
+    note = (
+        "Over all load steps and realisations; iterations and violation over the realisations that "
+        "have rows in results.csv. Iterations: 0 for direct methods."
+    )
     return Table(heads, rows, note=note)
 
 
@@ -163,7 +178,8 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     rows = selection.setting_rows(scene, method, level)
     rows = rows.where(rows["realisation"] != selection.MEAN)
     good = rows["converged"]
-    total, solved = len(good), int(good.sum())
+    lost, total = _lost_of(scene, method, level)
+    solved = total - lost
     rounds = rows["iterations"][good]
     rounds = rounds[np.isfinite(rounds)]
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)

@@ -117,6 +117,21 @@ def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
     assert values[0].tolist() == values[1].tolist()
 
 
+def test_a_lost_surface_of_a_whole_run_takes_no_other_with_it(rough, tmp_path):
+    """Blocks that were not kept are solved again beside one that was lost, which keeps its why."""
+    solved = run(ensemble(rough, methods=["reduced"]), tmp_path / "solved")
+    tasks = [task for plan in solved.plans for task in plan.tasks]
+    answers = {task.key: solved.solution(task) for task in tasks}
+    lost = answers[tasks[0].key]
+    lost.converged[3], lost.reasons[3, 0] = False, "made for this test"
+    study = Study(solved.plans, tmp_path / "reduced", effort="full")
+    study.adopt((task, answers[task.key]) for task in tasks)
+    study.save(study.record(1.0))
+    run(ensemble(rough, methods=["bem_fft"]), tmp_path / "bem_fft")
+    merged = merge([tmp_path / "reduced", tmp_path / "bem_fft"], tmp_path / "merged")
+    assert [reason for _, reason in merged.lost()] == ["made for this test"]
+
+
 def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
     _, folders = parts
     study = merge(folders[:2], tmp_path / "merged")
