@@ -143,7 +143,7 @@ def _error_cell(error: Verdict | None, truth: bool) -> Cell:
 def _lost_of(scene: SceneRecord, method: str, level: float) -> tuple[int, int]:
     """Return how many load steps were lost, and of how many.
 
-    Lost surfaces have rows, of those that were solved only the first (`comparisons.judging.comparison`).
+    Lost surfaces have rows, of those that were solved only the first.
     """
     rows = selection.setting_rows(scene, method, level)
     rows = rows.where(rows["realisation"] != selection.MEAN)
