@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from reference.arguments import poisson_faults, positive_faults, refuse
 
+# Beyond it lambda exceeds the shear modulus by more than 5000 times, and a displacement method loses
+# the digits of the pressure.
 LARGEST_POISSON_RATIO = 0.4999
 
 
@@ -16,8 +18,8 @@ LARGEST_POISSON_RATIO = 0.4999
 class Material:
     """Isotropic linear elasticity."""
 
-    # ``-1 < nu <= 0.5``; displacement methods are limited to `LARGEST_POISSON_RATIO`
     youngs_modulus: float
+    # -1 < nu <= 0.5; displacement methods are limited to `LARGEST_POISSON_RATIO`
     poisson_ratio: float
 
     def __post_init__(self) -> None:
