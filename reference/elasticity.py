@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from reference.arguments import poisson_faults, positive_faults, refuse
 
-# Beyond it lambda exceeds the shear modulus by more than 5000 times, and a displacement method loses
-# the digits of the pressure.
+# Beyond it lambda is more than 5000 times the shear modulus, and a displacement method loses the
+# digits of the pressure.
 LARGEST_POISSON_RATIO = 0.4999
 
 

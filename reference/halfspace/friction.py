@@ -68,7 +68,7 @@ class FrictionStep:
     slip: Fields = field(repr=False)
     sticking: NDArray[np.bool_] = field(repr=False)  # (nx, ny): loaded cells below their bounds
     dissipation: float  # energy lost to friction since the start of the path
-    # violation of the normal conditions, as in `solution.Contact`, with all tractions
+    # violation of the normal conditions, as in `press.Contact`, with all tractions
     violation: float
     error: float  # that of the tractions in Coulomb's law, `slide.Tractions.error`
     # rounds of normal and tangential problems, and Newton's of the latter
