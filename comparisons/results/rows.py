@@ -52,6 +52,9 @@ class Rows:
             if name in TEXTS:
                 known = zip(stored.to_numpy(dtype=object), stored.isna(), strict=True)
                 columns[name] = np.array(["" if no else str(v) for v, no in known], dtype=object)
+                if name == "realisation":  # a spreadsheet may have saved 0 as 0.0
+                    whole = [text.removesuffix(".0") for text in columns[name]]
+                    columns[name] = np.array(whole, dtype=object)
                 if name in required and (columns[name] == "").any():
                     problems.append(f"column {name}: expected a text in every row")
             elif name in FLAGS:

@@ -115,7 +115,8 @@ class BemFft(HalfSpaceGrid):
         self.face = respond if scene.half_space.uniform else None
         if scene.surface is not None and scene.surface.periodic:
             self.kernel = options.kernel
-        self.tolerance = FftOptions().tolerance  # of the warm-up alone, where a face is known
+        # Of the warm-up alone, where a face is known: the option is not read then.
+        self.tolerance: float = FftOptions.model_fields["tolerance"].default
         if self.face is None or scene.indenter is None or not scene.indenter.flat:
             self.tolerance = options.tolerance
 

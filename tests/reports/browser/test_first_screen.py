@@ -6,8 +6,9 @@ from dataclasses import astuple, replace
 
 import pytest
 
+from comparisons.judging.verdicts import NO_RESULT, word_for, worst
 from comparisons.results.advice import advise
-from comparisons.results.decisions import verdicts, worst
+from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
 
 TOLERANCES = (1e-4, 0.02, 0.5)
@@ -27,7 +28,14 @@ def asked_anew(study, tolerance, counted=None):
     """Return the scenes with another question."""
     for scene in study.scenes:
         names = tuple(n for n in scene.quantities if counted is None or n in counted)
-        yield replace(scene, tolerance=tolerance or scene.tolerance, quantities=names)
+        limit = tolerance or scene.tolerance
+        judged = tuple(
+            verdict
+            if verdict.word == NO_RESULT
+            else replace(verdict, tolerance=limit, word=word_for(verdict.low, verdict.high, limit))
+            for verdict in scene.verdicts
+        )
+        yield replace(scene, tolerance=limit, quantities=names, verdicts=judged)
 
 
 def found(page):

@@ -23,7 +23,7 @@ def stored():
 def test_the_spectrum_has_the_exponent_of_the_recipe(stored):
     """C2D ~ q^(-2(1 + H)), H = 0.8, on whole rings: 1 % is left to modes beside a ring's middle."""
     _, document = stored
-    q, density = (np.log(document[name]) for name in ("wavenumber", "density"))
+    q, density = np.log(document.wavenumber), np.log(document.density)
     middle = slice(len(q) // 2, 3 * len(q) // 4)
     slope = np.polyfit(q[middle], density[middle], 1)[0]
     assert slope == pytest.approx(-3.6, rel=0.01)
@@ -31,15 +31,14 @@ def test_the_spectrum_has_the_exponent_of_the_recipe(stored):
 
 def test_statistics_are_those_of_the_plan_and_of_gaussian_theory(stored):
     geometry, document = stored
-    statistics = document["statistics"]
-    assert statistics["rms_slope"] == geometry.rms_slope
-    assert statistics["nayak"] > 1.5
-    assert "skewness" not in statistics  # every realisation has its own
+    assert document.rms_slope == geometry.rms_slope
+    assert document.nayak > 1.5
+    assert document.skewness is None  # every realisation has its own
 
 
 def test_the_figure_states_them_and_an_indenter_has_none(study, stored):
     scene = study.scenes[1]
-    (figure,) = roughness(replace(scene, plan=scene.plan | {"roughness": stored[1]}))
+    (figure,) = roughness(replace(scene, plan=replace(scene.plan, roughness=stored[1])))
     assert "Nayak's parameter" in figure.caption
     assert figure.x.ticks
     assert figure.y.ticks
