@@ -15,15 +15,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from comparisons.errors import ResultsError
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.archive import load_solution
 
 SCENE = """
 name = "killed"
@@ -71,9 +74,16 @@ def command(scene: Path, out: Path, workers: int, *more: str) -> list[str]:
     return [sys.executable, "-m", "roughline", *arguments, "--workers", str(workers), *more]
 
 
-def solved(out: Path) -> dict[str, int]:
-    """Return the times at which the solutions in a folder were written, by name."""
-    return {path.name: path.stat().st_mtime_ns for path in (out / "fields").glob("[!.]*.npz")}
+def solved(out: Path) -> dict[str, float]:
+    """Return the measured seconds of the solutions in a folder: no two solves take the same.
+
+    Whole runs write them once more, without what no page shows; what is soon solved is then none.
+    """
+    taken = {}
+    for path in (out / "fields").glob("[!.]*.npz"):
+        with suppress(ResultsError):
+            taken[path.name] = load_solution(path).seconds
+    return taken
 
 
 def leftovers(out: Path) -> int:
@@ -134,7 +144,7 @@ def killed(scene: Path, out: Path, complete: Path, moment: float, seconds: float
         solves=len(before),
         leftovers=torn,
         # Whole runs drop what is soon solved again.
-        redone=sum(after.get(name, written) != written for name, written in before.items()),
+        redone=sum(after.get(name, taken) != taken for name, taken in before.items()),
         left=leftovers(out),
         identical=all(a.equals(b) for a, b in zip(numbers(out), numbers(complete), strict=True)),
     )
