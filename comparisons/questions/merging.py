@@ -96,10 +96,11 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
                         answers[task.key] = run, solution
                     change = _difference(first, solution)
                     if change > MOVED:
+                        one_sided = "; a value is known to one of them only"
                         conflicts.append(
                             f"{scene.name}, {task.method} {task.resolution}, realisations from "
                             f"{task.realisations[0]}: {other.directory} and {run.directory} "
-                            f"differ by {change:.1e}"
+                            f"differ{one_sided if change == np.inf else f' by {change:.1e}'}"
                         )
         joined = [_joined(several, conflicts) for several in plans.values()]
         _refuse("these runs contradict each other:", conflicts)
@@ -241,14 +242,20 @@ def _kept(run: StudyRecord, record: SceneRecord, task: Task) -> Solution | None:
 
 
 def _difference(first: Solution, second: Solution) -> float:
-    """Return the largest difference of a quantity, relative to its largest value."""
+    """Return the largest difference of a quantity, relative to its largest value.
+
+    It is infinite where only one of them has a value.
+    """
     both = first.converged & second.converged
     most = 0.0
     for name in set(first.quantities) & set(second.quantities):
         a, b = first.quantities[name][both], second.quantities[name][both]
-        size = np.abs(a).max(initial=0.0)
+        known = np.isfinite(a)
+        if (known != np.isfinite(b)).any():
+            return np.inf
+        size = np.abs(a[known]).max(initial=0.0)
         if size > 0:
-            most = max(most, float(np.abs(a - b).max() / size))
+            most = max(most, float(np.abs(a - b)[known].max() / size))
     return most
 
 

@@ -123,6 +123,10 @@ class Study(Campaign[Plan, StudyRecord]):
         self._own.update(jobs)
         self._asked.update(jobs)
         work = partial(solve_task, every_field=True) if self.paraview else solve_task
+        for task in jobs.values() if self.paraview and self.resume else ():
+            path = self._path(task)
+            if task.realisations[0] == 0 and not path.with_suffix(".vtu").exists():
+                path.unlink(missing_ok=True)  # of a run that kept only what pages show
         return [solve_job(task, work) for task in jobs.values()]
 
     def received(self, done: Done) -> None:

@@ -15,6 +15,8 @@ TEXTS = frozenset(
     | {"quantity", "at", "verdict", "outside_band"}
 )
 FLAGS = frozenset({"converged"})
+# How they are written, by us and by spreadsheets.
+YES, NO = ["true", "1", "1.0"], ["false", "0", "0.0"]
 # Of the others, which are numbers, those that are whole.
 WHOLE = ("resolution", "step", "surfaces", "unknowns", "iterations", "threads")
 # Columns that a table of results must have; the texts among them in every row.
@@ -58,7 +60,10 @@ class Rows:
                 if name in required and (columns[name] == "").any():
                     problems.append(f"column {name}: expected a text in every row")
             elif name in FLAGS:
-                columns[name] = stored.astype(str).str.lower().isin(["true", "1", "1.0"]).to_numpy()
+                told = stored.astype(str).str.lower()
+                columns[name] = told.isin(YES).to_numpy()
+                if not told.isin(YES + NO).all():
+                    problems.append(f"column {name}: expected True or False in every row")
             else:
                 values = pd.to_numeric(stored, errors="coerce")
                 if (values.isna() & stored.notna()).any():
@@ -99,10 +104,10 @@ class Rows:
         return cls(parts[0]._columns, np.concatenate([part._chosen for part in parts])[:most])
 
     def frame(self) -> pd.DataFrame:
-        """Return all columns for export; whole numbers as such where all are known."""
+        """Return all columns for export; whole numbers as such, also beside unknown ones."""
         table = pd.DataFrame({name: self[name] for name in self})
-        whole = [name for name in WHOLE if name in table and table[name].notna().all()]
-        return table.astype(dict.fromkeys(whole, int))
+        whole = [name for name in WHOLE if name in table and not (table[name] % 1 > 0).any()]
+        return table.astype(dict.fromkeys(whole, "Int64"))
 
 
 NO_ROWS = Rows({}, np.empty(0, dtype=int))

@@ -215,7 +215,13 @@ def _change(
         kinds[LOST] = f"{lost} of {len(old)} answers lost: {why}"
     if recovered := int((~solved & again).sum()):
         kinds[RECOVERED] = f"{recovered} lost answers recovered"
-    quantity, change = _largest(both[solved & again], now)
+    answered = both[solved & again]
+    known = [name for name in now.quantities if name in old and name in new]
+    gone = [q for q in known if (answered[q].notna() & answered[f"{q}_after"].isna()).any()]
+    if gone:
+        named = ", ".join(name.replace("_", " ") for name in gone)
+        kinds[LOST] = "; ".join(filter(None, [kinds.get(LOST), f"no value of {named} any more"]))
+    quantity, change = _largest(answered, known, is_path=now.is_path)
     if abs(change) > moved:
         sign = "+" if change > 0 else "\N{MINUS SIGN}"
         kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"
@@ -257,18 +263,16 @@ def _change(
     )
 
 
-def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
+def _largest(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> tuple[str, float]:
     """Return the quantity that changed most and its change, relative to its size."""
     worst = ("", 0.0)
-    for name in scene.quantities:
-        if name not in both or f"{name}_after" not in both:
-            continue
+    for name in quantities:
         old, new = (both[column].to_numpy() for column in (name, f"{name}_after"))
         differing = np.isfinite(old) & np.isfinite(new) & (old != new)
         if not differing.any():
             continue
         size = np.abs(old[differing])
-        if scene.is_path:
+        if is_path:
             size = np.full_like(size, np.nanmax(np.abs(old)))
         with np.errstate(divide="ignore"):
             changes = (new[differing] - old[differing]) / size

@@ -17,6 +17,7 @@ whole files or none. Nothing is ever unpickled.
 from __future__ import annotations
 
 import hashlib
+import re
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -41,6 +42,7 @@ from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_table, write_text
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict
+from comparisons.machine import source_digest
 from comparisons.results import rows
 from comparisons.results.checks import field_problems
 from comparisons.results.rows import NO_ROWS, Rows
@@ -313,7 +315,11 @@ def read_study(root: Path) -> StudyRecord:
         text = (root / STUDY).read_text(encoding="utf-8")
         return replace(_FORM.validate_json(text, strict=True, context=root), directory=root)
     except ValidationError as error:
-        raise ResultsError(f"{root}: damaged results ({first_problems(error, STUDY)})") from error
+        problems = first_problems(error, STUDY)
+        source = re.search(r'^ "source": "([0-9a-f]{64})"', text, re.MULTILINE)
+        another = source is not None and source[1] != source_digest()
+        said = "written by another version of roughline" if another else "damaged results"
+        raise ResultsError(f"{root}: {said} ({problems})") from error
     except NotADirectoryError as error:
         raise ResultsError(f"{root}: expected a results folder, got a file") from error
     except FileNotFoundError as error:

@@ -223,6 +223,10 @@ def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     save_solution(path, solution)
     with pytest.raises(InputError, match=r"bem_fft 16, realisations from 0: .* differ by 1.0e-02"):
         merge([whole, tmp_path / "other"], tmp_path / "merged")
+    solution.quantities["force" if "force" in solution.quantities else "contact_area"] *= np.nan
+    save_solution(path, solution)
+    with pytest.raises(InputError, match="differ; a value is known to one of them only"):
+        merge([whole, tmp_path / "other"], tmp_path / "merged")
     assert [item.name for item in tmp_path.iterdir() if "merged" in item.name] == []
 
 

@@ -6,6 +6,7 @@ import json
 import time
 from dataclasses import replace
 
+import meshio
 import numpy as np
 import pandas as pd
 import pytest
@@ -93,6 +94,18 @@ def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
     assert record.command == "roughline run test.toml"
     assert record.machine["threads"] == 1
     assert "numpy" in record.versions
+
+
+def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball, tmp_path):
+    """A run keeps what its pages show: displacements are solved for again."""
+    Study(ball, tmp_path / "whole", paraview=True).run()
+    Study(ball, tmp_path / "later").run()
+    Study(ball, tmp_path / "later", resume=True, paraview=True).run()
+    for path in (tmp_path / "whole" / FIELDS).glob("*.vtu"):
+        files = (tmp_path / run / FIELDS / path.name for run in ("whole", "later"))
+        whole, later = map(meshio.read, files)
+        assert "displacement" in whole.point_data | whole.cell_data
+        assert set(later.point_data | later.cell_data) == set(whole.point_data | whole.cell_data)
 
 
 def test_the_table_has_a_row_for_every_solve_and_step_and_the_columns_of_the_contract(

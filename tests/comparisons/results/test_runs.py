@@ -112,6 +112,13 @@ def test_lost_answers_are_bad_and_found_ones_are_not(tmp_path):
     assert not back.bad
 
 
+def test_a_quantity_without_its_value_is_lost(tmp_path):
+    change = reduced_change(study(tmp_path), study(tmp_path, factor=np.nan))
+    assert LOST in change.kinds
+    assert change.text == "no value of force any more"
+    assert not reduced_change(study(tmp_path, factor=np.nan), study(tmp_path)).bad
+
+
 def test_a_verdict_that_changes_is_told_with_both_words(tmp_path):
     change = reduced_change(study(tmp_path), study(tmp_path, verdict="outside"))
     assert change.kinds == (VERDICT,)

@@ -258,6 +258,15 @@ def test_a_study_of_the_wrong_form_is_refused(record, damage):
         load_study(record.directory)
 
 
+def test_a_study_of_another_version_is_no_damage(record):
+    save_study(record)
+    study = record.directory / STUDY
+    other = json.loads(study.read_text()) | {"source": "0" * 64, "effort": "thorough"}
+    study.write_text(json.dumps(other, indent=1))
+    with pytest.raises(ResultsError, match=r"written by another version of roughline \(.*effort"):
+        load_study(record.directory)
+
+
 @pytest.mark.parametrize(
     ("file", "content"),
     [
@@ -312,6 +321,7 @@ def edited(record, name, change):
         (RESULTS, lambda t: t.assign(step="many"), "results.csv: column step: expected numbers"),
         (RESULTS, lambda t: t.assign(resolution=-1), "results.csv: column resolution: expected"),
         (RESULTS, lambda t: t.assign(method=""), "results.csv: column method: expected a text"),
+        (RESULTS, lambda t: t.assign(converged="perhaps"), "column converged: expected True or F"),
         (
             RESULTS,
             lambda t: t.assign(step="many", force="some"),
@@ -322,6 +332,12 @@ def edited(record, name, change):
 def test_tables_edited_by_hand_are_refused_in_words(record, name, change, said):
     with pytest.raises(ResultsError, match=said):
         edited(record, name, change)
+
+
+def test_whole_numbers_stay_whole_beside_a_refused_method():
+    """A method that refused a scene has no iterations."""
+    table = pd.DataFrame({"scene": ["a", "a"], "step": [0, 1], "iterations": [12, np.nan]})
+    assert Rows.of(table).frame().to_csv(index=False) == "scene,step,iterations\na,0,12\na,1,\n"
 
 
 def test_what_a_table_has_not_is_unknown(record):
