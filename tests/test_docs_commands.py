@@ -181,6 +181,7 @@ def programs() -> list[str]:
     return result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("program", programs())
 def test_a_piece_of_python_runs_as_printed(program, folder, monkeypatch):
     """From the reader's folder; comments beside a line that name its value are right."""

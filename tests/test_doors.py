@@ -11,6 +11,8 @@ import ast
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+import pytest
+
 from comparisons.scene.indenters import SHAPES
 
 ROOT = Path(__file__).parents[1]
@@ -203,6 +205,7 @@ def test_a_name_reaches_along_imports_calls_tables_and_attributes():
     ]
 
 
+@pytest.mark.slow
 def test_whatever_the_numerics_offer_has_a_door():
     """See the head of this file, and `House` for what the search takes for a use."""
     shut = without_a_door(House(modules(*NUMERICS, "comparisons")), *NUMERICS)

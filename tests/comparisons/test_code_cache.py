@@ -29,6 +29,7 @@ print(twice(21), twice.stats.cache_path)
 """
 
 
+@pytest.mark.slow
 def test_code_is_cached_for_an_installed_package_and_a_user_without_a_home(tmp_path):
     """Numba alone refuses to define the function: "no locator available".
 

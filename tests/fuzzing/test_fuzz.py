@@ -26,6 +26,7 @@ def run(cases: int, tmp_path: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_mutated_input_ends_in_an_answer_or_one_clear_error(tmp_path):
     done = run(20, tmp_path)
     assert done.returncode == 0, done.stderr

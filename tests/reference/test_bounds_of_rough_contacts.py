@@ -91,6 +91,7 @@ def test_conditions_at_the_middles_of_cells_prove_nothing():
     assert block.shortfall(pressure, depth)[0].max() >= worst
 
 
+@pytest.mark.slow
 def test_force_of_a_rough_patch_is_enclosed():
     heights = _heights(8)
     depth = 0.6 * np.ptp(heights)
@@ -199,6 +200,7 @@ def _wave(points):
     return 0.01 * np.cos(2 * np.pi * np.arange(points) / points)[:, None] * np.ones(4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.2, 0.7])
 def test_westergaards_wave_is_enclosed(share):
     # Pi = p* D s^2 (3/4 - ln(s)/2), the integral of D s (1 - ln s) over the pressure

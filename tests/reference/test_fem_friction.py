@@ -59,6 +59,7 @@ def test_cerruti_meets_boussinesq_by_reciprocity():
         assert cerruti(points, nu)[:, 2] == pytest.approx(-normal[:, 0], rel=1e-13)
 
 
+@pytest.mark.slow
 def test_both_references_agree_on_a_coarse_mesh():
     """Two elements per contact radius: 2 %."""
     check(both(0.2, 2), 0.02)

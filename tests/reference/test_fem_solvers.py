@@ -68,6 +68,7 @@ MESHES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "nu"), [*((kind, 0.3) for kind in MESHES), ("quarter", -0.5), ("quarter", 0.49)]
 )

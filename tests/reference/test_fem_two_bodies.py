@@ -37,6 +37,7 @@ def plane_mesh(lines_x, lines_y, wobble=0.0, seed=0):
     return np.stack(corners, axis=2).reshape(-1, 4, 2)
 
 
+@pytest.mark.slow
 @settings(deadline=None)  # the first call compiles
 @given(
     st.integers(1, 6),

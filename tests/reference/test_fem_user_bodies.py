@@ -235,6 +235,7 @@ def on_its_bottom(mesh):
     return held
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ALL_KINDS)
 @pytest.mark.parametrize("hold", [on_rollers, on_its_bottom])
 def test_multigrid_solves_what_the_factorisation_does(name, hold, tmp_path):
@@ -277,6 +278,7 @@ def test_only_points_that_may_touch_take_a_column():
     assert not (step.active & ~known).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["hexahedron", "hexahedron27", "tetra", "tetra10"])
 def test_steps_of_multigrid_do_not_grow_with_the_mesh(name):
     """The rigid motions are in the coarse space: without the turns steps would double.

@@ -216,6 +216,7 @@ def peak_bytes(operator, gap):
     return peak / gap.size + gap.itemsize
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("operator_class", "most"), [(PeriodicOperator, 64), (FreeOperator, 128)])
 def test_a_solve_holds_no_more_arrays_than_its_plan_says(operator_class, most, monkeypatch):
     """Bytes per cell from the operator to the answer, the gap included; pieces count little."""

@@ -243,6 +243,7 @@ def test_no_coupling_for_an_incompressible_body():
         assert one.tangential_displacement == pytest.approx(other.tangential_displacement, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_spence_stick_radius_under_normal_load():
     """Pressing alone lets an annulus slip (Spence 1975).
 

@@ -111,6 +111,7 @@ def test_every_roughness_converges_on_large_grids(hurst, short_cutoff, operator_
     check_all_loads(operator_class((256, 256), (1 / 256, 1 / 256), MODULUS), height)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])
 @pytest.mark.parametrize(
     ("shape", "spacing"),

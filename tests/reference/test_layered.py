@@ -184,6 +184,7 @@ def pressed(body, cells, depth, side=2.4):
     return press(operator, gap, Load("penetration", depth))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_ball_on_layers_is_the_same_by_cells_and_by_the_integral_equation(name):
     """They share the compliance of waves only; 64 cells have 2e-4 on Hertz, 1e-3 on rubber."""
@@ -242,6 +243,7 @@ def test_everything_wrong_with_layers_is_listed():
 # --- elements --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_ball_on_layers_is_the_same_by_elements_and_by_the_integral_equation(name):
     """48 cells over 2.4 lengths; thin rubber has a few cells to each of its waves."""

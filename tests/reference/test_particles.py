@@ -158,6 +158,7 @@ def pressed(per_radius, nu=0.3, load=None):
     return contact, paraboloid(10.0 * per_radius, body.effective_modulus)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("nu", "error"), [(-0.5, 0.017), (0.0, 6e-3), (0.3, 6e-3), (0.45, 0.014)])
 def test_hertz_force_with_three_automata_per_radius(nu, error):
     """Errors as measured, rounded up; with whole automata on the surface -0.5 errs by 0.11."""

@@ -108,6 +108,7 @@ def test_elastic_limit_is_hertz(per_radius):
     assert moment.dissipated == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("per_radius", [4, 6])
 def test_contact_area_is_that_of_the_stiffness_of_unloading_on_coarse_meshes(per_radius):
     """A/(pi R d) at d/d_y = 20 tends to 1.439 on 18 elements; counted it is 1.28 to 1.42 on 3 to 9.
@@ -121,6 +122,7 @@ def test_contact_area_is_that_of_the_stiffness_of_unloading_on_coarse_meshes(per
     assert moment.counted_area < 0.98 * area
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "force"), [(2, 2.78), (5, 10.05), (10, 25.5)])
 def test_force_beyond_yield_is_that_of_other_finite_elements(share, force):
     (moment,) = pressed(dent(share, 4), share)
@@ -142,12 +144,14 @@ def test_a_thousand_times_the_depth_of_first_yield_is_reached():
     assert 2.4 < mean / Y < 3.6
 
 
+@pytest.mark.slow
 def test_nothing_locks_in_full_plasticity():
     # coarse elements that lock carry tens of percent more
     coarse, fine = (pressed(dent(60.0, n), 60.0)[0].force for n in (3, 5))
     assert 0.95 < coarse / fine < 1.03
 
 
+@pytest.mark.slow
 def test_unloading_leaves_a_dent_and_reloading_is_elastic():
     walk = dent(20.0, 3)
     down, half, again = pressed(walk, 20.0, 18.0, 20.0)

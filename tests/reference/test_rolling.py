@@ -119,6 +119,7 @@ def carter_on_a_grid(cells, traction, nu=0.5, surface=PlaneSurface, softer=1.0):
     return answer, answer.traction[0].sum() / (0.3 * pressure.sum()), x, cylinder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", ["linear", "splines"])
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.5])
 def test_cylinder_on_plane_elements_is_that_on_cells_of_their_size(nu, element):
@@ -373,6 +374,7 @@ def elements(nu, inertia=0.0):
     return lambda shape, side: ShearBody(shape, (side, side), material, inertia=inertia)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.0, 0.25, 0.45])
 def test_elements_roll_as_the_half_space_on_the_same_mesh(nu):
     """Creep coefficients within 1 % on six elements per radius, C33 1.5 %, closer on finer ones."""

@@ -19,6 +19,7 @@ def test_the_half_ball_tends_to_the_half_space_as_its_inverse_radius():
     assert 1.0 < excess[0] < 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["axisymmetric", "plane"])
 @pytest.mark.parametrize("support", ["fixed", "inertia"])
 def test_the_stiffness_converges_with_the_fourth_power_of_the_elements(kind, support):
@@ -74,6 +75,7 @@ def boussinesq_energy(radius: float, poisson_ratio: float) -> float:
     return float(-0.5 * (weights * np.pi / 4 * work * 2 * np.pi * r * radius).sum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
 def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
     """Beyond rho = 20 a of a body of 1e4 a, share of U = F d/2, to (a/rho)^2 = 0.25 %."""

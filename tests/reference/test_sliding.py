@@ -177,7 +177,8 @@ def test_full_contact_with_a_ridge_follows_the_complex_modulus(material, speed):
     )
 
 
-@pytest.mark.parametrize("speed", [pytest.param(0.003, marks=pytest.mark.slow), 0.01])
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [0.003, 0.01])
 def test_slow_paraboloid_has_the_friction_of_first_order(speed):
     """For v -> 0 mu = (eta/G) v/R: F_x = v tau int q_x^2 2/(E*|q|) |p^|^2 d2q/(2 pi)^2 on Hertz.
 
@@ -188,6 +189,7 @@ def test_slow_paraboloid_has_the_friction_of_first_order(speed):
     assert abs(result.estimate / speed - 1) < 0.75 * speed / 0.1 + result.uncertainty / speed
 
 
+@pytest.mark.slow
 def test_paraboloid_is_known_to_half_a_per_cent():
     """The bar of three grids holds a fourth, twice as fine as the finest, and is below 0.5 %."""
     form = paraboloid(1.0, ZENER, 0.3, Load("penetration", 0.01), cells=48)

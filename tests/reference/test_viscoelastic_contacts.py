@@ -101,6 +101,7 @@ def test_a_jump_and_a_retreat():
     np.testing.assert_allclose(result.contact_radius, exact.contact_radius, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     """A retreat that slows down: on springs the contact grows again, Ting's theory has to stop."""
     slower = np.array([0.0, 1.0, 1.0, 0.65, 0.6]) * 0.01
@@ -170,6 +171,7 @@ def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
     return np.array([step.force for step in contact])[steps::steps]
 
 
+@pytest.mark.slow
 def test_half_space_in_time_converges_to_ting():
     """Paraboloid through unloading: grid and step refined together, factor two each.
 
@@ -252,6 +254,7 @@ def test_unit_of_length_costs_no_digit():
     assert [s.force for s in there] == [force * metre**2 for force in here]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("material", "springs"),
     [

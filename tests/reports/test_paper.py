@@ -340,6 +340,7 @@ def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsy
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"

@@ -163,6 +163,7 @@ def test_pressure_and_files_of_a_solve(tmp_path):
     assert "von_mises" in (tmp_path / "body.vtu").read_text(encoding="utf-8", errors="replace")
 
 
+@pytest.mark.slow
 def test_pressures_are_those_of_the_whole_contact_at_every_load():
     """Elements solve a quarter: 4 points for each but those on the planes of symmetry."""
     solution = roughline.solve("ellipsoid-2", "fem", 4, fields=True)
@@ -362,6 +363,7 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
         roughline.add_method("nowhere.py")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("methods_restored")
 def test_a_file_with_a_method_may_be_added_twice():
     for _ in range(2):

@@ -90,6 +90,7 @@ def installed(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_project_may_have_packages_of_our_names(installed):
     done = installed(
         "from comparisons import OWN\n"
@@ -101,6 +102,7 @@ def test_a_project_may_have_packages_of_our_names(installed):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_the_fixture_says_which_packages_are_in_its_way(installed):
     """There it cannot work: the model's own packages are not to be had."""
     done = installed(

@@ -127,6 +127,7 @@ def problems_of(tmp_path, **body):
 # --- files ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
     """As Abaqus/CAE writes them: the same faces, and the same force, as the node set of the top.
@@ -280,6 +281,7 @@ def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
     assert "half-space" in plans["reduced"].reason
 
 
+@pytest.mark.slow
 def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(tmp_path, monkeypatch):
     """The same forces to 1e-7; which solver from which size on, and what it cannot do."""
     write(tmp_path / "block.msh")

@@ -68,6 +68,7 @@ def test_adhesion_creep_and_hardening_beyond_any_material_are_questioned(scene, 
     assert said in doubt
 
 
+@pytest.mark.slow
 def test_of_the_built_in_scenes_those_with_steep_flanks_are_questioned():
     steep = {
         name for name in builtin_names() for plan in plan_scene(load_scene(name)) if plan.doubts

@@ -56,6 +56,7 @@ def die(path):
     os._exit(11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reader", "arguments", "words"),
     [
@@ -73,6 +74,7 @@ def test_a_reader_that_ends_without_an_answer(tmp_path, monkeypatch, reader, arg
     assert words in str(caught.value)
 
 
+@pytest.mark.slow
 def test_the_free_memory_bounds_what_is_read(tmp_path, monkeypatch):
     """Of a container with 0.5 GB left, too: its limit counts, not the machine's memory."""
     path = tmp_path / "file"
@@ -102,6 +104,7 @@ def test_hdf5_that_declares_too_much(tmp_path):
     assert "10000000100 points need" in refusal(path, size=1e-6, height_unit="nm")
 
 
+@pytest.mark.slow
 def test_hdf5_whose_chunk_lies(tmp_path):
     """A chunk of 800 declared bytes holds a stream of 800 MB."""
     h5py = pytest.importorskip("h5py")
@@ -113,6 +116,7 @@ def test_hdf5_whose_chunk_lies(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_archive_that_unpacks_too_far(tmp_path):
     pytest.importorskip("SurfaceTopography")
     path = tmp_path / "map.x3p"
@@ -122,6 +126,7 @@ def test_archive_that_unpacks_too_far(tmp_path):
     assert "of memory, to be read: save the heights as .npy" in refusal(path)
 
 
+@pytest.mark.slow
 def test_tiff_that_declares_too_much(tmp_path):
     tifffile = pytest.importorskip("tifffile")
     path = tmp_path / "map.tif"
@@ -130,6 +135,7 @@ def test_tiff_that_declares_too_much(tmp_path):
     assert "of memory" in refusal(path, size=1e-6, height_unit="nm")
 
 
+@pytest.mark.slow
 def test_mesh_that_unpacks_too_far(tmp_path):
     """The arrays beside an XDMF belong to it."""
     pytest.importorskip("h5py")

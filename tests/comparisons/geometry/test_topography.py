@@ -145,6 +145,7 @@ TERMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("detrend", TERMS)
 @given(seed=st.integers(0, 2**32 - 1), steepness=st.floats(-1e4, 1e4))
 def test_trend_leaves_no_trace(tmp_path_factory, detrend, seed, steepness):
@@ -441,6 +442,7 @@ def test_without_an_optional_package_the_message_names_it(
         opened(tmp_path / "scan", MeasuredMap(kind="map", file="scan"))
 
 
+@pytest.mark.slow
 def test_unknown_formats_say_what_was_tried(tmp_path):
     pytest.importorskip("SurfaceTopography")
     path = tmp_path / "scan.di"

@@ -169,6 +169,7 @@ def test_nan_passes_where_the_caller_expects_it(strange):
     np.testing.assert_array_equal(outcome.answer["0"], value)
 
 
+@pytest.mark.slow
 def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
     note = tmp_path / "pid"
     outcome = parent.run(strange + "leaves", str(note), seconds=3)
@@ -179,6 +180,7 @@ def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
     assert gone(int(note.read_text()))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="fork")
 def test_what_detached_itself_does_not_outlive_its_work(strange, tmp_path):
     """Forked twice, in a session of its own: nobody's child, in nobody's group."""
@@ -187,6 +189,7 @@ def test_what_detached_itself_does_not_outlive_its_work(strange, tmp_path):
     assert gone(int(note.read_text()))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
 def test_no_orphan_when_the_caller_is_interrupted_or_killed(tmp_path, how):
@@ -257,6 +260,7 @@ def test_a_kept_process_answers_again_and_ends_when_told(called):
     assert gone(first["pid"], within=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("work", "ended"),
     [("raises", parent.RAISED), ("dies", parent.KILLED), ("objects", parent.MALFORMED)],

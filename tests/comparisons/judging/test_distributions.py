@@ -101,6 +101,7 @@ def test_the_distance_is_the_mean_difference_of_values_of_equal_rank():
     assert np.isnan(distance(0 * first, first, bins))
 
 
+@pytest.mark.slow
 def test_distributions_reach_json_tables_and_report(tmp_path):
     """What is asked for is measured, judged, kept and drawn: for surfaces, lines and theories."""
     compare = {

@@ -181,6 +181,7 @@ def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, rea
         solve_scene(scene, "bem_fft", 8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "reason"),
     [
@@ -194,6 +195,7 @@ def test_theorems_refuse_scenes_with_their_reason(scene, reason):
         plan_scene(load_scene(scene, {"compare.proved": True}))
 
 
+@pytest.mark.slow
 def test_a_built_in_scene_may_be_given_physics_that_nothing_is_proved_of():
     """Built-in contacts ask for what is proved if there is any; a ball that sticks is solved."""
     assert load_scene("paraboloid").compare.proved == "if_any"

@@ -52,6 +52,7 @@ def test_the_tables_of_the_page_are_those_of_the_script(name):
     np.testing.assert_allclose(shown, result, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_the_law_errs_by_its_speed_on_a_sled():
     """Way to rest: (4/pi) v0/V too long, to (v0/V)^2 log of it; steps small against v0's own time.
 

@@ -163,6 +163,7 @@ def test_finite_elements_on_more_points_have_the_symmetries(pressed, shape):
     assert_symmetric(pressed, surface(shape), "fem", False, TOLERANCES["fem"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "periodic", "shape"), FINER)
 def test_a_finer_grid_of_a_map_turns_with_it(pressed, method, periodic, shape):
     """Interpolation between the points has the symmetries too: wrapped or mirrored at the sides."""

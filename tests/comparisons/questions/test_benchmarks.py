@@ -130,6 +130,7 @@ def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
     assert json.loads(json.dumps(row.row(), allow_nan=False))["met"] is None
 
 
+@pytest.mark.slow
 def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatch):
     """Two peers of 1 ms and 1 us beside a solve of milliseconds."""
     monkeypatch.setattr(bem.press, "installed", lambda peer: True)
@@ -160,6 +161,7 @@ def test_the_memory_of_a_solve_is_that_of_its_own_process():
     assert result["violation"] <= bem_cost.TOLERANCE
 
 
+@pytest.mark.slow
 def test_a_convolution_is_compared_with_the_machine_it_runs_on():
     """No convolution is below the floor of operations and passes, and none a thousandfold above."""
     row = bem_cost._floor(64)
@@ -191,6 +193,7 @@ def test_the_finite_element_job_is_hertz_at_thirty_depths():
     assert sum(shares.values()) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed(monkeypatch):
     """On meshes of up to four elements per radius; tests/reference/test_fem_contact.py has six."""
     monkeypatch.setattr(fem_benchmark, "PRESSURE_LEVEL", 4)
@@ -218,6 +221,7 @@ def test_the_plan_knows_the_memory_of_a_solve(kind, title, resolutions):
     assert [row.name for row in rows if not row.met] == []
 
 
+@pytest.mark.slow
 def test_memory_of_a_scene_without_answer_has_a_row_that_says_so():
     case = memory.Case("nothing", "nobody", "", (1,))
     (row,) = memory.rows((case,))
@@ -232,6 +236,7 @@ def test_cost_of_the_square_has_exponent_two():
     assert "from 20000 to 80000" in row.name
 
 
+@pytest.mark.slow
 def test_a_peer_that_is_not_there_has_a_row_that_says_so():
     row = fem_benchmark.against_peer("nobody")
     assert (row.ratio, row.met) == (None, None)

@@ -82,6 +82,7 @@ CAMPAIGNS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CAMPAIGNS)
 def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path, name):
     """From nothing to all; solves come one at a time, and none is left at the end."""

@@ -165,6 +165,7 @@ def test_the_grid_has_its_ends_exactly():
 sizes = st.lists(st.floats(-0.1, 0.1), min_size=1, max_size=6)
 
 
+@pytest.mark.slow
 @given(sizes, st.lists(st.floats(0, 0.05), min_size=6, max_size=6), st.randoms())
 def test_the_interval_holds_the_measure_whatever_the_true_errors_are(errors, bars, random):
     """Any errors inside their bars have a maximum, an rms and a last value inside the interval."""

@@ -106,6 +106,7 @@ def test_three_parts_are_the_whole(parts, tmp_path):
     assert len(load_study(tmp_path / "merged").runs) == 3
 
 
+@pytest.mark.slow
 def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
     """They are solved again: of two methods, each solved by a run, both have all surfaces."""
     for name in ("reduced", "bem_fft"):
@@ -117,6 +118,7 @@ def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
     assert values[0].tolist() == values[1].tolist()
 
 
+@pytest.mark.slow
 def test_a_lost_surface_of_a_whole_run_takes_no_other_with_it(rough, tmp_path):
     """Blocks that were not kept are solved again beside one that was lost, which keeps its why."""
     solved = run(ensemble(rough, methods=["reduced"]), tmp_path / "solved")
@@ -230,6 +232,7 @@ def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     assert [item.name for item in tmp_path.iterdir() if "merged" in item.name] == []
 
 
+@pytest.mark.slow
 def test_another_scene_of_the_same_name_is_a_conflict(rough, tmp_path):
     run(ensemble(rough, methods=["reduced"]), tmp_path / "a")
     run(ensemble(rough, methods=["bem_fft"], tolerance=0.05), tmp_path / "b")

@@ -56,6 +56,7 @@ def test_the_same_code_has_not_moved(before):
     assert {finding.subject for finding in findings} == {MODEL, REFERENCES, AGREEMENT, SPEED}
 
 
+@pytest.mark.slow
 def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
     """A factor 1.002 in the springs: the model's force moves by 0.2 %, the references do not."""
     sound = reduced_method.indent
@@ -200,6 +201,7 @@ def test_this_version_is_its_own_baseline(monkeypatch):
     assert not drifted, drifted
 
 
+@pytest.mark.slow
 def test_the_command_ends_with_one_on_drift(before, tmp_path, capsys):
     path = tmp_path / "baseline.json"
     scene = before.scenes["paraboloid"]

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pandas as pd
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -206,6 +207,7 @@ def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
     assert wide_truth(record(rows, "bem_fft", 0.004), "quick") == ""
 
 
+@pytest.mark.slow
 def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
     """A cylinder's force is exact in the reduced model: nothing cheaper can be advised."""
     asked = ["advise", "cylinder", "--tolerance", "2 %", "--quantities", "force", "--json"]

@@ -77,6 +77,7 @@ def test_the_settings_of_a_sentence_pass_when_they_are_run_again():
     assert_scene_passes_again("paraboloid", few | {"compare.resolutions": [8, 16, 32]})
 
 
+@pytest.mark.slow
 def test_the_truth_is_refined_until_some_setting_is_sure_of_the_tolerance(tmp_path, capsys):
     """Bumps of eight points a wave: on the grids planned the area is not known to 0.3 %."""
     x = np.arange(16) * 2 * np.pi / 8

@@ -103,6 +103,7 @@ def test_what_is_no_such_quantity_is_refused_in_words(value, dimension, message)
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=30))
 def test_no_text_makes_the_reader_fail_otherwise(text):
     """Whatever stands in a file: a float, or a ValueError that says what was expected."""

@@ -69,6 +69,7 @@ def overlap(one, other):
     return one[0] < other[1] and other[0] < one[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
 def test_every_job_is_done_once_with_its_time(make):
     collection = collected(make(), [Job(str(k), pow, (k, 2)) for k in range(7)])
@@ -121,6 +122,7 @@ def test_half_of_the_jobs_are_the_last_ones(monkeypatch):
     assert given == [0, 8, 1, 7]
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_tried_again(tmp_path):
     """SIGKILL twice, an answer the third time; beside it others that are hit by the lost pool."""
     jobs = [Job("killed", killed_until(tmp_path, 2)), *(Job(str(k), pow, (k, 1)) for k in range(9))]
@@ -130,6 +132,7 @@ def test_a_killed_process_is_tried_again(tmp_path):
     assert not any(done.lost for done in collection.values())
 
 
+@pytest.mark.slow
 def test_who_is_killed_every_time_is_lost_and_the_others_are_not(tmp_path):
     """Two culprits: slow jobs that share a pool with them again and again must not be lost."""
     culprits = [Job(f"culprit {k}", signal.raise_signal, (signal.SIGKILL,)) for k in range(2)]
@@ -144,6 +147,7 @@ def test_who_is_killed_every_time_is_lost_and_the_others_are_not(tmp_path):
     assert not any(collection[str(k)].lost for k in range(4))
 
 
+@pytest.mark.slow
 def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
     executor = ProcessExecutor(2)
     executor.add([Job("wrong", divmod, (1, 0)), Job("right", pow, (2, 2))])
@@ -152,6 +156,7 @@ def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
     assert collected(ProcessExecutor(2), [Job("again", pow, (3, 2))])["again"].value == 9
 
 
+@pytest.mark.slow
 def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
     """Three jobs of 6 GB where 10 may be handed out; small ones pass beside a large one."""
     jobs = [
@@ -206,6 +211,7 @@ def test_processes_clear_up_for_one_that_was_killed(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_interrupt_right_after_work_was_given_leaves_no_error_behind(monkeypatch):
     """Processes wait for work here, and the thread that hands it to them has not looked yet."""

@@ -117,6 +117,7 @@ def test_where_the_system_has_no_locks_each_computes_its_own(counted, monkeypatc
     assert counted[0].over([(3,)]) == [9]
 
 
+@pytest.mark.slow
 def test_two_processes_share_the_work_on_a_list(tmp_path):
     """Both ask for the same ten results: each is computed by one of them, and both have part."""
 

@@ -169,6 +169,7 @@ def searched_path(profile, control, loads):
     return np.array(result), radius[1] - radius[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["force", "penetration"])
 @pytest.mark.parametrize("shape", list(SHAPES))
 def test_the_path_is_that_of_a_plain_search(shape, control):

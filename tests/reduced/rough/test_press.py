@@ -99,6 +99,7 @@ def compare(contact, row, line, spacing, edges, periodic):
 LINES = st.lists(st.integers(-40, 40), min_size=2, max_size=40).filter(lambda v: len(set(v)) > 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("edges", EDGES)
 @pytest.mark.parametrize("periodic", [True, False])
 @settings(max_examples=80, deadline=None)

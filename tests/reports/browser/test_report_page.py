@@ -26,6 +26,7 @@ def stands_on_the_first_screen(page, size):
         assert place["x"] + place["width"] <= size[0] + 1, selector
 
 
+@pytest.mark.slow
 def test_a_newcomer_sees_the_summary_and_a_short_page(visit):
     """Two scenes: few tab stops, few pixels, and nothing of a folded scene is drawn."""
     with visit() as seen:
@@ -87,6 +88,7 @@ def column(page, table, number):
     return [row.locator("td, th").nth(number).inner_text().strip() for row in cells]
 
 
+@pytest.mark.slow
 def test_tables_are_filtered_and_sorted_and_the_link_keeps_it(followed, visit):
     """State round trip: what one reader chose, another who comes anew sees through the address."""
     table = "scene-1-settings"
@@ -218,6 +220,7 @@ def test_text_of_strangers_is_no_formula_in_a_spreadsheet(followed, tmp_path):
     assert "'=1+1" in path.read_text(encoding="utf-8-sig")
 
 
+@pytest.mark.slow
 def test_a_view_turns_by_its_keys_and_only_one_is_live(followed):
     seen = followed("#scene-1-picture")
     page = seen.page
@@ -265,6 +268,7 @@ def test_the_keyboard_reaches_every_control(followed):
     assert slider.evaluate("e => e.tabIndex") == 0
 
 
+@pytest.mark.slow
 def test_paper_gets_light_plots_and_no_controls(followed, tmp_path):
     seen = followed()
     page = seen.page  # what is open is printed

@@ -93,6 +93,7 @@ def test_disagreeing_references_stand_at_the_top(judged):
     assert page.index("References disagree") < page.index(text) < page.index('<h2 id="verdicts"')
 
 
+@pytest.mark.slow
 def test_many_claims_are_folded_by_whose_they_are_and_few_are_not(judged):
     """The page of all claims was 130 000 pixels long on a phone."""
     few = load_claims_record(judged[1] / "out")
@@ -167,6 +168,7 @@ def covered(case):
     )
 
 
+@pytest.mark.slow
 def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right(
     few_cases, tmp_path, monkeypatch, capsys
 ):

@@ -241,6 +241,7 @@ def test_a_truth_that_alone_gives_a_quantity_answers_for_it():
     assert "pressure" in advise(unknown).unanswered
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes", "quantity", "reason"),
     [

@@ -152,6 +152,7 @@ def test_numbers_in_tables_are_saved_with_eight_digits(study):
     assert np.isfinite(row["error of force"].bar)
 
 
+@pytest.mark.slow
 def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solvers():
     """`roughline report` took fits, whose files bring their own rows, for a user's methods."""
     told = subprocess.run(

@@ -730,6 +730,7 @@ def program(*arguments, cwd):
     )
 
 
+@pytest.mark.slow
 def test_a_closed_output_is_no_traceback_and_gets_no_file(tmp_path):
     """``roughline solve ... >&-``: a file that is opened next would have the number of stdout."""
     words = [sys.executable, "-m", "roughline", "solve", "paraboloid", "--method", "closed_form"]
@@ -811,6 +812,7 @@ def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("press", [signal.SIGINT, signal.SIGTERM])
 def test_control_c_and_term_are_code_3_and_what_is_done_can_be_gone_on_with(tmp_path, press):
@@ -948,6 +950,7 @@ def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp
 # --- two runs side by side ------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline, ball):
     """A scaled force in results.csv stands for a model that was changed between the runs."""
     options = ["--methods", "closed_form,reduced", "--no-pictures"]

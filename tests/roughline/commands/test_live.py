@@ -29,6 +29,7 @@ def watched(plans, folder):
         Study(plans, folder, watch=watch).run()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("terminal", ["0", "1"])
 def test_a_pipe_and_a_terminal_that_cannot_move_its_cursor_get_plain_lines(
     plans, tmp_path, capsys, monkeypatch, terminal
@@ -88,6 +89,7 @@ def test_wrong_shares_of_the_work_are_code_2_and_write_nothing(tmp_path, capsys,
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_parts_on_the_command_line_merge(tmp_path, capsys):
     options = ["--methods", "closed_form,reduced", "--no-pictures"]
     folders = [tmp_path / f"part-{k}" for k in (1, 2)]

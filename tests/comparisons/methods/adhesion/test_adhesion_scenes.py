@@ -66,6 +66,7 @@ def test_springs_and_closed_form_agree_on_the_whole_path(loading):
     assert (exact["contact_area"] == 0).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
 def test_the_grid_follows_the_same_path(loading):
     """Detachment calibrated to the mesh, 8 cells per radius: 25 % of the largest load."""

@@ -105,6 +105,7 @@ def test_planes_of_symmetry_of_polygons_are_found(corners, even):
     assert plan_of(polygon(corners)).geometry.indenter.even == even
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("corners", "resolution"), [(ANGLE, 2), (TRIANGLE, 7), (SQUARE, 4)], ids=str
 )

@@ -84,6 +84,7 @@ def test_methods_for_one_modulus_refuse_layers_with_the_reason():
         assert "the same at all depths" in refusal.reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "control"), [("bem_fft", "penetration"), ("bem_fft", "force"), ("fem", "force")]
 )

@@ -57,6 +57,7 @@ SHAPES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_shapes_with_three_automata_per_radius_against_closed_forms(name):
     indenter, force, area = SHAPES[name]
@@ -170,6 +171,7 @@ def rough(points=12, periodic=False, *, tables=None, **loading):
     return make_scene(data | (tables or {}), "patch.toml", None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("points", [12, 13])
 def test_a_rough_patch_against_the_half_space(points):
     """Automata and Love's cells differ on waves of five points: by 3.5 per cent on 13 points.

@@ -54,6 +54,7 @@ def test_readings_err_as_they_were_found_to(scene, model, error, within):
     assert_allclose(ours / truth - 1, error, atol=within)
 
 
+@pytest.mark.slow
 def test_fits_are_within_some_percent_of_elements(scene):
     ball = yielding(scene, 5)
     truth = curve(solved(ball, "fem", 4))
@@ -61,6 +62,7 @@ def test_fits_are_within_some_percent_of_elements(scene):
         assert_allclose(curve(solved(ball, name, 1)), truth, rtol=0.04)
 
 
+@pytest.mark.slow
 def test_a_path_unloads_and_loads_again(scene):
     path = yielding(scene, 20, 18, 0, 20)  # all on a mesh that shows, not measures
     for name, resolution in (("reduced", 200), ("fem", 3)):
@@ -72,6 +74,7 @@ def test_a_path_unloads_and_loads_again(scene):
         assert_allclose(left, left[0], rtol=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "given"), [("force", False), ("equivalent_radius", True)])
 def test_only_what_asks_for_the_area_unloads_for_it(scene, asked, given):
     (plan, *_) = plan_scene(yielding(scene, 2))
@@ -79,6 +82,7 @@ def test_only_what_asks_for_the_area_unloads_for_it(scene, asked, given):
     assert ("contact_area" in answer.quantities) == given
 
 
+@pytest.mark.slow
 def test_forces_and_penetrations_are_one_curve(scene):
     by_depth = solved(yielding(scene, 5, 20), "reduced", 400)
     by_force = yielding(scene, loading={"force": curve(by_depth).tolist()})
@@ -90,6 +94,7 @@ def test_forces_and_penetrations_are_one_curve(scene):
     assert_allclose(curve(again, "penetration"), 5 * FIRST, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_first_yield_by_the_local_rule_is_that_of_elements(scene):
     below = yielding(scene, 0.5)
     exact = curve(solved(below, "closed_form", 1), "first_yield")
@@ -129,6 +134,7 @@ def test_round_shapes_dent_too(scene):
         assert 0.1 * elastic < force < elastic
 
 
+@pytest.mark.slow
 def test_a_cone_has_a_force_though_no_first_yield(scene):
     cone = yielding(scene, 10, indenter={"shape": "cone", "slope": 0.05})
     solution = solved(cone, "fem", 3, "first_yield")

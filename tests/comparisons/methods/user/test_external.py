@@ -104,6 +104,7 @@ def bad(tmp_path):
 # --- the example -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_example_is_judged_by_a_hard_case():
     """Springs of E*/a per area under a paraboloid: F = pi E* R d^2/a, at d = 1 um 3/4 pi Hertz.
 
@@ -298,6 +299,7 @@ empty = returning("empty", {})
 """
 
 
+@pytest.mark.slow
 def test_a_function_that_returns_no_numbers_is_told_what_was_expected(monkeypatch, tmp_path):
     monkeypatch.setattr(registry, "SOLVERS", dict(registry.SOLVERS))
     file = tmp_path / "odd.py"
@@ -385,6 +387,7 @@ def test_claims_are_judged_about_a_method_from_outside(task):
         about_method(load_claims(), "nobody")
 
 
+@pytest.mark.slow
 def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_path, scene):
     """One step at a time: a spring of 2 G* a (19.18), along a path that passes zero."""
     file = tmp_path / "sticks.py"

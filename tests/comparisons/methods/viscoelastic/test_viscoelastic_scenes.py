@@ -79,6 +79,7 @@ def test_creep_under_a_sudden_force(model):
     assert errors["bem_fft", "penetration"] < (0.04 if model["model"] == "kelvin_voigt" else 0.02)
 
 
+@pytest.mark.slow
 def test_a_force_ramp_from_nothing():
     """No contact at first, a state like others; then springs 1e-3 in depth, the grid 0.3 %."""
     loading = {"time": [0.0, 0.5, 1.0, 2.0], "force": [0.0, 0.1, 0.2, 0.4]}
@@ -95,6 +96,7 @@ def test_a_force_ramp_from_nothing():
     assert errors["bem_fft", "penetration"] < 3e-3
 
 
+@pytest.mark.slow
 def test_a_history_without_a_closed_form_is_told_so():
     again = {"time": [0.0, 0.1, 0.2, 0.3], "penetration": [0.0, 1e-4, 5e-5, 1e-4]}
     assert "falls once" in reasons(planned(again))["closed_form"]

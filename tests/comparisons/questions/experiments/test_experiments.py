@@ -82,6 +82,7 @@ def test_the_misprint_of_the_kernel_hides_from_neighbours():
     assert letter.error == pytest.approx((1 + math.pi) / 2 - 1, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", ["overlap", "random", "summit"])
 def test_the_active_set_ends_and_the_bar_is_that_of_a_share(start):
     """100 runs without a failure: below 1 - 0.05^(1/100) = 3.0 %."""

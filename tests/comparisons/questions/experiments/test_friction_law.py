@@ -39,6 +39,7 @@ def test_without_a_difference_of_frictions_the_law_still_damps_the_swing():
     assert coarse < fine < 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["explicit_euler", "runge_kutta_4"])
 def test_the_step_of_theory_is_the_step_found(scheme):
     measured = measure("explicit-friction-step", 0.8, scheme=scheme)

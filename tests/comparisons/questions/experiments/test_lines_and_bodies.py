@@ -39,6 +39,7 @@ def test_a_ball_that_is_pushed_at_one_depth_is_cattaneos_in_both_models():
     assert abs(measured.error) < 2e-3
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_pushed_in_deeper_as_it_is_pushed_aside_sticks():
     """Mindlin and Deresiewicz: dF_x/dF below mu throughout, so that nothing slips."""
     measured = measure("changing-load", 2.0)

@@ -50,6 +50,7 @@ def test_the_numbers_of_the_literature_are_below_the_proved_stiffness():
         measure("face-rule", 5, rule="king")
 
 
+@pytest.mark.slow
 def test_a_pressed_pyramid_is_stiffer_than_its_flat_section_and_that_of_many_faces_a_cone():
     """Beta of a cone is 1: F = (2/pi) E* d^2/s, a = 2 d/(pi s), S = 2 F/d = 2 E* a.
 
