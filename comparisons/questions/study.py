@@ -37,6 +37,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Effort, Plan
+from comparisons.solving.plan_record import PlanRecord
 from comparisons.tasks.archive import PREFIX, save_solution
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
@@ -79,6 +80,7 @@ class Study(Campaign[Plan, StudyRecord]):
         self.plans, self.part, self.paraview = plans, part, paraview
         self._solutions: dict[str, Solution] = {}
         self._merged: tuple[Run, ...] = ()
+        self._finest_before: dict[tuple[str, str], int] = {}
         self._begun = False
         # Tasks of all parts that were seen so far, and those of this one.
         self._asked: set[str] = set()
@@ -123,10 +125,14 @@ class Study(Campaign[Plan, StudyRecord]):
         self._own.update(jobs)
         self._asked.update(jobs)
         work = partial(solve_task, every_field=True) if self.paraview else solve_task
-        for task in jobs.values() if self.paraview and self.resume else ():
-            path = self._path(task)
-            if task.realisations[0] == 0 and not path.with_suffix(".vtu").exists():
-                path.unlink(missing_ok=True)  # of a run that kept only what pages show
+        finest = _finest({plan.scene.name: plan for plan in self.plans})
+        for task in jobs.values() if self.resume else ():
+            path, setting = self._path(task), (task.scene.name, task.method)
+            # A whole run kept only what its pages showed: less of all but the finest grids.
+            more = self.paraview and not path.with_suffix(".vtu").exists()
+            more |= finest[setting] == task.resolution < self._finest_before.get(setting, 0)
+            if more and task.realisations[0] == 0:
+                path.unlink(missing_ok=True)
         return [solve_job(task, work) for task in jobs.values()]
 
     def received(self, done: Done) -> None:
@@ -170,10 +176,7 @@ class Study(Campaign[Plan, StudyRecord]):
         tasks = [task for plan in self.plans for task in plan.tasks]
         if record.interrupted or not all(task.key in self._solutions for task in tasks):
             return
-        finest: dict[tuple[str, str], int] = {}
-        for task in tasks:
-            setting = task.scene.name, task.method
-            finest[setting] = max(finest.get(setting, 0), task.resolution)
+        finest = _finest({plan.scene.name: plan for plan in self.plans})
         for task in tasks:
             solution, path = self._solutions[task.key], self._path(task)
             # What was lost is kept with its reason: `merge` solves only what has no reason.
@@ -210,6 +213,8 @@ class Study(Campaign[Plan, StudyRecord]):
                 "scenes, or choose another --out"
             )
         self._merged = record.runs
+        if not record.interrupted:
+            self._finest_before = _finest({scene.name: scene.plan for scene in record.scenes})
         return record.seconds
 
     def lost(self) -> list[tuple[Task, str]]:
@@ -288,6 +293,15 @@ def solved_in_memory(
                 plan = end.value
                 break
     return plan, solved(plan)
+
+
+def _finest(plans: Mapping[str, PlanRecord]) -> dict[tuple[str, str], int]:
+    """Return the finest resolution of each method on each scene."""
+    return {
+        (scene, planned.method): max(planned.resolutions, default=0)
+        for scene, plan in plans.items()
+        for planned in plan.methods
+    }
 
 
 def _joined(plan: Plan, solution: Callable[[Task], Solution | None]) -> Solved:

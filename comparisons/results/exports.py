@@ -36,7 +36,7 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
     """Return a row for each verdict of a method that gives the quantity, with its setting's cost.
 
     ``error`` is that at the step that decides (NaN: the distance of two fields has no sign),
-    ``maximum`` its size.
+    ``maximum`` its size; ``reason`` is the first one why a step has no answer.
     """
     table = []
     for item in scene.verdicts:
@@ -46,7 +46,11 @@ def measures(scene: SceneRecord) -> pd.DataFrame:
         table.append(
             {"scene": scene.name, "method": item.method, "resolution": item.resolution}
             | {name: rows[name][0] for name in COST}
-            | {"converged": rows["converged"].all(), "quantity": item.quantity, "at": item.at}
+            | {
+                "converged": rows["converged"].all(),
+                "reason": next(filter(None, rows["reason"]), ""),
+            }
+            | {"quantity": item.quantity, "at": item.at}
             | {"rms": item.rms, "maximum": abs(item.error)}
             | {"error": item.error if item.signed else np.nan}
             | {name: getattr(item, name) for name in NUMBERS}

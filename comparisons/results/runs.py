@@ -207,8 +207,8 @@ def _change(
     solved, again = both["converged"], both["converged_after"]
     # On a grid that is no longer the finest, fewer of the solved surfaces have rows: none is lost.
     fewer = new["surfaces"][0] < old["surfaces"][0] or set(old["step"]) - set(new["step"])
-    missing = len(old) - len(both) if fewer or both.empty else 0
-    lost = int((solved & ~again).sum()) + max(missing, 0)
+    missing = max(len(old) - len(both), 0) if fewer else 0
+    lost = int((solved & ~again).sum()) + missing
     if lost:
         reasons = [reason for reason in new["reason"] if reason]
         why = reasons[0] if reasons else "no reason given"

@@ -283,8 +283,13 @@ _FORM = TypeAdapter(StudyRecord)
 
 
 def save_study(record: StudyRecord) -> None:
-    """Write study.json and the tables that are read back (fields are there already)."""
+    """Write study.json and the tables that are read back (fields are there already).
+
+    A kill in between leaves an interrupted run, never tables beside the verdicts of another state.
+    """
     root = record.directory
+    begun = replace(record, scenes=(), interrupted=True)
+    write_text(root / STUDY, _FORM.dump_json(begun, indent=1).decode())
     for name, (kind, _) in TABLES.items():
         table = stacked(record, [getattr(scene, kind).frame() for scene in record.scenes])
         if len(table) or name != DISTRIBUTIONS:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from dataclasses import replace
+from unittest.mock import Mock
 
 import meshio
 import numpy as np
@@ -17,12 +18,14 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, concerned
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
+from comparisons.results import store
 from comparisons.results.exports import MEASURES, TO_TAKE
 from comparisons.results.store import FIELDS, RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import task as task_module
+from comparisons.tasks.shown_loads import stored_steps
 
 # Columns that differ from run to run by their nature.
 CLOCK = [
@@ -106,6 +109,28 @@ def test_files_for_paraview_are_whole_when_a_run_that_wrote_none_is_resumed(ball
         whole, later = map(meshio.read, files)
         assert "displacement" in whole.point_data | whole.cell_data
         assert set(later.point_data | later.cell_data) == set(whole.point_data | whole.cell_data)
+
+
+def test_the_finest_grid_keeps_its_earlier_loads_when_a_run_is_resumed_with_fewer(scene, tmp_path):
+    """A whole run drops them on a coarser grid, which is now the finest."""
+    compared = {"methods": ["closed_form", "bem_fft"], "quantities": ["force", "pressure"]}
+    for resolutions in ([6, 12], [6]):
+        plans = plan_scene(scene(compare=compared | {"resolutions": resolutions}))
+        (record,) = Study(plans, tmp_path / "out", resume=resolutions == [6]).run().scenes
+    assert stored_steps(record.load_fields("bem_fft", 6)) == [0, 1]
+
+
+def test_a_run_that_is_killed_while_it_writes_leaves_no_verdicts_beside_other_rows(
+    ball, tmp_path, monkeypatch
+):
+    Study(ball, tmp_path / "out").run()
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "write_table", Mock(side_effect=KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            Study(ball, tmp_path / "out", resume=True).run()
+    killed = load_study(tmp_path / "out")
+    assert (killed.scenes, killed.interrupted) == ((), True)
+    assert len(Study(ball, tmp_path / "out", resume=True).run().scenes) == 1
 
 
 def test_the_table_has_a_row_for_every_solve_and_step_and_the_columns_of_the_contract(

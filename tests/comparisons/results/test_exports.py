@@ -1,14 +1,16 @@
-"""The table of curves to take away."""
+"""The tables to take away."""
 
 from __future__ import annotations
 
 import pickle
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
 
 import roughline
-from comparisons.results.exports import TO_TAKE
+from comparisons.methods.normal.reduced import ReducedProfile
+from comparisons.results.exports import MEASURES, TO_TAKE
 
 HERTZ = {
     "name": "ball",
@@ -39,3 +41,11 @@ def test_a_row_is_a_load_and_a_column_a_method_and_quantity_in_si_units(tmp_path
     # What was derived does not keep a record from another process.
     again = pickle.loads(pickle.dumps(comparison.record))
     pd.testing.assert_frame_equal(again.rows.frame(), comparison.record.rows.frame())
+
+
+def test_a_method_without_an_answer_has_its_reason_beside_its_verdict(tmp_path, monkeypatch):
+    monkeypatch.setattr(ReducedProfile, "solve", Mock(side_effect=ValueError("no springs")))
+    roughline.Study(HERTZ, tmp_path / "out", methods=["reduced", "closed_form"]).run()
+    table = pd.read_csv(tmp_path / "out" / MEASURES, keep_default_na=False)
+    (reason,) = set(table.loc[table["method"] == "reduced", "reason"])
+    assert "no springs" in reason
