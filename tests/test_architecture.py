@@ -49,6 +49,7 @@ def test_the_contracts_of_pyproject_are_kept(monkeypatch):
     assert lint.lint_imports(no_cache=True) == lint.EXIT_STATUS_SUCCESS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", sorted(ALLOWED))
 def test_the_numerical_rooms_import_nothing_but_numerics(package):
     """Positive list, so that a new dependency is noticed whatever its name."""
@@ -60,6 +61,7 @@ def test_the_numerical_rooms_import_nothing_but_numerics(package):
     assert foreign == []
 
 
+@pytest.mark.slow
 def test_lower_rooms_do_not_know_the_higher_ones():
     """Also inside functions, where a late import would hide."""
     wrong = {
@@ -77,6 +79,7 @@ def test_lower_rooms_do_not_know_the_higher_ones():
     assert result == []
 
 
+@pytest.mark.slow
 def test_numerics_know_nothing_of_files_and_progress_bars():
     """They take arrays and numbers: no open(), no print()."""
     calls = [
@@ -119,6 +122,7 @@ def test_the_packages_carry_their_types():
 HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy", "skfem"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "what", ["--help", "list", "list scenes", "list claims", "list methods", "problems"]
 )

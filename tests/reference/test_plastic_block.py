@@ -77,6 +77,7 @@ def test_ellipses_first_yield_as_circles_and_cylinders_at_their_ends():
         elliptic_yield_pressure(0.3, 1.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("far", "within"), [(3.0, 0.02), pytest.param(10.0, 5e-3, marks=pytest.mark.slow)]
 )

@@ -36,6 +36,8 @@ from reports.tables.table import table
 from reports.tables.written import in_markdown
 from roughline.commands.app import run_command
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 MILLIMETRES_PER_POINT = 25.4 / 72
 REDUCED = "#D55E00"
@@ -124,7 +126,6 @@ def test_the_pareto_front_is_beaten_by_no_method(ball):
             assert bought <= error
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("scene", "methods"),
     [
@@ -197,7 +198,6 @@ def test_fonts_are_embedded_as_outlines(folder):
     assert not list(svg.iter("{http://www.w3.org/2000/svg}text"))
 
 
-@pytest.mark.slow
 def test_the_same_results_give_the_same_bytes(folder, small, tmp_path):
     """No dates, no random names: another process, another hash seed, not a bit differs."""
     again = write_paper(load_study(small.directory), tmp_path, ("pdf", "svg"), figures=FIGURES)
@@ -221,7 +221,6 @@ def test_tables_are_latex_with_the_rules_of_booktabs(folder):
         assert plain.count("$") % 2 == 0
 
 
-@pytest.mark.slow
 def test_few_figures_are_drawn_unless_more_are_asked_for(small, tmp_path):
     """One of all verdicts, one for each scene, and what there is besides is named in the index."""
     told = []
@@ -340,7 +339,6 @@ def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsy
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.slow
 def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"

@@ -19,6 +19,8 @@ from comparisons.solving.jobs import Done
 from comparisons.tasks.bundles import Bundle, write_bundle
 from comparisons.tasks.solution import Solution
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("pyarrow")
 METHODS = {"methods": ["reduced", "bem_fft"]}
 

@@ -45,8 +45,8 @@ TOPICS = {
     "adhesive paths": ("adhesion-again", "adhesion-afm"),
     "one or no realisation": ("rough-one-realisation", "rough-no-realisation"),
 }
-# Paths, histories and speeds that take more than a second of solving: with the slow tests, so that
-# the quick ones stay within three minutes. Tests of their methods are among the quick ones.
+# Paths, histories and speeds that take more than a second of solving: .ci/nightly has them, .ci/run
+# the others.
 LONG = {
     *("adhesion-afm", "adhesion-again", "adhesion-no-load"),
     *("edge-off-nodes", "edge-on-nodes"),
@@ -70,9 +70,10 @@ def assert_as_said(results):
     assert all(result.reason for result in results if result not in numbers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in catalogue() if name not in LONG])
 def test_methods_do_what_the_catalogue_says(name):
-    """The cheap pairs of method and case; --full and the slow tests run the others, too."""
+    """The cheap pairs of method and case, which .ci/run has."""
     results = answer_of(outcomes(catalogue()[name], OURS, full=False))
     assert [result.method for result in results] == list(OURS)
     left_out = {result.method for result in results if result.kind == LEFT_OUT}

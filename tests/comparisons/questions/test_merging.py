@@ -19,6 +19,8 @@ from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.archive import load_solution, save_solution
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module", autouse=True)
 def _soon_solved():
@@ -106,7 +108,6 @@ def test_three_parts_are_the_whole(parts, tmp_path):
     assert len(load_study(tmp_path / "merged").runs) == 3
 
 
-@pytest.mark.slow
 def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
     """They are solved again: of two methods, each solved by a run, both have all surfaces."""
     for name in ("reduced", "bem_fft"):
@@ -118,7 +119,6 @@ def test_whole_runs_whose_later_surfaces_were_not_kept_are_one(rough, tmp_path):
     assert values[0].tolist() == values[1].tolist()
 
 
-@pytest.mark.slow
 def test_a_lost_surface_of_a_whole_run_takes_no_other_with_it(rough, tmp_path):
     """Blocks that were not kept are solved again beside one that was lost, which keeps its why."""
     solved = run(ensemble(rough, methods=["reduced"]), tmp_path / "solved")
@@ -146,7 +146,6 @@ def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
     assert len(load_study(tmp_path / "all").runs) == 3
 
 
-@pytest.mark.slow
 def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_path):
     _, folders = parts
     path = folders[0] / STUDY
@@ -161,7 +160,6 @@ def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_
     assert len(before) == 2
 
 
-@pytest.mark.slow
 def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tmp_path):
     ball = {"methods": ["closed_form", "reduced"]}
     run(
@@ -175,7 +173,6 @@ def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tm
     same(tmp_path / "whole", tmp_path / "merged")
 
 
-@pytest.mark.slow
 def test_resolutions_come_together(rough, tmp_path):
     """Each run chooses its numbers of surfaces for the grids that it knows: both are kept."""
     for name, grids in (("a", [32]), ("b", [16])):
@@ -232,7 +229,6 @@ def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
     assert [item.name for item in tmp_path.iterdir() if "merged" in item.name] == []
 
 
-@pytest.mark.slow
 def test_another_scene_of_the_same_name_is_a_conflict(rough, tmp_path):
     run(ensemble(rough, methods=["reduced"]), tmp_path / "a")
     run(ensemble(rough, methods=["bem_fft"], tolerance=0.05), tmp_path / "b")

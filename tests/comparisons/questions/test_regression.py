@@ -50,6 +50,7 @@ def about(findings: list[Finding], subject: str) -> Finding:
     return only
 
 
+@pytest.mark.slow
 def test_the_same_code_has_not_moved(before):
     findings = compare_snapshots(before, take_snapshot(scenes=["paraboloid"]))
     assert not any(finding.drifted for finding in findings if finding.subject != SPEED)

@@ -25,6 +25,7 @@ def stored(monkeypatch):
     return claims
 
 
+@pytest.mark.slow
 def test_a_verdict_is_old_when_its_keys_or_its_code_have_changed(stored, monkeypatch):
     kernel, _ = stored
     assert stale(stored) == []

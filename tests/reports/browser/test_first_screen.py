@@ -11,6 +11,8 @@ from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
 
+pytestmark = pytest.mark.slow
+
 TOLERANCES = (1e-4, 0.02, 0.5)
 
 

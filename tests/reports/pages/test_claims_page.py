@@ -199,6 +199,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     assert run_command(["calibrate", "--workers", "0"]) == 2
 
 
+@pytest.mark.slow
 def test_calibrate_reports_bars_that_a_theorem_refutes(few_cases, tmp_path, monkeypatch, capsys):
     """Bars of twice the error, all of which cover; but one interval is somewhere else."""
     from comparisons.questions import calibration

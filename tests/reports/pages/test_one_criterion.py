@@ -136,6 +136,7 @@ def assert_times_were_measured(scene, advice):
     assert len(said) == len(advice.reaching())
 
 
+@pytest.mark.slow
 def test_every_place_says_the_same(scene, tmp_path, capsys):
     assert_one_voice(scene, tmp_path, capsys)
 
@@ -175,6 +176,7 @@ def test_the_prescribed_load_decides(scene):
             assert item.at == equal_at(scene, item.quantity)
 
 
+@pytest.mark.slow
 def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     """May I use it, for what was that shown, what instead, at what cost: without reading on."""
     asked = COARSE | {"compare.quantities": ["force"]}

@@ -544,6 +544,7 @@ def test_a_used_folder_is_refused_and_unchanged(roughline, tmp_path, ball):
     assert (folder / "thesis.tex").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_code_3_with_a_report_and_resume_goes_on(
     roughline, ball, whole, monkeypatch
 ):
@@ -620,6 +621,7 @@ def test_without_arguments_the_quick_suite_is_run(roughline):
         assert f"({name})" in result.out
 
 
+@pytest.mark.slow
 def test_files_beside_the_scene_are_found_from_anywhere_and_never_written_to(
     roughline, tmp_path, monkeypatch
 ):
@@ -766,6 +768,7 @@ def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypat
     assert end.value.code == 2
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(
     "module",
@@ -901,6 +904,7 @@ def test_a_later_control_c_ends_a_program_that_is_long_in_ending(tmp_path):
     assert (process.returncode, said) == (3, "interrupted again: ended at once\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "arguments",
     [

@@ -133,6 +133,7 @@ def test_the_example_is_about_twenty_lines():
 # --- misbehaviour ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_method_that_is_given_runs_where_others_are_named_and_is_judged_by_the_closed_form(
     tmp_path, capsys
 ):
