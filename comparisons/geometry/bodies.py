@@ -115,7 +115,10 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
 
 
 def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeometry:
-    axes = _axes(table.direction)
+    # as rows the two transverse axes (in alphabetical order) and the indenter's direction
+    along = AXES.index(table.direction[1])
+    rows = [np.eye(3)[k] for k in range(3) if k != along]
+    axes = np.array([*rows, (1.0 if table.direction[0] == "+" else -1.0) * np.eye(3)[along]])
     problems = _mesh_problems(read.mesh)
     surface, surface_problems = _contact_surface(table, read, axes)
     problems += surface_problems
@@ -143,13 +146,6 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     )
     _check_supports(geometry)
     return geometry
-
-
-def _axes(direction: str) -> np.ndarray:
-    """Return as rows the two transverse axes (alphabetical order) and the indenter's direction."""
-    along = AXES.index(direction[1])
-    rows = [np.eye(3)[k] for k in range(3) if k != along]
-    return np.array([*rows, (1.0 if direction[0] == "+" else -1.0) * np.eye(3)[along]])
 
 
 def _mesh_problems(mesh: SolidMesh) -> list[str]:

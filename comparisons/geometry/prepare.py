@@ -190,7 +190,22 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     if scene.indenter is None:  # a [body] under a rigid plane: no half-space for an estimate
         return IndenterGeometry(RigidPlane(), np.nan, np.nan)
     if not scene.half_space.uniform:
-        return _depth_estimate(scene, loads)
+        try:
+            profile = equivalent_profile(scene.indenter)
+            depth, radius = contacts(scene, profile, loads)
+        except (ValueError, RuntimeError, ArithmeticError) as error:
+            raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
+        section, largest = profile.section, float(radius[-1])
+        inside = section is not None and largest < section.edge
+        rim = float(section.height(np.array([largest]))[0]) if section and inside else 0.0
+        return IndenterGeometry(
+            scene.indenter,
+            float(depth[-1]),
+            largest,
+            tuple(depth.tolist()),
+            tuple(radius.tolist()),
+            rim_gap=rim,
+        )
     estimate = _largest_estimate if scene.physics else _press_estimate
     return estimate(scene, loads)
 
@@ -232,27 +247,6 @@ def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         raise SceneError(scene.name, [f"loading: {error}"]) from error
     return IndenterGeometry(
         scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
-    )
-
-
-def _depth_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
-    """Estimate the contact on a body that depends on depth, at every load."""
-    assert scene.indenter is not None
-    try:
-        profile = equivalent_profile(scene.indenter)
-        depth, radius = contacts(scene, profile, loads)
-    except (ValueError, RuntimeError, ArithmeticError) as error:
-        raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
-    section, largest = profile.section, float(radius[-1])
-    inside = section is not None and largest < section.edge
-    rim = float(section.height(np.array([largest]))[0]) if section and inside else 0.0
-    return IndenterGeometry(
-        scene.indenter,
-        float(depth[-1]),
-        largest,
-        tuple(depth.tolist()),
-        tuple(radius.tolist()),
-        rim_gap=rim,
     )
 
 

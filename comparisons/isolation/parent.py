@@ -245,7 +245,32 @@ class _Process:
     def end(self) -> None:
         """Kill the process and remove its folder."""
         if self._caller == os.getpid():
-            _kill(self._process, self._mark)
+            # kill the process and its descendants; Ctrl-C takes effect afterwards
+            with _interrupts_wait():
+                try:
+                    children = psutil.Process(self._process.pid).children(recursive=True)
+                except psutil.NoSuchProcess:
+                    children = []
+                if hasattr(os, "killpg"):
+                    # The process group outlives its leader while any child remains.
+                    with contextlib.suppress(ProcessLookupError, PermissionError):
+                        os.killpg(self._process.pid, signal.SIGKILL)
+                for descendant in children:
+                    with contextlib.suppress(psutil.NoSuchProcess):
+                        descendant.kill()
+                if self._process.poll() is None:
+                    self._process.kill()
+                self._process.wait(_FAREWELL)
+                # What has forked twice, into a session of its own, is nobody's child by now.
+                detached = [other for other in psutil.process_iter() if _marked(other, self._mark)]
+                for other in detached:
+                    with contextlib.suppress(psutil.NoSuchProcess):
+                        other.kill()
+                children += detached
+                # Processes that are still ending may write into the folder, which is removed next.
+                psutil.wait_procs(children, _FAREWELL)
+                if self._process.stdin is not None:
+                    self._process.stdin.close()
             self._holder.cleanup()
 
 
@@ -257,35 +282,6 @@ _waiting: dict[str, _Process] = {}
 def _end_waiting() -> None:
     while _waiting:
         _waiting.popitem()[1].end()
-
-
-def _kill(process: subprocess.Popen[bytes], mark: str) -> None:
-    """Kill the process and its descendants; Ctrl-C takes effect afterwards."""
-    with _interrupts_wait():
-        try:
-            children = psutil.Process(process.pid).children(recursive=True)
-        except psutil.NoSuchProcess:
-            children = []
-        if hasattr(os, "killpg"):
-            # The process group outlives its leader while any child remains.
-            with contextlib.suppress(ProcessLookupError, PermissionError):
-                os.killpg(process.pid, signal.SIGKILL)
-        for descendant in children:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                descendant.kill()
-        if process.poll() is None:
-            process.kill()
-        process.wait(_FAREWELL)
-        # What has forked twice, into a session of its own, is nobody's child by now.
-        detached = [other for other in psutil.process_iter() if _marked(other, mark)]
-        for other in detached:
-            with contextlib.suppress(psutil.NoSuchProcess):
-                other.kill()
-        children += detached
-        # Processes that are still ending may write into the folder, which is removed next.
-        psutil.wait_procs(children, _FAREWELL)
-        if process.stdin is not None:
-            process.stdin.close()
 
 
 def _marked(process: psutil.Process, mark: str) -> bool:

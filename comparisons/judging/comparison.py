@@ -68,11 +68,20 @@ def compare(
         for method, resolution in solved
         for table in _solution_tables(plan, levels[method], resolution, truth)
     ]
-    tables += [
-        pd.DataFrame([_refusal_row(plan, planned.method, planned.reason)])
+    refused = [
+        {
+            "scene": plan.scene.name,
+            "method": planned.method,
+            "options": "",
+            "resolution": float("nan"),
+            "step": float("nan"),
+            "converged": False,
+            "reason": planned.reason,
+        }
         for planned in plan.methods
         if not planned.supported
     ]
+    tables += [pd.DataFrame([row]) for row in refused]
     table = pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
     verification = None
     started = time.perf_counter()
@@ -193,18 +202,6 @@ def _columns(
         if name in plan.compared:
             widest = np.fmax(widest, np.where(np.isfinite(bar), bar, np.nan))
     return columns | {BARS: np.tile(widest, count)}
-
-
-def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:
-    return {
-        "scene": plan.scene.name,
-        "method": method,
-        "options": "",
-        "resolution": float("nan"),
-        "step": float("nan"),
-        "converged": False,
-        "reason": reason,
-    }
 
 
 def _verdicts(

@@ -60,7 +60,17 @@ def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
     if lines is not None and lines.numbers and _complete(lines, solved):
         known = Levels.of(solved, MODEL)
         needs = _variances(known, _line_widths(plan, known, wanted))
-        methods[MODEL] = _lines(plan, lines, needs, LINE_POINTS[effort])
+        # as many lines as make no part of the bar
+        points = np.array([2.0 * n for n in lines.resolutions])
+        first = np.array(lines.numbers)
+        needed = first
+        if needs.shape[1]:
+            needed = np.maximum(allocate(needs, points, np.ones(needs.shape[1])), first)
+        chosen = np.maximum(
+            within_budget(needed, points, max(LINE_POINTS[effort], 3 * float(points.sum()))), first
+        )
+        chosen = _in_blocks(plan, lines, chosen, 10**9)
+        methods[MODEL] = replace(lines, numbers=tuple(int(n) for n in chosen))
     return replace(plan, methods=tuple(methods.values()), notes=tuple(notes))
 
 
@@ -96,18 +106,6 @@ def _surfaces(
             f"{relative(wanted)} in the worst mean"
         )
     return replace(planned, numbers=tuple(int(n) for n in chosen)), limits
-
-
-def _lines(plan: Plan, planned: MethodPlan, known: np.ndarray, most: float) -> MethodPlan:
-    """Return the model's plan with as many lines as make no part of the bar."""
-    points = np.array([2.0 * n for n in planned.resolutions])
-    first = np.array(planned.numbers)
-    needed = first
-    if known.shape[1]:
-        needed = np.maximum(allocate(known, points, np.ones(known.shape[1])), first)
-    chosen = np.maximum(within_budget(needed, points, max(most, 3 * float(points.sum()))), first)
-    chosen = _in_blocks(plan, planned, chosen, 10**9)
-    return replace(planned, numbers=tuple(int(n) for n in chosen))
 
 
 def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:

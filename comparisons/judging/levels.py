@@ -143,24 +143,21 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         if name == "contact_area" and self._located:
-            return self._located_bar(curves)
+            # the bar of the area of the finest grid that has any
+            solved = [n for n, area in curves.items() if np.isfinite(area).any()]
+            finest = max(solved, default=max(curves))
+            counted = self.curves(finest)["contact_area_raw"]
+            cells = self.solutions[finest].unknowns or finest**2
+            sides = finest, cells / finest
+            periodic = self._contact == "periodic"
+            return located_uncertainty(
+                np.array(list(curves.values())), counted, sides, periodic=periodic
+            )
         series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
         areas = None if self.finest is None else self.curves(self.finest).get("contact_area")
         grids = np.array(list(curves))
         return discretisation(grids, series, (name, self.kind), sizes=sizes, areas=areas)
-
-    def _located_bar(self, areas: dict[int, np.ndarray]) -> np.ndarray:
-        """Return the bar of the area of the finest grid that has any."""
-        solved = [n for n, area in areas.items() if np.isfinite(area).any()]
-        finest = max(solved, default=max(areas))
-        counted = self.curves(finest)["contact_area_raw"]
-        cells = self.solutions[finest].unknowns or finest**2
-        sides = finest, cells / finest
-        periodic = self._contact == "periodic"
-        return located_uncertainty(
-            np.array(list(areas.values())), counted, sides, periodic=periodic
-        )
 
     @property
     def _located(self) -> bool:
@@ -213,24 +210,20 @@ class Levels:
 
     def _estimated(self, name: str, resolution: int) -> Estimate:
         if self.anchor is not None:
-            return self._through_anchor(name, resolution)
+            # the leading grid's mean on the nearest grid, with what this method makes of it
+            near = self._nearest(resolution)
+            if name not in self.anchor.solutions[near].quantities:
+                return estimate([self.solutions[resolution].quantities[name]])
+            means, pairs = self.anchor._means(name, near), self._paired(name, resolution)
+            return Estimate(
+                levels=np.vstack([means.levels, pairs.mean]),
+                parts=np.vstack([means.parts, pairs.parts]),
+                freedom=means.freedom,
+                counts=np.vstack([means.counts, pairs.counts]),
+                missing=pairs.missing,
+            )
         grids = [s for n, s in self.solutions.items() if n <= resolution]
         return estimate([s.quantities[name] for s in grids if name in s.quantities])
-
-    def _through_anchor(self, name: str, resolution: int) -> Estimate:
-        """Return the leading grid's mean on the nearest grid, with what this method makes of it."""
-        assert self.anchor is not None
-        near = self._nearest(resolution)
-        if name not in self.anchor.solutions[near].quantities:
-            return estimate([self.solutions[resolution].quantities[name]])
-        means, pairs = self.anchor._means(name, near), self._paired(name, resolution)
-        return Estimate(
-            levels=np.vstack([means.levels, pairs.mean]),
-            parts=np.vstack([means.parts, pairs.parts]),
-            freedom=means.freedom,
-            counts=np.vstack([means.counts, pairs.counts]),
-            missing=pairs.missing,
-        )
 
     def _paired(self, name: str, resolution: int) -> Estimate:
         """Return this method's mean, and of its variance what is not the leading grid's.

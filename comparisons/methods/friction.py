@@ -36,7 +36,7 @@ from reference.closed_form import PartialSlip
 from reference.fem import Material
 from reference.fem.nodal_friction import FrictionalBody, NodalStep, follow, frictional_body
 from reference.halfspace import areas
-from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
+from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
 
 # The contact is pressed in this many geometric steps from a share of its load, for the slip that
@@ -319,33 +319,25 @@ class GridFriction(HalfSpaceGrid):
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         for step in way.scene_steps(sweep(press, *way.loads, tolerance=self.tolerance)):
             violation = max(step.violation, step.error)
-            values = _quantities(task, body, step, grid)
+            mask, periodic = step.pressure > 0, body.periodic
+            raw = float(areas.raw_area(mask, grid.spacing))
+            area = float(areas.corrected_area(mask, grid.spacing, periodic=periodic))
+            stick = float(areas.corrected_area(step.sticking, grid.spacing, periodic=periodic))
+            values = {
+                "tangential_force": step.tangential_force,
+                "tangential_displacement": step.tangential_displacement,
+                "friction_coefficient": step.tangential_force / step.force,
+                "stick_area": stick,
+                "penetration": step.penetration,
+                "force": step.force,
+                "contact_area": area,
+                "contact_area_raw": raw,
+            }
+            if "tangential_stiffness" in task.quantities:
+                values["tangential_stiffness"] = tangential_stiffness(body, mask)[0]
+            if "stiffness" in task.quantities:
+                values["stiffness"] = float(areas.contact_stiffness(body.normal, mask))
             yield Step(values, iterations=step.iterations, violation=violation)
-
-
-def _quantities(
-    task: Task, body: NormalAndTangential, step: FrictionStep, grid: Grid
-) -> dict[str, float]:
-    """Return the quantities of one step."""
-    mask, periodic = step.pressure > 0, body.periodic
-    raw = float(areas.raw_area(mask, grid.spacing))
-    area = float(areas.corrected_area(mask, grid.spacing, periodic=periodic))
-    stick = float(areas.corrected_area(step.sticking, grid.spacing, periodic=periodic))
-    values = {
-        "tangential_force": step.tangential_force,
-        "tangential_displacement": step.tangential_displacement,
-        "friction_coefficient": step.tangential_force / step.force,
-        "stick_area": stick,
-        "penetration": step.penetration,
-        "force": step.force,
-        "contact_area": area,
-        "contact_area_raw": raw,
-    }
-    if "tangential_stiffness" in task.quantities:
-        values["tangential_stiffness"] = tangential_stiffness(body, mask)[0]
-    if "stiffness" in task.quantities:
-        values["stiffness"] = float(areas.contact_stiffness(body.normal, mask))
-    return values
 
 
 # The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.

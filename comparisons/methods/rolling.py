@@ -31,7 +31,7 @@ from reduced.friction.roll import roll as roll_springs
 from reduced.loads import Load
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
-from reference.closed_form import ClosedForm, ellipsoid
+from reference.closed_form import ellipsoid
 from reference.fem import Material
 from reference.fem.grid_body import ShearBody
 from reference.halfspace import areas
@@ -293,7 +293,14 @@ class Theory(Solver[IndenterGeometry]):
         super().__init__(scene)
         self.rolling, friction = tables_of(scene)
         self.friction = friction.coefficient
-        self.form = _hertz(scene)
+        # Hertz's contact of the indenter
+        reason = "for elliptic contacts of paraboloids and ellipsoids only"
+        indenter = needed(scene.indenter, reason)
+        keys = {"paraboloid": ("radius", "radius"), "ellipsoid": ("radius_x", "radius_y")}
+        if indenter.shape not in keys:
+            raise Refused(reason)
+        radius_x, radius_y = (float(indenter.parameters[key]) for key in keys[indenter.shape])
+        self.form = ellipsoid(radius_x, radius_y, scene.effective_modulus)
         half_x, half_y = self.form.semi_axes(1.0)
         try:
             kalker(float(half_x / half_y), scene.poisson_ratio)
@@ -363,14 +370,3 @@ class Kalker(Theory):
     ) -> Rolled:
         """Multiply by the coefficients."""
         return linear(contact, *creep)
-
-
-def _hertz(scene: Scene) -> ClosedForm:
-    """Return Hertz's contact of the indenter, or refuse."""
-    reason = "for elliptic contacts of paraboloids and ellipsoids only"
-    indenter = needed(scene.indenter, reason)
-    keys = {"paraboloid": ("radius", "radius"), "ellipsoid": ("radius_x", "radius_y")}
-    if indenter.shape not in keys:
-        raise Refused(reason)
-    radius_x, radius_y = (float(indenter.parameters[key]) for key in keys[indenter.shape])
-    return ellipsoid(radius_x, radius_y, scene.effective_modulus)

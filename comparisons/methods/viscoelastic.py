@@ -483,18 +483,9 @@ class GridSliding(HalfSpaceGrid):
 
 
 def _step(state: SlidingContact, speed: float) -> Step:
-    return Step(
-        _sliding_quantities(state) | {"speed": speed},
-        iterations=state.rounds,
-        violation=state.violation,
-        unknowns=int(state.mask.sum()),
-    )
-
-
-def _sliding_quantities(state: SlidingContact) -> dict[str, float]:
     spacing = state.operator.spacing
     area = float(areas.corrected_area(state.mask, spacing, periodic=state.operator.periodic))
-    return {
+    quantities = {
         "friction_coefficient": state.friction_coefficient,
         "tangential_force": state.tangential_force,
         "force": state.force,
@@ -502,3 +493,9 @@ def _sliding_quantities(state: SlidingContact) -> dict[str, float]:
         "contact_area": area,
         "contact_area_raw": float(areas.raw_area(state.mask, spacing)),
     }
+    return Step(
+        quantities | {"speed": speed},
+        iterations=state.rounds,
+        violation=state.violation,
+        unknowns=int(state.mask.sum()),
+    )

@@ -136,7 +136,9 @@ def press(
     result = PeerResult()
     for _ in range(ATTEMPTS):
         result = attempt(peer, problem, tolerance, limits=limits, repeats=repeats)
-        measured = _violations(result, tolerance.shape)
+        measured = np.full(tolerance.shape, np.nan)  # of missing answers
+        for index, contact in result.contacts.items():
+            measured[index] = contact.violation
         bad = measured > violation
         if not bad.any():
             if best is None or result.worst > best.worst:
@@ -154,14 +156,6 @@ def press(
             break
         tolerance = changed
     return best or _without_misses(result, violation)
-
-
-def _violations(result: PeerResult, shape: tuple[int, int]) -> np.ndarray:
-    """Return the measured violations, NaN for missing answers."""
-    violations = np.full(shape, np.nan)
-    for index, contact in result.contacts.items():
-        violations[index] = contact.violation
-    return violations
 
 
 def _without_misses(result: PeerResult, violation: float) -> PeerResult:

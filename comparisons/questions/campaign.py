@@ -128,29 +128,30 @@ class Campaign(ABC, Generic[A, R]):
             After writing the completed work.
         """
         with nullcontext() if self.layout is None else held(self.directory):
-            return self._run()
-
-    def _run(self) -> R:
-        started = time.perf_counter()
-        executor = self.executor or executor_for(self.workers)
-        spent = self._open()
-        stopped: KeyboardInterrupt | LostWorkError | None = None
-        try:
-            for done in self._inquiries_with(executor).ask(self.inquiries()):
-                if self.watch is not None:
-                    self.watch(self, done)
-        except (KeyboardInterrupt, LostWorkError) as error:
-            stopped = error
-        lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]
-        if lost and stopped is None:
-            advice = [ADVICE] if self.layout is not None and self.layout.answers else []
-            stopped = LostWorkError("\n".join([*lost, *advice]))
-        seconds = spent + time.perf_counter() - started
-        record = self.record(seconds, interrupted=stopped is not None)
-        self.save(record)
-        if stopped is not None:
-            raise stopped
-        return record
+            started = time.perf_counter()
+            executor = self.executor or executor_for(self.workers)
+            spent = self._open()
+            stopped: KeyboardInterrupt | LostWorkError | None = None
+            try:
+                answers = None
+                if self.layout is not None and self.layout.answers:
+                    answers = Answers(self.directory / self.layout.answers, resume=self.resume)
+                self._inquiries = Inquiries(executor, answers, self.received)
+                for done in self._inquiries.ask(self.inquiries()):
+                    if self.watch is not None:
+                        self.watch(self, done)
+            except (KeyboardInterrupt, LostWorkError) as error:
+                stopped = error
+            lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]
+            if lost and stopped is None:
+                advice = [ADVICE] if self.layout is not None and self.layout.answers else []
+                stopped = LostWorkError("\n".join([*lost, *advice]))
+            seconds = spent + time.perf_counter() - started
+            record = self.record(seconds, interrupted=stopped is not None)
+            self.save(record)
+            if stopped is not None:
+                raise stopped
+            return record
 
     def record(self, seconds: float, *, interrupted: bool = False) -> R:
         """Return the record of the answers so far, with its header."""
@@ -176,10 +177,3 @@ class Campaign(ABC, Generic[A, R]):
             # The folder of a killed run is marked as incomplete and as written by roughline.
             self.save(self.record(0.0, interrupted=True))
         return spent or 0.0
-
-    def _inquiries_with(self, executor: Executor) -> Inquiries[A]:
-        answers = None
-        if self.layout is not None and self.layout.answers:
-            answers = Answers(self.directory / self.layout.answers, resume=self.resume)
-        self._inquiries = Inquiries(executor, answers, self.received)
-        return self._inquiries

@@ -111,19 +111,16 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         missing = gaps(self.surfaces, kept)
         if not missing:
             return kept
-        size = self._bundle_size(kept, block, sum(map(len, missing)))
-        jobs = [bundle_job(task, identity(task), part) for part in _cut(missing, size)]
-        done = yield jobs
-        return [*kept, *(value_of(done[job.key]) for job in jobs)]
-
-    def _bundle_size(self, kept: list[Bundle], block: int, number: int) -> int:
-        """Return the number of surfaces of a bundle: if more than a block, whole blocks."""
+        # surfaces of a bundle: if more than a block, whole blocks
         cost = sum(bundle.seconds for bundle in kept) / sum(bundle.count for bundle in kept)
         workers = self.workers if self.executor is None else self.executor.workers
         most = MOST_ROWS // len(self.loads.values)
-        even = number / (LEAST_BUNDLES * workers)
+        even = sum(map(len, missing)) / (LEAST_BUNDLES * workers)
         size = max(1, int(min(TASK_SECONDS / max(cost, 1e-9), most, even)))
-        return size if size < block else size // block * block
+        size = size if size < block else size // block * block
+        jobs = [bundle_job(task, identity(task), part) for part in _cut(missing, size)]
+        done = yield jobs
+        return [*kept, *(value_of(done[job.key]) for job in jobs)]
 
     def answer(self, header: Header, answers: Mapping[str, list[Bundle]]) -> EnsembleResult:
         """Return the statistics of all files of the folder."""

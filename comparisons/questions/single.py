@@ -220,7 +220,12 @@ def solve_scene(
             raise InputError(f"--resolution: expected at least {least}, got {resolution}")
         changes["compare.resolutions"] = [max(resolution, least)]
     plan = plan_scene(load_scene(source, changes), "full")[0]
-    chosen = _chosen(plan, method, resolution)
+    (planned,) = [row for row in plan.methods if row.method == method]
+    if not planned.supported:
+        at = "" if resolution is None else f" at resolution {resolution}"
+        cause = f"cannot solve this scene{at}: {planned.reason}"
+        raise InputError(f"{plan.scene.name}: {method} {cause}")
+    chosen = single_resolution(planned.resolutions, plan.geometry)
     blocks = plan.blocks(method, chosen)
     tasks = [
         task_of(plan, method, chosen, block, with_body=with_fields and block[0] == 0)
@@ -229,16 +234,6 @@ def solve_scene(
     with pieces.threads(threads):
         solution = solve_blocks(tasks)
     return SingleResult(plan, method, chosen, solution)
-
-
-def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
-    """Return the resolution: as requested, else suited to the scene's tolerance."""
-    (planned,) = [row for row in plan.methods if row.method == method]
-    if not planned.supported:
-        at = "" if resolution is None else f" at resolution {resolution}"
-        cause = f"cannot solve this scene{at}: {planned.reason}"
-        raise InputError(f"{plan.scene.name}: {method} {cause}")
-    return single_resolution(planned.resolutions, plan.geometry)
 
 
 def _largest(violation: np.ndarray) -> np.ndarray:

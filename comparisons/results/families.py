@@ -40,7 +40,15 @@ def family(record: SceneRecord) -> str:
     named = [label for table, label in _BY_TABLE.items() if table in record.tables]
     deep = depends_on_depth(record.tables)
     if not named and not deep:
-        return _shape_family(record.tables.get("indenter"))
+        try:
+            indenter: Indenter = TypeAdapter(AnyIndenter).validate_python(
+                record.tables.get("indenter")
+            )
+        except ValidationError:
+            return OTHER
+        if indenter.axisymmetric:
+            return ROUND
+        return FLAT if indenter.flat else ELLIPSOIDS if indenter.shape == "ellipsoid" else OTHER
     name = named[0] if named else "bodies"
     if "surface" in record.tables and name != ROUGH:
         name = f"{name} on {ROUGH}"
@@ -52,13 +60,3 @@ def depends_on_depth(tables: Mapping[str, Any]) -> bool:
     half_space = tables.get("half_space")
     keys = ("layers", "thickness", "grading")
     return isinstance(half_space, dict) and any(half_space.get(key) for key in keys)
-
-
-def _shape_family(table: Any) -> str:
-    try:
-        indenter: Indenter = TypeAdapter(AnyIndenter).validate_python(table)
-    except ValidationError:
-        return OTHER
-    if indenter.axisymmetric:
-        return ROUND
-    return FLAT if indenter.flat else ELLIPSOIDS if indenter.shape == "ellipsoid" else OTHER

@@ -76,7 +76,9 @@ def held(directory: Path) -> Iterator[None]:
     try:
         if lock.lock_counter == 1:
             now = datetime.datetime.now(datetime.UTC).astimezone().isoformat(" ", "seconds")
-            _name_holder(path, f"process {os.getpid()} since {now}")
+            # A full disk takes no name; on Windows others read no locked file.
+            with contextlib.suppress(OSError):
+                path.write_text(f"process {os.getpid()} since {now}", encoding="utf-8")
         yield
     finally:
         if lock.lock_counter == 1:
@@ -85,11 +87,6 @@ def held(directory: Path) -> Iterator[None]:
                 if new:
                     directory.rmdir()  # where nothing was written
         lock.release()
-
-
-def _name_holder(path: Path, holder: str) -> None:
-    with contextlib.suppress(OSError):  # a full disk; Windows, where others read no locked file
-        path.write_text(holder, encoding="utf-8")
 
 
 def _holder(path: Path) -> str:

@@ -17,7 +17,20 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
     None where there is neither (lines, closed forms, or pressure not asked for).
     """
     if "mesh_points" in fields:
-        return _body(fields)
+        # the body; one that came from a file goes back into that file's axes (in metres)
+        cells = fields["mesh_cells"]
+        kind = "tetra" if cells.shape[1] == 4 else "hexahedron"
+        axes = fields.get("mesh_axes", np.eye(3))
+        if np.linalg.det(axes) < 0:
+            cells = cells[:, [1, 0, 2, 3] if kind == "tetra" else [4, 5, 6, 7, 0, 1, 2, 3]]
+        return meshio.Mesh(
+            fields["mesh_points"] @ axes + fields.get("mesh_origin", 0.0),
+            [(kind, cells)],
+            point_data={
+                "displacement": fields["mesh_displacement"] @ axes,
+                "von_mises": fields["mesh_von_mises"],
+            },
+        )
     if "particle_places" in fields:
         return _particles(fields)
     if "pressure_shape" not in fields:
@@ -33,23 +46,6 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
     names = [n for n in ("pressure", "displacement", "gap") if n in fields]
     values = {name: fields[name] for name in names if np.isfinite(fields[name]).all()}
     return meshio.Mesh(points, [("quad", quads)], point_data=values)
-
-
-def _body(fields: dict[str, np.ndarray]) -> meshio.Mesh:
-    """Return the body; one that came from a file goes back into that file's axes (in metres)."""
-    cells = fields["mesh_cells"]
-    kind = "tetra" if cells.shape[1] == 4 else "hexahedron"
-    axes = fields.get("mesh_axes", np.eye(3))
-    if np.linalg.det(axes) < 0:
-        cells = cells[:, [1, 0, 2, 3] if kind == "tetra" else [4, 5, 6, 7, 0, 1, 2, 3]]
-    return meshio.Mesh(
-        fields["mesh_points"] @ axes + fields.get("mesh_origin", 0.0),
-        [(kind, cells)],
-        point_data={
-            "displacement": fields["mesh_displacement"] @ axes,
-            "von_mises": fields["mesh_von_mises"],
-        },
-    )
 
 
 def _particles(fields: dict[str, np.ndarray]) -> meshio.Mesh:

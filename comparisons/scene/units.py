@@ -99,7 +99,19 @@ def to_si(value: object, dimension: Dimension) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(_expectation(dimension))
     if isinstance(value, str):
-        return _parse(value, dimension)
+        match = _QUANTITY.fullmatch(value)
+        if match is None or len(value) > 100:
+            raise ValueError(_expectation(dimension))
+        try:
+            number = Decimal(match[1].replace("_", ""))
+        except InvalidOperation as error:
+            raise ValueError(_expectation(dimension)) from error
+        exponent, unit = _unit(match[2], dimension)
+        if unit != dimension:
+            raise ValueError(f"expected a unit of {dimension}, got one of {unit}")
+        if abs(number.adjusted()) > _LARGEST_EXPONENT:
+            raise ValueError("expected a number within the range of floats")
+        return float(number.scaleb(exponent, _ALL_DIGITS))
     try:
         return float(value)
     except OverflowError as error:
@@ -149,22 +161,6 @@ def _expectation(dimension: Dimension) -> str:
     }
     example = examples.get(dimension, f'"1 {dimension}"')
     return f"expected a number in {dimension} or a text with a unit such as {example}"
-
-
-def _parse(text: str, dimension: Dimension) -> float:
-    match = _QUANTITY.fullmatch(text)
-    if match is None or len(text) > 100:
-        raise ValueError(_expectation(dimension))
-    try:
-        number = Decimal(match[1].replace("_", ""))
-    except InvalidOperation as error:
-        raise ValueError(_expectation(dimension)) from error
-    exponent, unit = _unit(match[2], dimension)
-    if unit != dimension:
-        raise ValueError(f"expected a unit of {dimension}, got one of {unit}")
-    if abs(number.adjusted()) > _LARGEST_EXPONENT:
-        raise ValueError("expected a number within the range of floats")
-    return float(number.scaleb(exponent, _ALL_DIGITS))
 
 
 def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:

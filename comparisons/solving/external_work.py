@@ -74,7 +74,16 @@ def _methods(source: str) -> list[type[Solver[Any]]]:
         if not _is_method(solver):
             raise TypeError(f"expected a class derived from Solver, got {solver!r:.60}")
         return [solver]
-    module = _module(Path(where))
+    path = Path(where)
+    name = "roughline_method_file"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"expected a Python file, got {path.name}")
+    # The file's neighbours can be imported, as from a script.
+    sys.path.insert(0, str(path.parent))
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
     solvers = [solver for solver in vars(module).values() if _is_method(solver)]
     solvers = [solver for solver in solvers if solver.__module__ == module.__name__]
     if not solvers:
@@ -87,16 +96,3 @@ def _methods(source: str) -> list[type[Solver[Any]]]:
 
 def _is_method(value: object) -> bool:
     return inspect.isclass(value) and issubclass(value, Solver) and bool(value.name)
-
-
-def _module(path: Path) -> Any:
-    name = "roughline_method_file"
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise ValueError(f"expected a Python file, got {path.name}")
-    # The file's neighbours can be imported, as from a script.
-    sys.path.insert(0, str(path.parent))
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module

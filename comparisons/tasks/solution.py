@@ -247,9 +247,17 @@ class Solution:
         starts = np.cumsum([0, *sizes[:-1]]).tolist()
         base = parts[-1] if axis == STEPS else parts[0]
         moved = list(zip(parts, starts, strict=True))
+        names = dict.fromkeys(name for part in parts for name in part.quantities)
+        joined = {
+            name: np.concatenate(
+                [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts],
+                axis=axis,
+            )
+            for name in names
+        }
         return replace(
             base,
-            quantities=_joined_quantities(parts, axis),
+            quantities=joined,
             distributions=base.distributions if axis == STEPS else _joined_distributions(parts),
             converged=np.concatenate([p.converged for p in parts], axis=axis),
             iterations=np.concatenate([p.iterations for p in parts], axis=axis),
@@ -281,16 +289,6 @@ def _contact(task: Task) -> Contact:
         return "periodic" if geometry.periodic else "free"
     regular = scene.indenter is not None and scene.indenter.regular
     return "single" if regular and scene.half_space.uniform else ""
-
-
-def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.ndarray]:
-    names = dict.fromkeys(name for part in parts for name in part.quantities)
-    return {
-        name: np.concatenate(
-            [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts], axis=axis
-        )
-        for name in names
-    }
 
 
 def _joined_distributions(parts: Sequence[Solution]) -> dict[str, np.ndarray]:

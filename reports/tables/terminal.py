@@ -28,7 +28,16 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
         pad_edge=False,
         collapse_padding=tight,
     )
-    kept = _kept(table, 1 if tight else 2)
+    # which columns are not folded: those of short cells, if all of them have room
+    widths = [
+        max(len(head.text), *(len(row[place].text) for row in table.rows))
+        for place, head in enumerate(table.heads)
+        if table.rows
+    ] or [0] * len(table.heads)
+    short = [width <= SHORT for width in widths]
+    needed = sum(w if fits else LONG_SHARE for w, fits in zip(widths, short, strict=True))
+    room = shutil.get_terminal_size().columns - (1 if tight else 2) * (len(widths) - 1)
+    kept = short if needed <= room else [False] * len(widths)
     for head, keep in zip(table.heads, kept, strict=True):
         result.add_column(escape(head.text), overflow="fold", no_wrap=keep)
     if unfolded:
@@ -45,16 +54,3 @@ def plain(table: Table, width: int = 100) -> str:
     with console.capture() as told:
         console.print(drawn(table, tight=True))
     return told.get().rstrip()
-
-
-def _kept(table: Table, gap: int) -> list[bool]:
-    """Return which columns are not folded: those of short cells, if all of them have room."""
-    widths = [
-        max(len(head.text), *(len(row[place].text) for row in table.rows))
-        for place, head in enumerate(table.heads)
-        if table.rows
-    ] or [0] * len(table.heads)
-    short = [width <= SHORT for width in widths]
-    needed = sum(w if fits else LONG_SHARE for w, fits in zip(widths, short, strict=True))
-    room = shutil.get_terminal_size().columns - gap * (len(widths) - 1)
-    return short if needed <= room else [False] * len(widths)

@@ -148,7 +148,24 @@ def open_xyz(path: Path, surface: MeasuredMap) -> HeightFile:
         raise
     except (OSError, UnicodeError) as error:
         raise FileError(f"not a list of x, y, z ({shorten(error)})") from error
-    units, problems = _units(comments, surface)
+    # units are stated in comments of the file or by the scene
+    problems, units = [], {}
+    for key, coordinates in (("lateral_unit", "x and y"), ("height_unit", "z")):
+        in_file = [found[1] for line in comments if (found := _UNIT_LINES[key].match(line))]
+        given = getattr(surface, key)
+        if not in_file and given is None:
+            problems.append(f'the file states no unit of {coordinates}: give {key}, such as "um"')
+        elif in_file and given is not None:
+            problems.append(
+                f"the file states the unit of {coordinates} ({in_file[-1]}): leave out {key}"
+            )
+        elif in_file and in_file[-1] not in UNITS_PER_METRE:
+            problems.append(
+                f"its unit of {coordinates}, {in_file[-1]!r}, is not a length that is known here"
+            )
+        units[key] = in_file[-1] if in_file else given
+    if surface.size is not None:
+        problems.append("the coordinates in the file state its size: leave out size")
     if surface.channel is not None:
         problems.append(f"channel {surface.channel!r} was given, but a list of x, y, z has none")
     lines = path.stat().st_size // max(1, len(layout.first))
@@ -173,28 +190,6 @@ def open_xyz(path: Path, surface: MeasuredMap) -> HeightFile:
     comma = ", with decimal commas" if layout.decimal_comma else ""
     note = f"x, y in {lateral} and heights in {vertical} read from {path.name}{comma}"
     return HeightFile(heights, (width, length), vertical, note)
-
-
-def _units(comments: list[str], surface: MeasuredMap) -> tuple[dict[str, str], list[str]]:
-    """Return the units, stated in comments of the file or by the scene, and the problems."""
-    problems, units = [], {}
-    for key, coordinates in (("lateral_unit", "x and y"), ("height_unit", "z")):
-        in_file = [found[1] for line in comments if (found := _UNIT_LINES[key].match(line))]
-        given = getattr(surface, key)
-        if not in_file and given is None:
-            problems.append(f'the file states no unit of {coordinates}: give {key}, such as "um"')
-        elif in_file and given is not None:
-            problems.append(
-                f"the file states the unit of {coordinates} ({in_file[-1]}): leave out {key}"
-            )
-        elif in_file and in_file[-1] not in UNITS_PER_METRE:
-            problems.append(
-                f"its unit of {coordinates}, {in_file[-1]!r}, is not a length that is known here"
-            )
-        units[key] = in_file[-1] if in_file else given
-    if surface.size is not None:
-        problems.append("the coordinates in the file state its size: leave out size")
-    return units, problems
 
 
 def _on_grid(

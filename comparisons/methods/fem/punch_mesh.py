@@ -89,13 +89,13 @@ def _lines_through(
         share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
         if crowded:
             both = low > first or edge_at_start
-            share = _towards_both(share) if both else 1.0 - (1.0 - share) ** 2
+            share = (
+                np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
+                if both
+                else 1.0 - (1.0 - share) ** 2
+            )
         parts.append(low + (high - low) * share)
     return np.append(np.concatenate(parts), last)
-
-
-def _towards_both(share: np.ndarray) -> np.ndarray:
-    return np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
 
 
 def face_gap(geometry: IndenterGeometry, points: np.ndarray) -> np.ndarray:

@@ -36,7 +36,11 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     shape, spacing = contact.pressure.shape, grid.spacing
     depths = _depths(body, shape, spacing)
     if isinstance(body, Graded):
-        body = _sliced(body, depths)
+        # a graded body in slices between the depths that are shown, and some below
+        last = depths[-1] * _RATIO ** np.arange(1.0, np.ceil(np.log(_BELOW) / np.log(_RATIO)) + 1)
+        ends = np.concatenate([[0.0], depths[1:], last])
+        materials = body.slices(ends)
+        body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
     pressure = contact.pressure
     if not contact.operator.periodic:
         pressure = np.zeros([_PADDED * n for n in shape])
@@ -50,14 +54,6 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         "von_mises_depth": np.array([field.depth for field in fields]),
         "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }
-
-
-def _sliced(body: Graded, depths: np.ndarray) -> Stack:
-    """Return a graded body in slices between the depths that are shown, and some below."""
-    last = depths[-1] * _RATIO ** np.arange(1.0, np.ceil(np.log(_BELOW) / np.log(_RATIO)) + 1)
-    ends = np.concatenate([[0.0], depths[1:], last])
-    materials = body.slices(ends)
-    return Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
 
 
 def _depths(body: Body, shape: tuple[int, ...], spacing: tuple[float, float]) -> np.ndarray:

@@ -124,9 +124,26 @@ class FemBody(FemMesh[BodyGeometry]):
         return f"{body}; {solved}"
 
     def rows(self, task: Task[BodyGeometry]) -> Iterator[Row]:
-        """Condense the body once."""
+        """Condense the body once; penetration counts from first touch."""
         solver = self._linear_solver(unknowns(task.geometry, task.resolution))
-        body, gap, edge = _body(task, solver)
+        geometry = task.geometry
+        mesh, surface, fixed = _refined(geometry, task.resolution)
+        nodes = contact_nodes(mesh, surface)
+        gap = _gap(geometry, mesh, nodes)
+        edge = np.inf  # the gap at the nearest node left out
+        if len(nodes) > MOST_CANDIDATES:
+            order = np.argsort(gap, kind="stable")
+            edge = float(gap[order[MOST_CANDIDATES]])
+            nearest = np.sort(order[:MOST_CANDIDATES])
+            nodes, gap = nodes[nearest], gap[nearest]
+        modulus, nu = task.scene.half_space.elastic_constants
+        body = supported_body(
+            SupportedMesh(mesh, surface, fixed),
+            Material(modulus, nu),
+            symmetry=geometry.symmetric_parts,
+            nodes=nodes,
+            solver=solver,
+        )
         yield Row(partial(self._steps, task, body, gap, edge), unknowns=body.unknowns)
 
     def _steps(
@@ -177,32 +194,6 @@ def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.nda
         mesh, renumbered, faces = mesh.refined(*faces)
         numbers, resolution = renumbered[numbers], resolution // 2
     return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
-
-
-def _body(task: Task[BodyGeometry], solver: str) -> tuple[fem.CondensedBody, np.ndarray, float]:
-    """Return the body, the gap at its candidates, and that of the nearest node left out.
-
-    Penetration counts from first touch.
-    """
-    geometry = task.geometry
-    mesh, surface, fixed = _refined(geometry, task.resolution)
-    nodes = contact_nodes(mesh, surface)
-    gap = _gap(geometry, mesh, nodes)
-    edge = np.inf
-    if len(nodes) > MOST_CANDIDATES:
-        order = np.argsort(gap, kind="stable")
-        edge = float(gap[order[MOST_CANDIDATES]])
-        nearest = np.sort(order[:MOST_CANDIDATES])
-        nodes, gap = nodes[nearest], gap[nearest]
-    modulus, nu = task.scene.half_space.elastic_constants
-    body = supported_body(
-        SupportedMesh(mesh, surface, fixed),
-        Material(modulus, nu),
-        symmetry=geometry.symmetric_parts,
-        nodes=nodes,
-        solver=solver,
-    )
-    return body, gap, edge
 
 
 def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.NodalContact) -> float:

@@ -189,11 +189,8 @@ def proof_of(scene: Scene, geometry: Geometry) -> Proof:
         rough = proof_of_surface(scene, geometry, finer)
         proofs = rough.force, rough.penetration, rough.energy, rough.stiffness
         return Proof(*proofs, deepest=rough.deepest)
-    assert scene.indenter is not None
-    return _proof(scene.indenter, scene.effective_modulus, finer)
-
-
-def _proof(indenter: Indenter, modulus: float, finer: float) -> Proof:
+    indenter, modulus = scene.indenter, scene.effective_modulus
+    assert indenter is not None
     profile, cells = _profile(indenter), round(_ROUND * finer)
     if profile is not None and profile.degree is None:
         return Proof(

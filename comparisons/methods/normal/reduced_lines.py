@@ -21,7 +21,7 @@ from reduced.rough import ensemble, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
-from reduced.rough.regions import Regions, line_stress, regions
+from reduced.rough.regions import line_stress, regions
 from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
 from reference.layered.stack import Stack, plane_modulus
 
@@ -63,7 +63,21 @@ def line_values(
 ) -> dict[str, Stretches]:
     """Return pressures, gaps and sizes of a line; weights as of a surface of the given sides."""
     contacts = regions(line, depth, edges=springs.edges)
-    first, last, width, region = _stretches(line, depth, contacts)
+    # Of each stretch the deflections at its ends, its width, and its region (-1: none). A free line
+    # goes on for half a cell beyond its outer points, at their height.
+    heights = line.single()
+    delta = heights - heights.max() + depth
+    label = np.full(len(delta), -1)
+    label[contacts.points] = contacts.region
+    if line.periodic:
+        begin, end = np.arange(len(delta)), np.roll(np.arange(len(delta)), -1)
+        width = np.full(len(delta), line.spacing)
+    else:
+        points = np.arange(len(delta))
+        begin, end = np.concatenate([[0], points]), np.concatenate([points, points[-1:]])
+        width = np.full(len(delta) + 1, line.spacing)
+        width[[0, -1]] /= 2
+    first, last, region = delta[begin], delta[end], np.maximum(label[begin], label[end])
     touching = region >= 0
     share = np.pi / 4 * contacts.lengths[region[touching]]
     stiff = springs.modulus / share
@@ -77,28 +91,6 @@ def line_values(
         "gap_distribution": Stretches(-first, -last, width / line.length),
         "contact_sizes": Stretches.points(np.pi / 4 * contacts.lengths**2, area / line.length**2),
     }
-
-
-def _stretches(
-    line: RoughLines, depth: float, contacts: Regions
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return deflections at both ends of each stretch, its width, and its region (-1: none).
-
-    A free line goes on for half a cell beyond its outer points, at their height.
-    """
-    heights = line.single()
-    delta = heights - heights.max() + depth
-    label = np.full(len(delta), -1)
-    label[contacts.points] = contacts.region
-    if line.periodic:
-        begin, end = np.arange(len(delta)), np.roll(np.arange(len(delta)), -1)
-        width = np.full(len(delta), line.spacing)
-    else:
-        points = np.arange(len(delta))
-        begin, end = np.concatenate([[0], points]), np.concatenate([points, points[-1:]])
-        width = np.full(len(delta) + 1, line.spacing)
-        width[[0, -1]] /= 2
-    return delta[begin], delta[end], width, np.maximum(label[begin], label[end])
 
 
 class Lines(NamedTuple):

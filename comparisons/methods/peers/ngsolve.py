@@ -72,9 +72,19 @@ class NgSolve(Solver[IndenterGeometry]):
         steps = _steps(task, geometry, solution)
         if not steps:
             return solution
+        shape = geometry.indenter.model_dump()
+        problem = {
+            "resolution": task.resolution,
+            "poisson_ratio": task.scene.elastic_constants[1],
+            "stretch": list(contact_stretch(geometry.indenter)),
+            "shape": shape.pop("shape"),
+            "parameters": shape,
+            "control": task.loads.control,
+            "steps": list(steps.values()),
+        }
         outcome = parent.run(
             WORK,
-            _problem(task, geometry, list(steps.values())),
+            problem,
             seconds=self.seconds,
             memory=MEMORY_SHARE * free_memory(),
         )
@@ -122,19 +132,6 @@ def _scales(task: Task, geometry: IndenterGeometry, step: int) -> tuple[float, f
     load = task.loads.values[step]
     depth = float(load if task.loads.control == "penetration" else form.penetration(load))
     return float(np.sqrt(np.prod(form.semi_axes(depth)))), depth
-
-
-def _problem(task: Task, geometry: IndenterGeometry, steps: list[dict[str, float]]) -> dict:
-    shape = geometry.indenter.model_dump()
-    return {
-        "resolution": task.resolution,
-        "poisson_ratio": task.scene.elastic_constants[1],
-        "stretch": list(contact_stretch(geometry.indenter)),
-        "shape": shape.pop("shape"),
-        "parameters": shape,
-        "control": task.loads.control,
-        "steps": steps,
-    }
 
 
 def _quantities(

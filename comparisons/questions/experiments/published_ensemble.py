@@ -75,17 +75,6 @@ def _solved(roll_offs: int, factor: int, count: int) -> np.ndarray:
     return np.array([_pressed(surface, _side(roll_offs)) for surface in drawn])
 
 
-def _refined(quantity: int, kind: str, factors: tuple[int, ...], count: int) -> tuple[Array, Array]:
-    """Return finest over coarsest grid, and the grids' 95 % bar, both (pressures,).
-
-    On small patches: what a finer grid changes is local, and scatters less than the values.
-    """
-    levels = [_solved(1, factor, count)[:, quantity] for factor in factors]
-    ratio, scatter = ratio_of_means(levels[-1], levels[0], paired=True)
-    means = np.array([level.mean(axis=0) for level in levels])
-    return ratio, combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
-
-
 @experiment(
     "published-ensemble",
     "Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces",
@@ -111,7 +100,13 @@ def published_ensemble(
     share = 1 if full else 2
     side, count = int(roll_offs) // share, int(realisations) // share
     index, kind = (0, "mean_gap") if quantity == "mean_gap" else (1, "contact_area")
-    ratio, grid = _refined(index, kind, FACTORS if full else FACTORS[:2], 6 if full else 4)
+    factors = FACTORS if full else FACTORS[:2]
+    # Finest over coarsest grid, and the grids' 95 % bar, both (pressures,), on small patches: what
+    # a finer grid changes is local, and scatters less than the values.
+    levels = [_solved(1, factor, 6 if full else 4)[:, index] for factor in factors]
+    ratio, scatter = ratio_of_means(levels[-1], levels[0], paired=True)
+    means = np.array([level.mean(axis=0) for level in levels])
+    grid = combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
     values = _solved(side, FACTORS[0], count)[:, index, step] * ratio[step]
     details: dict[str, float | str] = {
         "p/E*": PRESSURES[step],

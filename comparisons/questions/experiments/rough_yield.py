@@ -131,19 +131,6 @@ def _largest(
     return stresses, depths
 
 
-def _line_stresses(surface: Surface, load: float, rule: str, count: int) -> np.ndarray:
-    """Return the largest local stress (19.37) of every line."""
-    # second differences need eight times the points of the surface
-    random = ensemble.RandomLines(surface.line("rings"), 8 * surface.points, count, seed=SEED)
-    pressed = ensemble.press_ensemble(random, 1.0, Load("force", load), quantities=["penetration"])
-    return np.array(
-        [
-            regions.line_stress(random.draw([k]), 1.0, float(depth), rule=rule).pressure.max()
-            for k, depth in enumerate(pressed.samples["penetration"][:, 0])
-        ]
-    )
-
-
 @experiment(
     "rough-first-yield",
     "Largest local stress (19.37) of a line against von Mises below the rough contact",
@@ -174,7 +161,18 @@ def rough_first_yield(
         return _largest(surface, float(load), float(poisson_ratio), factor, number)[0]
 
     true, grid_bar = truth(sample, "refined", count, effort)
-    stated = _line_stresses(surface, float(load), rule, 4 * count)
+    # The largest local stress (19.37) of every line: second differences need eight times the points
+    # of the surface.
+    random = ensemble.RandomLines(surface.line("rings"), 8 * surface.points, 4 * count, seed=SEED)
+    pressed = ensemble.press_ensemble(
+        random, 1.0, Load("force", float(load)), quantities=["penetration"]
+    )
+    stated = np.array(
+        [
+            regions.line_stress(random.draw([k]), 1.0, float(depth), rule=rule).pressure.max()
+            for k, depth in enumerate(pressed.samples["penetration"][:, 0])
+        ]
+    )
     finest = 4 if effort == "full" else 2
     number = max(3, count // 30) if effort == "full" else max(6, count // 6)
     depths = _largest(surface, float(load), float(poisson_ratio), finest, number)[1]
