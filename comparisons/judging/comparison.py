@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis, quantity
-from comparisons.judging.bands import single_errors, steps_outside
 from comparisons.judging.distributions import distribution_rows
 from comparisons.judging.fields import field_bar, field_measures
 from comparisons.judging.levels import Levels
@@ -270,3 +270,46 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, Bar]:
             decided = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
             widest[name] = Bar(decided.uncertainty, decided.step)
     return widest
+
+
+# Single lines scatter beside their mean, and a time of one line belongs to their errors. The one
+# surface of a measured map is a sample like the lines with its spectrum: where its value lies among
+# theirs, the error of their mean may be no more than scatter. 90 % of the lines lie in this band.
+BAND = (0.05, 0.95)
+# Fewer lines have no such quantiles.
+FEWEST = 20
+
+
+def single_errors(errors: np.ndarray) -> dict[str, float]:
+    """Return the band of single realisations' errors (m, k), at the step where it reaches furthest.
+
+    Steps count from 0. Empty where too few realisations have an error.
+    """
+    known = np.isfinite(errors).sum(axis=0) >= FEWEST
+    if not known.any():
+        return {}
+    low, high = np.full((2, errors.shape[1]), np.nan)
+    low[known], high[known] = np.nanquantile(errors[:, known], BAND, axis=0)
+    step = int(np.nanargmax(np.fmax(np.abs(low), np.abs(high))))
+    ends = float(low[step]), float(high[step])
+    return {"single_low": ends[0], "single_high": ends[1], "single_step": step}
+
+
+def steps_outside(judged: Levels, resolution: int, truth: Truth, name: str) -> list[int] | None:
+    """Return the load steps, from 0, at which the surface is outside the band of the lines.
+
+    Outside by more than the bar of its value. None where there is no such band: of methods that
+    solve the surface itself, of truths that are means over many surfaces, of few lines.
+    """
+    solution = judged.solutions[resolution]
+    values = solution.quantities.get(name)
+    one_surface = truth.levels.rough and len(truth.solution.converged) == 1
+    if METHODS[judged.method].dimension != 1 or not one_surface or values is None:
+        return None
+    if len(values) < FEWEST or name not in truth.curves or not np.isfinite(values).all():
+        return None
+    low, high = np.quantile(values, BAND, axis=0)
+    value = truth.curves[name]
+    bar = np.abs(value) * np.nan_to_num(truth.bar(name), nan=np.inf)
+    beyond = (value - bar > high) | (value + bar < low)
+    return [int(step) for step in np.flatnonzero(beyond)]

@@ -1,18 +1,25 @@
-"""Execution of a solver: derived quantities are added, failures affect only their own steps."""
+"""Execution of a solver: derived quantities are added, failures affect only their own steps.
+
+Grids and lines of springs are laid out for one contact radius, so that a load whose contact is a
+thousand times smaller would fall into a single cell and come out wrong without a sign of it.
+A task is therefore cut into spans whose contact radii differ by no more than the method's
+`span`. A span that raises is cut again, so that one absurd load costs its own step only.
+"""
 
 from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from comparisons.facts.quantities import derived
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.decades import solve_in_decades
 from comparisons.methods.solver import Solver
 from comparisons.reasons import in_kind
-from comparisons.tasks.solution import MalformedError, Solution
+from comparisons.tasks.solution import STEPS, MalformedError, Solution
 from comparisons.tasks.steps import NO_ANSWER
 from comparisons.tasks.task import Task
 
@@ -38,8 +45,8 @@ def run(
 ) -> Solution:
     """Solve a task, whatever its loads and whatever happens.
 
-    Loads over many decades are solved span by span (`comparisons.methods.decades`). A step without
-    an answer, or with a quantity that is no number, is NaN in all quantities, with its reason.
+    Loads over many decades are solved span by span, and joined again. A step without an answer, or
+    with a quantity that is no number, is NaN in all quantities, with its reason.
 
     Parameters
     ----------
@@ -50,8 +57,9 @@ def run(
     reason : callable
         Puts an exception that is none of the numerics' own into words.
     """
-    largest = solver.span if span is None else span
-    solution = solve_in_decades(task, largest, lambda part: _answer(solver, part), reason)
+    cuts = _cuts(task, solver.span if span is None else span)
+    parts = [_contained(solver, _part(task, *cut), reason) for cut in pairwise(cuts)]
+    solution = Solution.concat(parts, axis=STEPS)
     solution.refuse_nan()
     return solution
 
@@ -75,3 +83,62 @@ def _is_round(task: Task) -> bool:
         return False
     flat = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
     return geometry.indenter.axisymmetric and flat
+
+
+def _cuts(task: Task, span: float) -> list[int]:
+    """Return the load steps at which a new span begins, and their number at the end."""
+    steps = len(task.loads.values)
+    geometry = task.geometry
+    if not isinstance(geometry, IndenterGeometry) or len(geometry.contact_radii) != steps:
+        return [0, steps]
+    radii, cuts = geometry.contact_radii, [steps]
+    largest = radii[-1]
+    for step in range(steps - 2, -1, -1):
+        # A load without an estimate (NaN) is a span of its own.
+        if not radii[step] * span >= largest:
+            cuts.append(step + 1)
+            largest = radii[step]
+    return [0, *reversed(cuts)]
+
+
+def _part(task: Task, start: int, end: int) -> Task:
+    """Return the task of some of the loads, laid out for the largest of them."""
+    steps = len(task.loads.values)
+    if (start, end) == (0, steps) and end == 1:
+        return task
+    geometry = task.geometry
+    if isinstance(geometry, IndenterGeometry) and len(geometry.contact_radii) == steps:
+        inside = slice(start, end)
+        geometry = replace(
+            geometry,
+            penetration=geometry.penetrations[end - 1],
+            contact_radius=geometry.contact_radii[end - 1],
+            penetrations=geometry.penetrations[inside],
+            contact_radii=geometry.contact_radii[inside],
+            unreached={
+                s - start: reason for s, reason in geometry.unreached.items() if start <= s < end
+            },
+        )
+    loads = replace(task.loads, values=task.loads.values[start:end])
+    body = task.with_body and end == steps
+    return replace(task, geometry=geometry, loads=loads, with_body=body)
+
+
+def _contained(solver: Solver[Any], task: Task, reason: Callable[[Exception], str]) -> Solution:
+    """Solve one span; where it raises, its halves, as long as the smaller loads succeed."""
+    steps = len(task.loads.values)
+    unreached = task.geometry.unreached if isinstance(task.geometry, IndenterGeometry) else {}
+    if unreached:
+        return Solution.lost(task, f"no contact can be estimated: {unreached[0]}")
+    try:
+        return _answer(solver, task)
+    except Exception as error:  # the other loads carry on
+        message = reason(error)
+    if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
+        return Solution.lost(task, message)
+    half = steps // 2
+    below = _contained(solver, _part(task, 0, half), reason)
+    if not below.converged.any():
+        return Solution.lost(task, message)
+    above = _contained(solver, _part(task, half, steps), reason)
+    return Solution.concat([below, above], axis=STEPS)

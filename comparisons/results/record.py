@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
+from comparisons.facts.quantities import FIELDS, quantity
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.proofs import Verification
 from comparisons.judging.reference import NO_REFERENCE, Reference
 from comparisons.judging.truth import Truth
+from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.reasons import explained
+from comparisons.results.decisions import NOBODY, equal_at, levels, not_asked
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
@@ -79,3 +85,93 @@ def _reference(plan: Plan, truth: Truth, verification: Verification | None) -> R
         footnotes=tuple(text for text in truth.disagreements(quantities) if text not in told),
         proved=verification,
     )
+
+
+NOT_COMPUTED = "not computed by the method"
+
+
+def explained(record: SceneRecord) -> tuple[Verdict, ...]:
+    """Return the verdicts of a record, with one on each asked quantity of each setting.
+
+    Those without a result say why; a method that solved nothing has resolution 0.
+    """
+    nothing = {name: _why_unanswered(record, name) for name in record.quantities}
+    verdicts = {
+        (item.method, item.resolution, item.quantity, item.at): item for item in record.verdicts
+    }
+    for method in selection.methods(record):
+        missing = {name: _why_missing(record, name, method) for name in record.quantities}
+        for level in levels(record, method) or [0]:
+            for name, reason in missing.items():
+                key = (method, level, name, equal_at(record, name))
+                found = verdicts.get(key)
+                if found and found.word != NO_RESULT:
+                    continue
+                verdicts[key] = Verdict(
+                    method=method,
+                    resolution=float(level),
+                    quantity=name,
+                    at=key[-1],
+                    tolerance=record.tolerance,
+                    reason=nothing[name] or reason,
+                    counts=not nothing[name],
+                    offered=bool(nothing[name]) or reason != NOT_COMPUTED,
+                )
+    return tuple(verdicts.values())
+
+
+def _why_unanswered(record: SceneRecord, name: str) -> str:
+    if not record.reference.method:
+        return "no reference: no 3-D method finished"
+    at = equal_at(record, name)
+    known = (item for item in record.verdicts if (item.quantity, item.at) == (name, at))
+    if any(math.isfinite(item.error) for item in known):
+        return ""
+    if zero := _why_zero(record, name, selection.solved(record)[name]):
+        return f"zero in every answer: {zero}"
+    if name in record.reference.bars:
+        alone = name == record.along and len(set(selection.solved(record)["step"])) < 2
+        return f"only one load, so no comparison at equal {at}" if alone else ""
+    judged = {item.quantity for item in record.verdicts if not item.reason}
+    if name not in judged and not np.isfinite(selection.solved(record)[name]).any():
+        return NOBODY
+    truth = selection.title(record, record.reference.method)
+    return f"not computed by the reference ({truth})"
+
+
+def _why_missing(record: SceneRecord, name: str, method: str) -> str:
+    """Return why a method has no error in a quantity that others have."""
+    title = selection.title(record, method)
+    lost = [item.reason for item in selection.failures(record) if item.method == method]
+    if method == record.reference.method:
+        return lost[0] if lost else "this is the reference itself"
+    if not_asked(record, method):
+        return f"the {title} was not asked for"
+    refused = selection.unsupported(record)
+    if method in refused:
+        return refused[method]
+    solved = selection.solved_rows(record, method)
+    gives = np.isfinite(solved[name]).any()
+    if lost and (gives or not len(solved) or name in FIELDS):
+        return lost[0]
+    if not gives:
+        return NOT_COMPUTED
+    truth = record.reference.method
+    true = selection.setting_rows(record, truth, record.reference.resolution)
+    if zero := _why_zero(record, name, true[name]):
+        return f"zero in the reference ({zero}), but not in the {title}: no relative error"
+    lost = [item.reason for item in selection.failures(record) if item.method == truth]
+    if lost:
+        return f"the reference has no value at these loads: {lost[0]}"
+    return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
+
+
+def _why_zero(record: SceneRecord, name: str, values: np.ndarray) -> str:
+    """Return why a quantity is zero at all loads; "" where it is not."""
+    known = values[np.isfinite(values)]
+    if not len(known) or known.any():
+        return ""
+    area = selection.solved(record)["contact_area"]
+    if np.isfinite(area).any() and not np.nan_to_num(area).any():
+        return "nothing touches at any load"
+    return "nothing yields" if "plasticity" in quantity(name).physics else "nothing happens"

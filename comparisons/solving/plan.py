@@ -6,15 +6,17 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
+
 from comparisons.geometry.plausibility import doubtful
 from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.methods.normal.reduced_lines import whole_spectrum
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
-from comparisons.solving.plan_record import PlanRecord
+from comparisons.solving.plan_record import PlanRecord, Roughness
 from comparisons.solving.surface_numbers import realisation_count
-from comparisons.solving.surface_roughness import roughness_of
 from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
@@ -116,4 +118,38 @@ def task_of(
         quantities=plan.scene.compare.quantities,
         realisations=realisations,
         with_body=with_body,
+    )
+
+
+MOST_RINGS = 100
+
+
+def roughness_of(geometry: RoughGeometry) -> Roughness:
+    """Return spectrum and statistics of a surface.
+
+    The isotropic spectrum C2D(q) is the mean over circles (19.23), thinned to equal steps in log q.
+    Nayak's parameter is m0 m4/m2^2 = (3/2) <h^2> <(lap h)^2>/<|grad h|^2>^2, at least 1.5. Skewness
+    and kurtosis are of the heights of a map; a Gaussian surface has 0 and 3. The spectrum of a free
+    map is taken under a Hann window, because its opposite sides do not match.
+    """
+    spectrum = whole_spectrum(geometry)
+    rings = spectrum.radial_average()
+    ends = np.unique(np.geomspace(1, len(rings.count) + 1, MOST_RINGS).astype(int)) - 1
+    weight = np.add.reduceat(rings.count, ends[:-1])
+    wavenumber, density = (
+        np.add.reduceat(values * rings.count, ends[:-1]) / np.maximum(weight, 0.5)
+        for values in (rings.wavenumber, rings.density)
+    )
+    held = density > 0
+    height, slope, curvature = spectrum.rms_height, spectrum.rms_slope, spectrum.rms_curvature
+    heights = geometry.measured
+    scaled = None if heights is None else (heights - heights.mean()) / heights.std()
+    return Roughness(
+        tuple(wavenumber[held].tolist()),
+        tuple(density[held].tolist()),
+        float(geometry.rms_height),
+        float(geometry.rms_slope),
+        float(curvature),
+        float(1.5 * (height * curvature / slope**2) ** 2),
+        *(() if scaled is None else (float(np.mean(scaled**power)) for power in (3, 4))),
     )

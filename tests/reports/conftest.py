@@ -16,7 +16,7 @@ import pytest
 from comparisons.files import write_arrays
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict, judged
-from comparisons.results.reasons import explained
+from comparisons.results.record import explained
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord, StudyRecord, save_study
 from comparisons.solving.plan_record import MethodPlan, PlanRecord

@@ -24,7 +24,7 @@ from comparisons.judging.reference import NO_REFERENCE
 from comparisons.results import selection
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import deciding
-from comparisons.results.reasons import explained
+from comparisons.results.record import explained
 from comparisons.results.rows import NO_ROWS
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import overview, panels, single

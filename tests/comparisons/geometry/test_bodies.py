@@ -10,7 +10,7 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons.geometry.abaqus_surfaces import FACES
+from comparisons.geometry.body_files import FACES
 from comparisons.methods.fem import user_body
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.judging.bands import FEWEST
-from comparisons.judging.comparison import compare
+from comparisons.judging.comparison import FEWEST, compare
 from comparisons.judging.verdicts import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of

@@ -9,7 +9,7 @@ import pytest
 
 from comparisons.geometry.prepare import prepare
 from comparisons.scene.scene import load_scene
-from comparisons.solving.surface_roughness import roughness_of
+from comparisons.solving.plan import roughness_of
 from reports.plots.surfaces import roughness
 
 
