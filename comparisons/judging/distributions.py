@@ -18,6 +18,7 @@ from comparisons.facts.quantities import DISTRIBUTIONS
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import Measure
+from comparisons.judging.pressures import TruePressure, pressure_measures
 from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE, combined
 from comparisons.solving.plan import Plan
@@ -188,3 +189,20 @@ def distribution_rows(plan: Plan, solved: Solved) -> list[dict[str, Any]]:
                 if part > 0
             ]
     return rows
+
+
+def field_measures(
+    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
+) -> list[Measure]:
+    """Return name, error and bar of each measure at the last load of one solution."""
+    of_one = plan, solved, method, resolution, truth
+    return [*pressure_measures(*of_one), *distribution_measures(*of_one)]
+
+
+def field_bar(plan: Plan, truth: Truth, name: str) -> list[float]:
+    """Return how well the truth knows a field at the last load; nothing where it gives none."""
+    if name in DISTRIBUTIONS:
+        distribution = TrueDistribution(plan, truth, name)
+        return [distribution.bar()] if distribution.is_known else []
+    pressure = TruePressure(plan, truth)
+    return [pressure.bar()] if pressure.is_known else []

@@ -1,12 +1,21 @@
-"""The measured curve of a scene, and the modulus fitted to it with each method's curve."""
+"""The measured curve of a scene, and the modulus fitted to it with each method's curve.
+
+Without friction, adhesion and plasticity the force at a given depth is proportional to the modulus:
+F(d) = k F0(d - d0), with F0 computed at the modulus of the scene. Least squares give k, and d0 if
+the depth at first touch is not known. Between the computed loads, and beyond them, F0 is a power
+law in d through the two nearest.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import stdtrit
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, title_of
-from comparisons.judging.modulus_fit import ModulusFit, fit_modulus
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 
@@ -66,3 +75,112 @@ def _fitted(fit: ModulusFit) -> str:
     spread = fmt.number(fit.half_width * scale.factor, 2)
     zero = f", first touch at {fmt.with_unit(fit.zero, 'm')}," if fit.zero else ""
     return f"{fmt.number(fit.modulus * scale.factor, 4)} ± {spread} {scale.unit}{zero}"
+
+
+LEVEL = 0.95
+# Choices of points, and how many of them may still take points in.
+MOST_ROUNDS, FREE_ROUNDS = 1000, 10
+
+
+@dataclass(frozen=True)
+class ModulusFit:
+    """A fitted modulus.
+
+    Attributes
+    ----------
+    modulus, half_width : float
+        E* and the half-width of its 95 % interval, in Pa, for independent errors of equal size.
+    zero : float
+        Depth at first touch, m; 0 where it was not fitted.
+    used : int
+        Number of points within the computed depths.
+    """
+
+    modulus: float
+    half_width: float
+    zero: float
+    used: int
+
+
+def fit_modulus(
+    measured: tuple[np.ndarray, np.ndarray],
+    computed: tuple[np.ndarray, np.ndarray],
+    modulus: float,
+    *,
+    fit_zero: bool = False,
+) -> ModulusFit | None:
+    """Fit the modulus, or return None if too few points lie within the computed depths.
+
+    Three are needed, or four with `fit_zero`; depths count from the fitted first touch, so that no
+    point is compared with a continuation of the computed curve to larger loads.
+
+    Parameters
+    ----------
+    measured, computed : (penetration, force)
+        In SI units; the computed ones positive and increasing, at `modulus`.
+    modulus : float
+        E* at which `computed` was solved, Pa.
+    fit_zero : bool
+        Fit the depth at first touch, too.
+    """
+    inside = _within(measured[0], computed, 0.0)
+    for round_number in range(MOST_ROUNDS):
+        fit = _fit((measured[0][inside], measured[1][inside]), computed, modulus, fit_zero)
+        if fit is None:
+            return None
+        # Another first touch moves points in and out of the computed depths.
+        now = _within(measured[0], computed, fit.zero)
+        if round_number >= FREE_ROUNDS:
+            now &= inside  # points that come and go by turns stay out, so that it ends
+        if (now == inside).all():
+            return fit
+        inside = now
+    return None
+
+
+def _within(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray], zero: float) -> np.ndarray:
+    """Tell which depths, counted from first touch, lie within the computed ones."""
+    below: np.ndarray = depth - zero
+    return (below > 0) & (below <= computed[0][-1] * (1 + 1e-9))
+
+
+def _fit(
+    points: tuple[np.ndarray, np.ndarray],
+    computed: tuple[np.ndarray, np.ndarray],
+    modulus: float,
+    fit_zero: bool,
+) -> ModulusFit | None:
+    """Fit the given points, or return None if they are too few."""
+    depth, force = points
+    parameters = 1 + fit_zero
+    if len(depth) <= parameters + 1:
+        return None
+    reach, largest = float(computed[0][-1]), float(computed[1][-1])
+
+    def residuals(unknown: np.ndarray) -> np.ndarray:
+        shift = unknown[1] * reach if fit_zero else 0.0
+        return unknown[0] * force_at(depth - shift, computed) / largest - force / largest
+
+    shape = force_at(depth, computed) / largest
+    start = [float(shape @ force / largest / (shape @ shape)), 0.0][:parameters]
+    solution = least_squares(residuals, start, x_scale=[abs(start[0]) or 1.0, 0.1][:parameters])
+    freedom = len(depth) - parameters
+    variance = float(solution.fun @ solution.fun) / freedom
+    covariance = variance * np.linalg.pinv(solution.jac.T @ solution.jac)
+    half = float(stdtrit(freedom, (1 + LEVEL) / 2)) * float(np.sqrt(covariance[0, 0]))
+    zero = float(solution.x[1] * reach) if fit_zero else 0.0
+    return ModulusFit(solution.x[0] * modulus, half * modulus, zero, len(depth))
+
+
+def force_at(depth: np.ndarray, computed: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Return the force at depths, by power laws between the computed loads; 0 without contact.
+
+    >>> float(force_at(np.array([2.0]), (np.array([1.0, 4.0]), np.array([1.0, 8.0])))[0].round(9))
+    2.828427125
+    """
+    known, force = np.log(computed[0]), np.log(computed[1])
+    slopes = np.diff(force) / np.diff(known)
+    wanted = np.log(np.maximum(depth, 1e-300))
+    place = np.clip(np.searchsorted(known, wanted) - 1, 0, len(slopes) - 1)
+    power = force[place] + slopes[place] * (wanted - known[place])
+    return np.where(depth > 0, np.exp(power), 0.0)

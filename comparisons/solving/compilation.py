@@ -19,7 +19,7 @@ from typing import Any
 from comparisons.facts.methods import METHODS
 from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
-from comparisons.solving.locks import alone
+from comparisons.solving.shared import alone
 from comparisons.tasks.task import Task
 
 _WORK = "comparisons.solving.compilation:compile_for"

@@ -8,8 +8,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.files import write_text
-from comparisons.questions.calibration_cases import Case, at_loads, held, summary
-from comparisons.questions.shares import fitted_shares
+from comparisons.questions.calibration_cases import Case, at_loads, fitted_shares, held, summary
 from reports.pages.page import render
 from reports.plots.axes import error_axis
 from reports.plots.figure import Axis, Figure, Guide, Series

@@ -15,10 +15,10 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import FIELDS, NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
-from comparisons.judging.modulus_fit import force_at
 from comparisons.results import selection
 from comparisons.results.measured import (
     computed_curve,
+    force_at,
     measured_curve,
     modulus_fits,
     modulus_sentence,

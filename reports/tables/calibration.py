@@ -6,8 +6,16 @@ from collections.abc import Iterable
 
 from comparisons import formatting as fmt
 from comparisons.judging.uncertainty import SHARES, Shares
-from comparisons.questions.calibration_cases import Case, Summary, at_loads, held, summary
-from comparisons.questions.shares import ROUGH, SINGLE, scaled
+from comparisons.questions.calibration_cases import (
+    ROUGH,
+    SINGLE,
+    Case,
+    Summary,
+    at_loads,
+    held,
+    scaled,
+    summary,
+)
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table

@@ -138,8 +138,7 @@ def calibrate(
         Folder for calibration.csv and report.html; existing ones are replaced.
     """
     from comparisons.questions.calibration import Calibration
-    from comparisons.questions.calibration_cases import summary
-    from comparisons.questions.shares import fitted_shares
+    from comparisons.questions.calibration_cases import fitted_shares, summary
     from comparisons.results.folder import PAGE, held
     from reports.pages.calibration import write_calibration_report
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule

@@ -12,7 +12,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.fields import field_measures
+from comparisons.judging.distributions import field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.pressures import TruePressure

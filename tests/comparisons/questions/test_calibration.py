@@ -19,13 +19,14 @@ from comparisons.questions.calibration import (
 from comparisons.questions.calibration_cases import (
     NO_QUANTITY,
     NOT_SHOWN,
+    SINGLE,
     Case,
     at_loads,
+    fitted_shares,
     held,
     held_against,
     summary,
 )
-from comparisons.questions.shares import SINGLE, fitted_shares
 from comparisons.results.header import Header
 from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page

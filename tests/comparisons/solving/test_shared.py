@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from comparisons.solving.jobs import Job
-from comparisons.solving.locks import busy
 from comparisons.solving.processes import ProcessExecutor
-from comparisons.solving.shared import VARIABLE, _plain, folder, shared
+from comparisons.solving.shared import VARIABLE, _plain, busy, folder, shared
 
 
 @pytest.fixture

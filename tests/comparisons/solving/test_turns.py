@@ -12,7 +12,7 @@ from numba.core.dispatcher import Dispatcher
 
 from comparisons.solving import compilation as turns
 from comparisons.solving.compilation import compile_in_turn
-from comparisons.solving.locks import alone
+from comparisons.solving.shared import alone
 
 SOURCE = """
 from numba import njit

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.judging.modulus_fit import fit_modulus
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.measured import modulus_fits, modulus_sentence
+from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sentence
 from comparisons.results.record import record_scene
 from comparisons.solving.planning import plan_all
 from reports.plots.curves import measured
