@@ -81,13 +81,7 @@ def _of_the_user() -> Path:
 
 
 def _in_the_temporary_folder() -> Path:
-    """Return a folder that is ours alone, the same one every time if nobody is in its way.
-
-    Raises
-    ------
-    OSError
-        If no temporary folder can be written to.
-    """
+    """Return a folder that is ours alone, the same one every time if nobody is in its way."""
     import tempfile
 
     if os.name != "posix":  # temporary folders are the user's own

@@ -158,11 +158,8 @@ class Verdict(Judgement):
     def where(self) -> str:
         """That step and what was equal there: "load step 4, equal force"; on maps the band."""
         equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
-        return "; ".join(filter(None, [", ".join(filter(None, [self.when, equal])), self._place]))
-
-    @property
-    def _place(self) -> str:
-        return f"the lines' mean, the surface {self.band}" if self.band else ""
+        place = f"the lines' mean, the surface {self.band}" if self.band else ""
+        return "; ".join(filter(None, [", ".join(filter(None, [self.when, equal])), place]))
 
     @property
     def because(self) -> str:

@@ -53,13 +53,7 @@ ONLY_INDENTERS = (
 
 
 def _adhesive(scene: Scene) -> tuple[Indenter, AdhesionTable]:
-    """Return what adheres.
-
-    Raises
-    ------
-    Refused
-        If the scene is no adhesive contact of a shape.
-    """
+    """Return what adheres; refuse what is no adhesive contact of a shape."""
     indenter = needed(scene.indenter, ONLY_INDENTERS)
     if isinstance(indenter, PowerLaw) and indenter.exponent <= 0.5:
         raise Refused("the tip is sharper than r^(1/2), so that adhesion cannot hold it")

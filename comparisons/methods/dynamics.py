@@ -322,13 +322,7 @@ STEPS = 10
 
 
 def _striking(scene: Scene) -> Dynamics:
-    """Return the mass that strikes once.
-
-    Raises
-    ------
-    Refused
-        If the course of the impact is asked for.
-    """
+    """Return the mass that strikes once; refuse where the course of the impact is asked for."""
     if scene.loading.time is not None:
         raise Refused("computes impacts, not their time history")
     return needed(scene.dynamics, NO_TABLE)

@@ -83,13 +83,7 @@ def material_of(body: Viscoelastic) -> GeneralisedMaxwell:
 
 
 def _pressed(scene: Scene) -> Viscoelastic:
-    """Return the body of a scene whose history the solvers here can walk.
-
-    Raises
-    ------
-    Refused
-        If it has none.
-    """
+    """Return the body of a scene whose history the solvers here can walk; refuse others."""
     body, loads = body_of(scene), loads_of(scene)
     if loads.control == "force" and (loads.values[1:] <= 0).any():
         raise Refused("the penetration is undetermined after the force has dropped to zero")
@@ -286,13 +280,7 @@ _FITS = 8
 
 
 def _sliding(scene: Scene) -> Viscoelastic:
-    """Return the body of a scene that slides steadily.
-
-    Raises
-    ------
-    Refused
-        If nothing is steady, or has no bound.
-    """
+    """Return the body of a scene that slides steadily; refuse what is unsteady or unbounded."""
     body = body_of(scene)
     if not body.long_term_modulus > 0:
         raise Refused("on a fluid the penetration never becomes steady")

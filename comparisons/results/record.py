@@ -11,9 +11,7 @@ import numpy as np
 
 from comparisons.facts.quantities import FIELDS, quantity
 from comparisons.judging.comparison import compare, truth_bars
-from comparisons.judging.proofs import Verification
 from comparisons.judging.reference import NO_REFERENCE, Reference
-from comparisons.judging.truth import Truth
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import advise
@@ -48,6 +46,21 @@ def record_scene(
     result = compare(plan, solved, constants, prove=prove)
     scene, truth, verification = plan.scene, result.truth, result.verification
     quantities = plan.compared
+    reference = NO_REFERENCE
+    disagreements: tuple[str, ...] = ()
+    if truth is not None:
+        disagreements = truth.disagreements(quantities, scene.compare.tolerance)
+        small = [text for text in truth.disagreements(quantities) if text not in disagreements]
+        reference = Reference(
+            method=truth.method,
+            resolution=truth.resolution,
+            text=truth.sentence(quantities),
+            uncertainty={name: truth.known_to(name) for name in quantities},
+            sources={name: truth.known_from(name) for name in quantities},
+            bars=truth_bars(plan, truth),
+            footnotes=tuple(small),
+            proved=verification,
+        )
     record = SceneRecord(
         name=scene.name,
         title=scene.heading,
@@ -57,34 +70,16 @@ def record_scene(
         quantities=quantities,
         tolerance=scene.compare.tolerance,
         plan=plan.record,
-        reference=NO_REFERENCE if truth is None else _reference(plan, truth, verification),
+        reference=reference,
         verdicts=result.verdicts,
         answer="",
-        disagreements=(
-            *(() if truth is None else truth.disagreements(quantities, scene.compare.tolerance)),
-            *(() if verification is None else verification.sentences),
-        ),
+        disagreements=(*disagreements, *(verification.sentences if verification else ())),
         rows=Rows.of(result.rows),
         distributions=Rows.of(result.distributions),
         fields=dict(fields or {}),
     )
     record = replace(record, verdicts=explained(record))
     return replace(record, answer=advise(record).sentence)
-
-
-def _reference(plan: Plan, truth: Truth, verification: Verification | None) -> Reference:
-    quantities = plan.compared
-    told = truth.disagreements(quantities, plan.scene.compare.tolerance)
-    return Reference(
-        method=truth.method,
-        resolution=truth.resolution,
-        text=truth.sentence(quantities),
-        uncertainty={name: truth.known_to(name) for name in quantities},
-        sources={name: truth.known_from(name) for name in quantities},
-        bars=truth_bars(plan, truth),
-        footnotes=tuple(text for text in truth.disagreements(quantities) if text not in told),
-        proved=verification,
-    )
 
 
 NOT_COMPUTED = "not computed by the method"

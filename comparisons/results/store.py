@@ -212,12 +212,7 @@ class SceneRecord:
 # The plots of a scene, drawn one after the other, need the same few files; all would fill memory.
 @lru_cache(maxsize=8)
 def _checked_fields(path: Path, changed: int) -> Mapping[str, np.ndarray]:
-    """Return the arrays of a file as it was at its last change.
-
-    Raises
-    ------
-    ResultsError
-    """
+    """Return the arrays of a file as it was at its last change."""
     fields = read_arrays(path)
     problems = field_problems(fields)
     if problems:

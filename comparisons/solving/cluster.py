@@ -171,13 +171,7 @@ class ClusterExecutor(Executor):
         return LostWorkError(f"the scheduler {self._address} is gone")
 
     def _result(self, future: Future) -> Done:
-        """Return what became of a job.
-
-        Raises
-        ------
-        LostWorkError
-            If the scheduler is gone, or a worker that joined later has other versions.
-        """
+        """Return what became of a job; lost with its scheduler, or by another version."""
         from distributed import KilledWorker
 
         job = self._running.pop(future)

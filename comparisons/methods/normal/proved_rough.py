@@ -114,13 +114,7 @@ class RoughProof:
         return surface.stiffness(self._mean_pressure(force), self.modulus) * self.geometry.area
 
     def _from_samples(self, penetration: Interval) -> Interval:
-        """Count a penetration from the sample that the bounds count from.
-
-        Raises
-        ------
-        ArithmeticError
-            If it is not proved to reach that: nothing is proved to touch then.
-        """
+        """Count a depth from the sample of the bounds; what is short of it does not touch."""
         depth = Interval(
             below(penetration.lower, 2) - self._higher, above(penetration.upper, 2) - self._higher
         )

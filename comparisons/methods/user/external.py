@@ -288,13 +288,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
 
 
 def _origin(source: str, digest: str, document: Any, limits: Limits) -> Origin:
-    """Check what a method calls itself.
-
-    Raises
-    ------
-    ValueError
-        If its name is none, or is taken by a method of ours.
-    """
+    """Check what a method calls itself: a name that no method of ours has."""
     name, title, dimension = (document[key] for key in ("name", "title", "dimension"))
     physics = document.get("physics", [])
     if not isinstance(name, str) or not NAME.fullmatch(name):
@@ -355,13 +349,7 @@ def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
-    """Return a solution of known quantities in arrays of the right shape.
-
-    Raises
-    ------
-    ValueError, KeyError, TypeError
-        Saying what is wrong.
-    """
+    """Return a solution of known quantities in arrays of the right shape, or say what is wrong."""
     arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     solution = solution_of(arrays)
     shape = (len(task.realisations), len(task.loads.values))

@@ -142,7 +142,15 @@ def _moves(
     model_moved = model.moved(tolerance)
     shared = [m for m, move in moved.items() if model_moved and _alike(model, move)]
     if shared:
-        return [_shared(name, subject, model, shared, truths)]
+        quantity, change = model.largest()
+        still = [title_of(m) for m, move in truths.items() if not move.moved(REFERENCE_TOLERANCE)]
+        unmoved = f"; {_list(still)} did not move" if still else ""
+        label = quantity.replace("_", " ")
+        text = (
+            f"{subject} and {_list([title_of(m) for m in shared])} moved by the same factor "
+            f"{number(1 + change, 6)} ({label}): something they share has changed{unmoved}"
+        )
+        return [Finding(name, MODEL, text, True)]
     findings = [
         Finding(name, MODEL, f"{subject} moved: {model.text()}", True)
         if model_moved
@@ -157,20 +165,6 @@ def _moves(
     else:
         findings.append(Finding(name, REFERENCES, "unchanged"))
     return findings
-
-
-def _shared(
-    name: str, subject: str, model: Move, shared: list[str], truths: dict[str, Move]
-) -> Finding:
-    quantity, change = model.largest()
-    still = [title_of(m) for m, move in truths.items() if not move.moved(REFERENCE_TOLERANCE)]
-    unmoved = f"; {_list(still)} did not move" if still else ""
-    label = quantity.replace("_", " ")
-    text = (
-        f"{subject} and {_list([title_of(m) for m in shared])} moved by the same factor "
-        f"{number(1 + change, 6)} ({label}): something they share has changed{unmoved}"
-    )
-    return Finding(name, MODEL, text, True)
 
 
 def _move(before: Curves | None, now: Curves | None) -> Move:
