@@ -30,7 +30,7 @@ from comparisons.tasks.task import Task
 add_announced()
 
 REPEATS = 3
-REPEAT_SECONDS = 1.0
+REPEAT_SECONDS = 0.25
 THREADS = 1
 _CLEAR_PEAK = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")
@@ -41,9 +41,10 @@ _compiled: dict[tuple[object, ...], float] = {}
 def execute(task: Task, repeats: int | None = None) -> Solution:
     """Solve a task on one thread, with its times and its peak memory.
 
-    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or one second;
-    compilation is counted apart. Memory is the rise of the process's peak during the first solve
-    (Linux; NaN elsewhere). A method that works in a process of its own measures all that there.
+    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or a quarter
+    of a second; compilation is counted apart. Memory is the rise of the process's peak during the
+    first solve (Linux; NaN elsewhere). A method that works in a process of its own measures all
+    that there.
 
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
     marked as failed with the reason. So is a step that comes back with NaN or inf.

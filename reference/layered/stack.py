@@ -192,14 +192,23 @@ def through(below: Array, depth: Array, material: Material, down: Array | None =
     `down` (n, 2, 2), if given, is filled with what takes tractions (T, S) from the top to the
     bottom: the product of (E21 R + E22)^-1; zero where the layer is so thick that nothing passes.
     """
-    slices = np.ceil(np.minimum(depth, HIDDEN)).astype(int)
-    hidden = depth > HIDDEN
-    result = np.where(hidden[:, None, None], half_space(material), below)
-    if down is not None:
-        down[:] = np.where(hidden[:, None, None], 0.0, np.eye(2))
     nu = material.poisson_ratio
     b, c = nu / (1 - nu), (1 - 2 * nu) / (2 * (1 - nu))
     first = np.array([[0, 1, 1, 0], [-b, 0, 0, c], [2 / (1 - nu), 0, 0, b], [0, 0, -1, 0]])
+    endless = half_space(material)
+    if (below == endless).all():
+        # More of the half-space below: its states decay as exp(-q z), with the double root -1.
+        if down is not None:
+            nilpotent = first[2:, :2] @ endless + first[2:, 2:] + np.eye(2)
+            down[:] = np.exp(-depth)[:, None, None] * (
+                np.eye(2) + np.multiply.outer(depth, nilpotent)
+            )
+        return below.copy()
+    slices = np.ceil(np.minimum(depth, HIDDEN)).astype(int)
+    hidden = depth > HIDDEN
+    result = np.where(hidden[:, None, None], endless, below)
+    if down is not None:
+        down[:] = np.where(hidden[:, None, None], 0.0, np.eye(2))
     second = first @ first
     for count in range(1, int(slices.max(initial=0)) + 1):
         active = (slices >= count) & ~hidden

@@ -59,6 +59,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     loads: str | None = None,
     option: tuple[str, ...] = (),
     full: Full = False,
+    prove: Flag = False,
     plan: Flag = False,
     out: Path | None = None,
     overwrite: Flag = False,
@@ -90,6 +91,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
     full
         Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
         --quick: no refinement, fewer surfaces.
+    prove
+        Enclose the reference by theorems also where that takes longer than the solves: rough
+        surfaces (docs/bounds.md).
     plan
         Print what would be modelled, what is left out and why, without solving.
     out
@@ -118,6 +122,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
     overrides = overrides_of(methods, option, tolerance, quantities, loads)
+    overrides |= {"compare.proved": "if_any"} if prove else {}
     plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
     if plan:
         terminal.print_plans(plans)

@@ -33,9 +33,11 @@ def test_oblique_wave_on_a_half_space_is_the_closed_form():
 
 @pytest.mark.parametrize("nu", [-0.4, 0.3, 0.5])
 def test_layers_of_one_material_have_the_stresses_of_the_half_space(nu):
+    """Those of the half-space are in closed form; nu differs enough to take the way of layers."""
     material, depths = Material(2.0, nu), [0.01, 0.3, 0.55, 4.0]
+    almost = Material(2.0, nu * (1 - 1e-14))
     plain = inside(Stack([], [], material), pressures(), SPACING, depths)
-    layered = inside(Stack([0.3, 0.2, 1.0], [material] * 3, material), pressures(), SPACING, depths)
+    layered = inside(Stack([0.3, 0.2, 1.0], [almost] * 3, material), pressures(), SPACING, depths)
     for one, other in zip(plain, layered, strict=True):
         np.testing.assert_allclose(one.stress, other.stress, atol=1e-12)
         np.testing.assert_allclose(one.displacement, other.displacement, atol=1e-12)
