@@ -7,9 +7,8 @@ from dataclasses import replace
 
 from comparisons.facts.methods import INDEPENDENT, growth
 from comparisons.facts.quantities import FIELDS
-from comparisons.judging.truth import Truth, choose_truth
+from comparisons.judging.truth import choose_truth
 from comparisons.solving.plan import Plan
-from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 
@@ -49,34 +48,30 @@ def refinements(
             note = "not refined beyond the resolutions that the scene lists"
             return replace(plan, notes=(*plan.notes, note))
         finer = 2 * truth.resolution
-        reason = refusal(plan, truth.method, finer) or _over_budget(truth, budget)
+        expected = truth.solution.seconds * growth(truth.method)
+        reason = refusal(plan, truth.method, finer)
+        if not reason and expected > budget:
+            reason = f"the next would take about {expected:.0f} s, more than "
+            reason += f"the budget of {budget:.0f} s"
         if reason:
             note = f"refinement of {truth.method} ends at N = {truth.resolution}, "
             return replace(plan, notes=(*plan.notes, note + reason))
-        plan = replace(plan, methods=tuple(_with(plan, m, truth, finer) for m in plan.methods))
+        single = plan.scene.rough and plan.realisations == 1 and finer <= FOLLOWED
+        second = {
+            planned.method
+            for planned in plan.methods
+            if single
+            and planned.method in INDEPENDENT
+            and planned.resolutions[-1:] == (truth.resolution,)
+            and not refusal(plan, planned.method, finer)
+        }
+        methods = (
+            m.finer(finer) if m.method in {truth.method, *second} else m for m in plan.methods
+        )
+        plan = replace(plan, methods=tuple(methods))
         yield plan
         solution = solved(plan).get((truth.method, finer))
         if solution is None or not solution.converged.any(axis=0).all():
             note = f"{truth.method} found no answer at N = {finer}"
             return replace(plan, notes=(*plan.notes, note))
     return plan
-
-
-def _over_budget(truth: Truth, budget: float) -> str:
-    expected = truth.solution.seconds * growth(truth.method)
-    if expected <= budget:
-        return ""
-    return f"the next would take about {expected:.0f} s, more than the budget of {budget:.0f} s"
-
-
-def _with(plan: Plan, planned: MethodPlan, truth: Truth, resolution: int) -> MethodPlan:
-    if planned.method == truth.method or _follows(plan, planned, truth, resolution):
-        return planned.finer(resolution)
-    return planned
-
-
-def _follows(plan: Plan, planned: MethodPlan, truth: Truth, resolution: int) -> bool:
-    """Whether a candidate of other code is solved on the same finer grid of one rough surface."""
-    second = planned.method in INDEPENDENT and planned.resolutions[-1:] == (truth.resolution,)
-    single = plan.scene.rough and plan.realisations == 1 and resolution <= FOLLOWED
-    return second and single and not refusal(plan, planned.method, resolution)

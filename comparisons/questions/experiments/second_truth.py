@@ -114,17 +114,16 @@ def two_truths(
 
 
 def _curves(contacts: list[Contact]) -> dict[str, Array]:
-    rows = [_quantities(contact) for contact in contacts]
+    rows = [
+        {
+            "contact_area": located_area(contact, patch=True),
+            "penetration": contact.penetration,
+            "mean_gap": contact.mean_gap,
+            "stiffness": areas.contact_stiffness(contact.operator, contact.mask),
+        }
+        for contact in contacts
+    ]
     return {name: np.array([row[name] for row in rows]) for name in QUANTITIES}
-
-
-def _quantities(contact: Contact) -> dict[str, float]:
-    return {
-        "contact_area": located_area(contact, patch=True),
-        "penetration": contact.penetration,
-        "mean_gap": contact.mean_gap,
-        "stiffness": areas.contact_stiffness(contact.operator, contact.mask),
-    }
 
 
 def _apart(first: Array, second: Array) -> float:

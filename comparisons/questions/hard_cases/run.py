@@ -139,7 +139,7 @@ def _found(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
     curves, bars = _truth(case, true_plan, solved)
     for (name, resolution), jobs in solves.items():
         joined = _joined(jobs, done)
-        outcomes[name] = _measured(case, plan, (curves, bars), name, resolution, joined)
+        outcomes[name] = _measured(case, plan, curves, bars, name, resolution, joined)
     return outcomes
 
 
@@ -206,7 +206,8 @@ def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Warned:
 def _measured(
     case: HardCase,
     plan: Plan,
-    truth: tuple[Curves, Curves],
+    exact: Curves,
+    bars: Curves,
     name: str,
     resolution: int,
     warned: Warned,
@@ -225,8 +226,8 @@ def _measured(
         return _judged(case, name, kind=REFUSED if as_expected else LOST, **common)
     common["seconds"] = solution.seconds
     main = main_quantity(plan)
-    error, bar = _largest_error(truth, solution, main)
-    area, area_bar = _largest_error(truth, solution, "contact_area")
+    error, bar = _largest_error(exact, bars, solution, main)
+    area, area_bar = _largest_error(exact, bars, solution, "contact_area")
     if not np.isfinite(error):
         return _judged(case, name, kind=LOST, **common | {"reason": f"gives no {main}; {reason}"})
     kind = ACCURATE if error + bar <= ACCURATE_TO else DEGRADED
@@ -246,10 +247,10 @@ def main_quantity(plan: Plan) -> str:
 
 
 def _largest_error(
-    truth: tuple[Curves, Curves], solution: Solution, name: str
+    exact: Curves, bars: Curves, solution: Solution, name: str
 ) -> tuple[float, float]:
     """Return the largest relative error over the answered steps, and the reference's bar there."""
-    curves, (exact, bars) = mean_curves(solution), truth
+    curves = mean_curves(solution)
     if name not in curves or name not in exact:
         return float("nan"), 0.0
     error = np.abs(relative_error(curves[name], exact[name], path=solution.path))
