@@ -398,20 +398,21 @@ def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD
         "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
     """
     from comparisons.errors import InputError
+    from reports.tables import lists
     from roughline.commands import terminal
 
-    lists = {
-        "scenes": terminal.print_scenes,
-        "methods": terminal.print_methods,
-        "claims": terminal.print_claim_list,
-        "hard-cases": terminal.print_hard_case_list,
+    tables = {
+        "scenes": lists.scenes,
+        "methods": lists.methods,
+        "claims": lists.claims,
+        "hard-cases": lists.hard_cases,
     }
     if catalogue is None:
         method_files.load()
         terminal.print_lists()
         return FINE
-    if catalogue not in lists:
-        raise InputError(f"list: expected one of {', '.join(lists)}, got {catalogue!r}")
+    if catalogue not in tables:
+        raise InputError(f"list: expected one of {', '.join(tables)}, got {catalogue!r}")
     method_files.load()
-    lists[catalogue]()
+    terminal.print_table(tables[catalogue](), unfolded=catalogue == "hard-cases")
     return FINE

@@ -196,13 +196,6 @@ def print_lists() -> None:
         console.print(f"{len(names):5} {title:<11} roughline list {key}", highlight=False)
 
 
-def print_claim_list() -> None:
-    """Print the built-in claims."""
-    from reports.tables import lists
-
-    _console().print(drawn(lists.claims()))
-
-
 def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
     """Print the times of each benchmark as ratios to its yardsticks, and the machine."""
     from comparisons.machine import machine, machine_text
@@ -277,30 +270,9 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
     console.print(f"\n{page}", markup=False)
 
 
-def print_table(table: Table) -> None:
+def print_table(table: Table, *, unfolded: bool = False) -> None:
     """Print any table."""
-    _console().print(drawn(table))
-
-
-def print_hard_case_list() -> None:
-    """Print the catalogue, with the difficulty of each case."""
-    from reports.tables import lists
-
-    _console().print(drawn(lists.hard_cases(), unfolded=True))
-
-
-def print_scenes() -> None:
-    """Print the built-in scenes and the suites."""
-    from reports.tables import lists
-
-    _console().print(drawn(lists.scenes()))
-
-
-def print_methods() -> None:
-    """Print the methods."""
-    from reports.tables import lists
-
-    _console().print(drawn(lists.methods()))
+    _console().print(drawn(table, unfolded=unfolded))
 
 
 def print_run_comparison(record: RunComparison, page: Path) -> None:

@@ -21,7 +21,7 @@ from roughline.commands.arguments import (
 )
 
 if TYPE_CHECKING:
-    from comparisons.questions.calibration import CalibrationRecord
+    pass
 
 
 def claims(
@@ -91,7 +91,9 @@ def claims(
         write_claims_report(record, page)
         terminal.print_claims(record, page)
         return FINE
-    directory = out or DEFAULT_FOLDER / _folder_name([claim.id for claim in chosen_claims], ids)
+    # Pages of studies look into the folder of all claims.
+    name = f"claims-{'+'.join(claim.id for claim in chosen_claims)}"[:100] if ids else "claims"
+    directory = out or DEFAULT_FOLDER / name
     run = ClaimRun(
         chosen_claims,
         directory,
@@ -110,11 +112,6 @@ def claims(
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, page)
     return FAILED if any(claim.differs for claim in record.claims) else FINE
-
-
-def _folder_name(claims: list[str], named: tuple[str, ...]) -> str:
-    """Return the folder of all claims, which pages of studies look into, or of a few."""
-    return f"claims-{'+'.join(claims)}"[:100] if named else "claims"
 
 
 # What the bars must reach on shapes that had no part in fixing them.
@@ -162,7 +159,14 @@ def calibrate(
         print_table(made)
         if made.note:
             print_text(made.note)
-    _print_missed(record)
+    print_text(f"\n{record.held}.")
+    for case in cases:
+        if case.missed:
+            kind = "defect: " if case.refuted else ""
+            print_text(
+                f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
+                f"at worst by {case.excess:.0%} of the bar"
+            )
     fine = all(
         (got := summary(part)).coverage >= COVERAGE and got.width <= WIDTH
         for part in kinds(reported).values()
@@ -172,20 +176,6 @@ def calibrate(
     fine &= not any(case.refuted for case in cases)
     say(out / PAGE)
     return FINE if fine else FAILED
-
-
-def _print_missed(record: CalibrationRecord) -> None:
-    """Print how many bars miss what is proved, and which."""
-    from roughline.commands.terminal import print_text
-
-    print_text(f"\n{record.held}.")
-    for case in record.cases:
-        if case.missed:
-            kind = "defect: " if case.refuted else ""
-            print_text(
-                f"{kind}{case.in_words}: at {case.missed} of {case.bars.size} loads, "
-                f"at worst by {case.excess:.0%} of the bar"
-            )
 
 
 def hard_cases(

@@ -15,6 +15,7 @@ from comparisons.results.finding import finding
 from comparisons.results.rows import NO_ROWS
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
+from reports.tables import lists
 from roughline.commands import terminal
 
 # Everything that a markup language of terminals might take for its own.
@@ -159,11 +160,11 @@ def test_a_solution_is_printed_in_prefixed_units(capsys):
 
 
 def test_every_built_in_scene_and_method_has_a_line(capsys):
-    terminal.print_scenes()
+    terminal.print_table(lists.scenes())
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if line.startswith("paraboloid ")]
     assert "quick, single" in row
-    terminal.print_methods()
+    terminal.print_table(lists.methods())
     told = capsys.readouterr().out
     (row,) = [line for line in told.splitlines() if line.startswith("reduced ")]
     assert "a line" in row
