@@ -10,13 +10,15 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import meshio
 import numpy as np
 
 from comparisons.geometry.reading import FileError, quiet, read_apart
 from reference.fem.solid_mesh import KINDS, SolidMesh
+
+if TYPE_CHECKING:
+    import meshio
 
 SOLIDS = (*KINDS, "hexahedron20")
 
@@ -62,6 +64,8 @@ def read_body(path: Path) -> BodyFile:
 
 def mesh_of(path: Path) -> dict[str, Any]:
     """Return the arrays of `read_body`; runs in a process of its own."""
+    import meshio
+
     try:
         with quiet() as output:
             raw = meshio.read(path)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import meshio
 import numpy as np
 
 from comparisons.files import write_atomically
+
+if TYPE_CHECKING:
+    import meshio
 
 
 def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
@@ -16,6 +19,8 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
 
     None where there is neither (lines, closed forms, or pressure not asked for).
     """
+    import meshio  # most runs write no such files
+
     if "mesh_points" in fields:
         # the body; one that came from a file goes back into that file's axes (in metres)
         cells = fields["mesh_cells"]
@@ -32,7 +37,14 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
             },
         )
     if "particle_places" in fields:
-        return _particles(fields)
+        # one point for each particle, as wide as their spacing
+        places = fields["particle_places"]
+        data = {
+            "displacement": fields["particle_displacement"],
+            "von_mises": fields["particle_von_mises"],
+            "diameter": np.full(len(places), float(fields["particle_spacing"])),
+        }
+        return meshio.Mesh(places, [("vertex", np.arange(len(places))[:, None])], point_data=data)
     if "pressure_shape" not in fields:
         return None
     nx, ny = (int(n) for n in fields["pressure_shape"])
@@ -46,17 +58,6 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
     names = [n for n in ("pressure", "displacement", "gap") if n in fields]
     values = {name: fields[name] for name in names if np.isfinite(fields[name]).all()}
     return meshio.Mesh(points, [("quad", quads)], point_data=values)
-
-
-def _particles(fields: dict[str, np.ndarray]) -> meshio.Mesh:
-    """Return one point for each particle, as wide as their spacing."""
-    places = fields["particle_places"]
-    values = {
-        "displacement": fields["particle_displacement"],
-        "von_mises": fields["particle_von_mises"],
-        "diameter": np.full(len(places), float(fields["particle_spacing"])),
-    }
-    return meshio.Mesh(places, [("vertex", np.arange(len(places))[:, None])], point_data=values)
 
 
 def vtu_file(fields: dict[str, np.ndarray]) -> bytes | None:
