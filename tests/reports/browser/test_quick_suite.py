@@ -40,6 +40,9 @@ def test_the_finding_and_the_heat_map_stand_on_the_first_screen(visit):
             assert last["y"] + last["height"] <= 1000
             table, box = seen.page.locator("#verdict-table"), seen.page.locator(".map .scroll")
             assert table.bounding_box()["width"] <= box.bounding_box()["width"] + 1
+            heading = seen.page.get_by_role("heading", name="Summary", exact=True).bounding_box()
+            search = seen.page.locator("#summary > .table-tools label").bounding_box()
+            assert search["y"] >= heading["y"] + heading["height"]
 
 
 def test_the_page_is_short_until_something_is_opened(visit):
