@@ -75,11 +75,12 @@ class Share(NamedTuple):
 
 
 Shares = Mapping[Calibrated, Share]
-# Factors of single contacts are fixed by `comparisons.questions.shares` on the fitting halves;
-# orders, the coverage that is required there, and margins were chosen by hand, after proved
-# intervals had been seen. Those of rough surfaces were chosen by hand on patches, periods and parts
-# of maps, and held against others (`docs/examples/map_bars.py`). Areas of rough surfaces on cells
-# are not known by a share, but by `judging.located`; `Rule` holds where none was measured.
+# Factors of single contacts are fixed by `fitted_shares` (comparisons.questions.calibration_cases)
+# on the fitting halves; orders, the coverage that is required there, and margins were chosen by
+# hand, after proved intervals had been seen. Those of rough surfaces were chosen by hand on
+# patches, periods and parts of maps, and held against others (`docs/examples/map_bars.py`).
+# Areas of rough surfaces on cells are not known by a share, but by `judging.located`; `Rule`
+# holds where none was measured.
 SHARES: Shares = {
     ("contact_area", "free"): Share(1.0, 2.0, 1.4),
     ("contact_area", "periodic"): Share(1.0, 1.2, 1.4),

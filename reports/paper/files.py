@@ -16,9 +16,15 @@ from comparisons.files import write_named, write_named_text
 from comparisons.results.advice import advise
 from comparisons.results.finding import methods_of
 from comparisons.results.store import StudyRecord
-from reports.paper.figures import file_name, overview, panels, single, verdict_figure
+from reports.paper.figures import (
+    VERDICTS_CAPTION,
+    file_name,
+    overview,
+    panels,
+    single,
+    verdict_figure,
+)
 from reports.paper.style import FORMATS, PAGE, PaperFigure
-from reports.plots.verdict_map import CAPTION as VERDICT_CAPTION
 from reports.tables.judged import finding_table, printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.written import in_markdown, latex, markdown, tex
@@ -116,7 +122,7 @@ class Drawable:
 def _drawable(study: StudyRecord) -> dict[str, Drawable]:
     """Return every figure by its name, those that are chosen by default first."""
     verdicts = partial(verdict_figure, study.scenes)
-    first = [Drawable("verdicts", "", VERDICT_CAPTION, verdicts)]
+    first = [Drawable("verdicts", "", VERDICTS_CAPTION, verdicts)]
     others = []
     for scene in study.scenes:
         title, drawn = scene.title or scene.name, panels(scene)

@@ -27,9 +27,8 @@ from comparisons.results.finding import deciding
 from comparisons.results.record import explained
 from comparisons.results.rows import NO_ROWS
 from comparisons.results.store import load_study, save_study
-from reports.paper.figures import overview, panels, single
+from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
 from reports.paper.files import write_paper
-from reports.plots.verdict_map import HIGH, LOW, verdict_map
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.table import table
