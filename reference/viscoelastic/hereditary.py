@@ -299,7 +299,7 @@ Rates = Callable[[float, Array], Array]
 Event = Callable[[float, Array], float]
 
 _TOLERANCES = (1e-9, 1e-11)
-_SAMPLES = 1000  # of the force per direction; its flat maximum is accurate to 1e-6
+_INSTANTS = 1000  # of the force per direction; its flat maximum is accurate to 1e-6
 
 
 @dataclass(frozen=True)
@@ -427,8 +427,8 @@ def _collide(
         return np.concatenate([[state[1], acceleration], state[1] - state[2:] / times])
 
     way_out = integrate(rates_out, turn, turned[: 2 + arms], lambda t, y: tension(t, y, 0.0))
-    forces = [force_in(past(t)) for t in np.linspace(0, turn, _SAMPLES)]
-    forces += [force_out(t, way_out.sol(t)) for t in np.linspace(turn, way_out.t[-1], _SAMPLES)]
+    forces = [force_in(past(t)) for t in np.linspace(0, turn, _INSTANTS)]
+    forces += [force_out(t, way_out.sol(t)) for t in np.linspace(turn, way_out.t[-1], _INSTANTS)]
     restitution = -float(way_out.y[1, -1]) / velocity
     return restitution, float(way_out.t[-1]), float(turned[0]), max(forces)
 
