@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,34 +45,6 @@ from reference.lubrication.point import (
 )
 
 PHYSICS = frozenset({"lubrication"})
-
-
-class Film(Protocol):
-    """What a film of either model tells."""
-
-    @property
-    def film_central(self) -> float:
-        """In the middle."""
-
-    @property
-    def film_minimum(self) -> float:
-        """Where it is thinnest."""
-
-    @property
-    def load(self) -> float:
-        """What it carries."""
-
-    @property
-    def penetration(self) -> float:
-        """How much closer the bodies are than at dry first touch."""
-
-    @property
-    def shear(self) -> float:
-        """Friction at a speed difference equal to the speed."""
-
-    @property
-    def drag(self) -> float:
-        """Friction of the pressure's flow."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +116,7 @@ class LubricatedBall:
             return value, self.squeeze_speed
         return normal_load(task)[1], value
 
-    def quantities(self, film: Film) -> dict[str, float]:
+    def quantities(self, film: line_film.LineFilm | PointFilm) -> dict[str, float]:
         """Return the quantities of a step."""
         values = {
             "film_central": film.film_central,

@@ -7,7 +7,6 @@ pressure; a flat punch in closed form (Galin; Goryacheva 1998).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,7 +19,6 @@ from comparisons.methods.normal.grid import Grid, contact_quantities
 from comparisons.methods.normal.reduced import ProfileSolver
 from comparisons.methods.normal.reduced_lines import Lines, LineSolver
 from comparisons.methods.solver import Refused, needed
-from comparisons.scene.physics.tables.wear import Wear
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
@@ -33,43 +31,21 @@ from reference import loads as reference_loads
 from reference.closed_form.worn import WornPunch
 from reference.contact.body import ElasticBody
 from reference.halfspace import areas
-from reference.halfspace.wear import Oscillation, WornContact, wear
+from reference.halfspace.wear import Oscillation, wear
 
 SLIDING = frozenset({"wear"})
 FRETTING = frozenset({"wear", "friction"})
-NO_TABLE = "no [wear]"
 # Points of a worn profile that are kept for the report.
 _POINTS = 160
 
 
-@dataclass(frozen=True)
-class Motion:
-    """How a scene wears.
-
-    Attributes
-    ----------
-    coefficient : float
-        k.
-    oscillation : (float, float) or None
-        Amplitude U and lag G* U/(mu E*) of the tangential oscillation; None where all slides.
-    """
-
-    coefficient: float
-    oscillation: tuple[float, float] | None
-
-    @classmethod
-    def of(cls, scene: Scene) -> Motion:
-        """Return that of a scene."""
-        table = needed(scene.wear, NO_TABLE)
-        return cls(table.coefficient, lag_of(scene, table))
-
-
-def lag_of(scene: Scene, table: Wear) -> tuple[float, float] | None:
-    """Return amplitude and lag of a scene's oscillation."""
+def motion_of(scene: Scene) -> tuple[float, tuple[float, float] | None]:
+    """Return k, and amplitude U and lag G* U/(mu E*) of the oscillation: None where all slides."""
+    table = needed(scene.wear, "no [wear]")
     if table.amplitude is None or scene.friction is None:
-        return None
+        return table.coefficient, None
     ratio = scene.tangential_modulus / (scene.friction.coefficient * scene.effective_modulus)
-    return table.amplitude, ratio * table.amplitude
+    return table.coefficient, (table.amplitude, ratio * table.amplitude)
 
 
 def worn_picture(r: np.ndarray, shapes: list[np.ndarray]) -> dict[str, np.ndarray]:
@@ -104,7 +80,8 @@ class ReducedWear(ProfileSolver):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.stress, self.motion = scene.methods.reduced.stress, Motion.of(scene)
+        self.stress = scene.methods.reduced.stress
+        self.coefficient, self.swing = motion_of(scene)
         if not self.indenter.axisymmetric:
             raise Refused("springs wear round bodies: other shapes wear out of theirs")
         self.beside = _WORDS[self.stress]
@@ -118,48 +95,32 @@ class ReducedWear(ProfileSolver):
         return 8.0 * 8 * (4 * task.resolution) ** 2
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
-        """Yield the profile."""
-        body = self._body(task)
-        yield Row(partial(self._steps, task, body), unknowns=body.places)
-
-    def _body(self, task: Task[IndenterGeometry]) -> WearingBody:
+        """Yield the profile, on springs fitted to what sticks at the start."""
         reach = min(_BEYOND * float(task.geometry.reach[0]), self.profile.edge)
-        width = self._stuck(task) or task.geometry.contact_radius
+        width = task.geometry.contact_radius
+        if self.swing is not None:
+            control, depth = normal_load(task)
+            if control == "force":
+                load = Load("force", depth)
+                depth = float(self.bed.press(load, 40, "sub_cell").penetration[0])
+            if depth > self.swing[1]:
+                width = float(self.profile.contact_radius(depth - self.swing[1])) or width
         # what sticks at the start ends between two springs, so that all of a ring wears or none
         spacing = width / max(1, round(task.resolution * width / task.geometry.contact_radius))
         count = max(2, int(np.ceil(reach / spacing - 1e-9)))
         if count * spacing > self.profile.edge:
             spacing = self.profile.edge / count
-        body = RoundBody(self.profile, count * spacing, count)
-        if self.stress == "abel":
-            return body
-        return WearingLine(body.line(np.zeros(count)), _RULES[self.stress])
-
-    def _stuck(self, task: Task[IndenterGeometry]) -> float:
-        """Return the stick radius at the start."""
-        if self.motion.oscillation is None:
-            return 0.0
-        control, load = normal_load(task)
-        depth = load
-        if control == "force":
-            depth = float(self.bed.press(Load("force", load), 40, "sub_cell").penetration[0])
-        inner = depth - self.motion.oscillation[1]
-        return float(self.profile.contact_radius(inner)) if inner > 0 else 0.0
+        body: WearingBody = RoundBody(self.profile, count * spacing, count)
+        if self.stress != "abel":
+            body = WearingLine(body.line(np.zeros(count)), _RULES[self.stress])
+        yield Row(partial(self._steps, task, body), unknowns=body.places)
 
     def _steps(
         self, task: Task[IndenterGeometry], body: WearingBody, distances: np.ndarray
     ) -> Iterator[Step]:
-        control, load = normal_load(task)
-        swing = self.motion.oscillation
-        oscillation = None if swing is None else worn_springs.Oscillation(*swing)
-        states = worn_springs.wear(
-            body,
-            self.modulus,
-            Load(control, load),
-            self.motion.coefficient,
-            distances,
-            oscillation,
-        )
+        swing = None if self.swing is None else worn_springs.Oscillation(*self.swing)
+        load = Load(*normal_load(task))
+        states = worn_springs.wear(body, self.modulus, load, self.coefficient, distances, swing)
         shapes: list[np.ndarray] = []
         for state in states:
             shapes.append(state.worn)
@@ -209,7 +170,7 @@ class ReducedWearLines(LineSolver):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.motion = Motion.of(scene)
+        self.coefficient, _ = motion_of(scene)
         # a surface has no exact pressure on its line: (19.37) with one radius for each contact
         self.rule: LineRule = "one_radius"
         if scene.methods.reduced.changes.get("stress") != "one_radius":
@@ -236,9 +197,7 @@ class ReducedWearLines(LineSolver):
         held = Load(control, load * (patches if control == "force" else 1.0))
         top = float(line.heights.max())
         body = WearingLine(RoughLines(line.heights - top, line.spacing, line.periodic), self.rule)
-        for state in worn_springs.wear(
-            body, self.modulus, held, self.motion.coefficient, distances
-        ):
+        for state in worn_springs.wear(body, self.modulus, held, self.coefficient, distances):
             contact = state.contact
             yield Step(
                 {
@@ -263,7 +222,8 @@ class GridWear(BemFft):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.face = None  # a flat face wears, and has no edge cells then
-        self.tolerance, self.motion = scene.methods.bem_fft.tolerance, Motion.of(scene)
+        self.tolerance = scene.methods.bem_fft.tolerance
+        self.coefficient, self.swing = motion_of(scene)
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return fewer cells than without wear: steps grow in number with them."""
@@ -283,42 +243,26 @@ class GridWear(BemFft):
     def _steps(
         self, task: Task, operator: ElasticBody, grid: Grid, distances: np.ndarray
     ) -> Iterator[Step]:
-        control, load = normal_load(task)
-        swing = self.motion.oscillation
-        oscillation = None if swing is None else Oscillation(*swing)
+        swing = None if self.swing is None else Oscillation(*self.swing)
+        load = reference_loads.Load(*normal_load(task))
+        area = partial(areas.corrected_area, spacing=grid.spacing, periodic=operator.periodic)
         depths: list[np.ndarray] = []
-        states = wear(
-            operator,
-            grid.gap,
-            reference_loads.Load(control, load),
-            self.motion.coefficient,
-            distances,
-            oscillation,
-            tolerance=self.tolerance,
-        )
-        for state in states:
-            middle = grid.gap.shape[1] // 2
-            depths.append(state.depth[:, middle])
+        for state in wear(
+            operator, grid.gap, load, self.coefficient, distances, swing, tolerance=self.tolerance
+        ):
+            depths.append(state.depth[:, grid.gap.shape[1] // 2])
+            values = contact_quantities(task, operator, state.contact, grid)
+            values |= {"worn_volume": state.volume, "wear_depth": float(state.depth.max())}
+            # the edge of a worn contact is no smooth one, in which a contact could be located
+            values["contact_area"] = float(area(state.contact.mask))
+            if swing is not None:
+                values["stick_area"] = float(area(state.sticking))
             yield Step(
-                self._quantities(task, operator, state, grid),
+                values,
                 iterations=state.iterations,
                 violation=state.contact.violation,
                 fields=partial(_section_picture, grid, depths),
             )
-
-    def _quantities(
-        self, task: Task, operator: ElasticBody, state: WornContact, grid: Grid
-    ) -> dict[str, float]:
-        values = contact_quantities(task, operator, state.contact, grid)
-        values |= {"worn_volume": state.volume, "wear_depth": float(state.depth.max())}
-        mask, periodic = state.contact.mask, operator.periodic
-        # the edge of a worn contact is no smooth one, in which a contact could be located
-        area = areas.corrected_area(mask, grid.spacing, periodic=periodic)
-        values["contact_area"] = float(area)
-        if self.motion.oscillation is not None:
-            sticking = areas.corrected_area(state.sticking, grid.spacing, periodic=periodic)
-            values["stick_area"] = float(sticking)
-        return values
 
 
 class GridFretting(GridWear):
@@ -352,9 +296,8 @@ class ClosedFormWear(FormSolver):
         super().__init__(scene)
         if self.indenter.shape != "cylinder":
             raise Refused("the wear of flat circular punches only is known in closed form")
-        self.punch = WornPunch(
-            float(self.indenter.parameters["radius"]), self.modulus, Motion.of(scene).coefficient
-        )
+        radius, (coefficient, _) = float(self.indenter.parameters["radius"]), motion_of(scene)
+        self.punch = WornPunch(radius, self.modulus, coefficient)
         assert scene.wear is not None
         travelled = scene.wear.varied[1][0] * self.punch.coefficient * self.modulus
         if travelled < _SHORTEST * self.punch.radius:

@@ -11,7 +11,6 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.fem import punch_mesh
 from comparisons.methods.fem.step import (
-    SolvedContact,
     bytes_of_elimination,
     bytes_of_iteration,
     contact_step,
@@ -216,7 +215,7 @@ class Fem(FemMesh[IndenterGeometry]):
             face = self.indenter.face_area
             area = contact.contact_area if face is None else face
             inside = partial(recovered, scaled, contact.reactions)
-            yield contact_step(task, SolvedContact(scaled, gap, contact, area), body_fields=inside)
+            yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
 
     def _contacts(
         self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray

@@ -10,7 +10,6 @@ import numpy as np
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.fem.indenter import FAR, TRUNCATION_GRID, FemMesh
 from comparisons.methods.fem.step import (
-    SolvedContact,
     bytes_of_elimination,
     bytes_of_surface,
     contact_step,
@@ -82,7 +81,10 @@ class FemPatch(FemMesh[RoughGeometry]):
             mean_plane = contact.penetration - float(gap.mean())
             yield contact_step(
                 task,
-                SolvedContact(body, gap, contact, area),
+                body,
+                gap,
+                contact,
+                area,
                 quantities={"mean_gap": mean_gap, "penetration_mean_plane": mean_plane},
                 fields={
                     "heights": heights,

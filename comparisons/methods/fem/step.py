@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -15,30 +14,12 @@ from reference import fem
 from reference.fem.contact import radius_from_moments
 
 
-@dataclass(frozen=True)
-class SolvedContact:
-    """A contact at one load.
-
-    Attributes
-    ----------
-    body : CondensedBody
-        Whose points the pressures stand at.
-    gap : (n,) ndarray
-        Initial gap there.
-    contact : NodalContact
-    area : float
-        Best estimate of the contact area.
-    """
-
-    body: fem.CondensedBody
-    gap: np.ndarray
-    contact: fem.NodalContact
-    area: float
-
-
 def contact_step(
     task: Task,
-    solved: SolvedContact,
+    body: fem.CondensedBody,
+    gap: np.ndarray,
+    contact: fem.NodalContact,
+    area: float,
     *,
     body_fields: Callable[[], Fields],
     quantities: Mapping[str, float] | None = None,
@@ -49,17 +30,39 @@ def contact_step(
     Parameters
     ----------
     task : Task
-    solved : SolvedContact
+    body : CondensedBody
+        Whose points the pressures stand at.
+    gap : (n,) ndarray
+        Initial gap there.
+    contact : NodalContact
+    area : float
+        Best estimate of the contact area.
     body_fields : callable
         Computes the fields in the body.
     quantities, fields : mapping, optional
         What this kind of contact has beside the common ones.
     """
-    contact = solved.contact
+
+    def arrays() -> dict[str, np.ndarray]:
+        """Return what plots and pictures use."""
+        shown = {"penetration": np.array(contact.penetration), **(fields or {})}
+        if not task.wants_pressure:
+            return shown
+        return shown | {
+            "pressure_x": body.points[:, 0],
+            "pressure_y": body.points[:, 1],
+            "pressure": contact.pressure,
+            # The symmetric parts count with the one that is meshed.
+            "pressure_weight": body.symmetry * body.weights,
+            # Of two bodies: what the indenter's own surface gives way counts, too.
+            "displacement": contact.displacement,
+            "gap": gap - contact.penetration + contact.displacement,
+        }
+
     values = {
         "penetration": contact.penetration,
         "force": contact.force,
-        "contact_area": solved.area,
+        "contact_area": area,
         "contact_area_raw": contact.contact_area_raw,
         "stiffness": contact.stiffness,
         "energy": contact.energy,
@@ -68,30 +71,10 @@ def contact_step(
         values | dict(quantities or {}),
         iterations=contact.iterations,
         violation=contact.violation,
-        pressure=partial(point_pressure, solved.body.points, contact.pressure),
-        fields=partial(_fields, task, solved, fields or {}),
+        pressure=partial(point_pressure, body.points, contact.pressure),
+        fields=arrays,
         body_fields=body_fields,
     )
-
-
-def _fields(
-    task: Task, solved: SolvedContact, more: Mapping[str, np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Return the arrays that plots and pictures use."""
-    body, contact = solved.body, solved.contact
-    fields = {"penetration": np.array(contact.penetration), **more}
-    if not task.wants_pressure:
-        return fields
-    return fields | {
-        "pressure_x": body.points[:, 0],
-        "pressure_y": body.points[:, 1],
-        "pressure": contact.pressure,
-        # The symmetric parts count with the one that is meshed.
-        "pressure_weight": body.symmetry * body.weights,
-        # Of two bodies: what the indenter's own surface gives way counts, too.
-        "displacement": contact.displacement,
-        "gap": solved.gap - contact.penetration + contact.displacement,
-    }
 
 
 def recovered(body: fem.CondensedBody, forces: np.ndarray) -> dict[str, np.ndarray]:

@@ -19,7 +19,6 @@ from comparisons.methods.fem.indenter import (
     meshes_both,
 )
 from comparisons.methods.fem.step import (
-    SolvedContact,
     bytes_of_elements,
     bytes_of_elimination,
     contact_step,
@@ -103,7 +102,7 @@ class FemPair(FemSolver[IndenterGeometry]):
             gap = self.indenter.gap(*body.points.T)
             # The fields in the half-space of the scene, on which the pressures live.
             inside = partial(recovered, scaled.slave, scaled.forces(contact)[0])
-            yield contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+            yield contact_step(task, body, gap, contact, area, body_fields=inside)
 
 
 def _cells(task: Task[IndenterGeometry]) -> tuple[int, int]:

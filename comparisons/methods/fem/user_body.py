@@ -13,7 +13,6 @@ import numpy as np
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.methods.fem.indenter import FemMesh
 from comparisons.methods.fem.step import (
-    SolvedContact,
     bytes_of_fronts,
     bytes_of_multigrid,
     contact_step,
@@ -163,7 +162,7 @@ class FemBody(FemMesh[BodyGeometry]):
                 raise NoAnswerError("the contact is larger than the nodes that may touch")
             area = _area(task.geometry, body, contact)
             inside = partial(_body_fields, task.geometry, body, contact)
-            yield contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+            yield contact_step(task, body, gap, contact, area, body_fields=inside)
 
 
 def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
+from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -56,13 +57,11 @@ class RoughTheory(Solver[RoughGeometry]):
 class SpreadingTheory(RoughTheory):
     """Pressure spreads like heat as shorter waves of the surface are added."""
 
-    def theory(self, geometry: RoughGeometry) -> PerssonTheory | XuTheory:
-        """Return the theory for the spectrum of a surface."""
-        raise NotImplementedError
+    theory: ClassVar[type[PerssonTheory | XuTheory]]
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Evaluate the theory at every load."""
-        theory = self.theory(task.geometry)
+        theory = self.theory(*ring_powers(task.geometry))
         pressures = self.pressures(task)
         if task.loads.control == "mean_gap":
             pressures = np.array([_pressure_at(theory, float(gap)) for gap in task.loads.values])
@@ -75,24 +74,17 @@ class SpreadingTheory(RoughTheory):
                 "stiffness": np.array([theory.stiffness(p) for p in pressures]),
             },
         )
-        solution.put_distributions(0, self._distributions(task, theory, float(pressures[-1])))
-        return solution
-
-    def _distributions(
-        self, task: Task[RoughGeometry], theory: PerssonTheory | XuTheory, pressure: float
-    ) -> dict[str, np.ndarray]:
-        """Return what the theory says of the distributions that are asked for; not of sizes."""
-        below = {
-            "pressure_distribution": lambda p: theory.pressure_below(pressure, p / self.modulus)
-        }
+        # the distributions that are asked for; of sizes the theory says nothing
+        last = float(pressures[-1])
+        below = {"pressure_distribution": lambda p: theory.pressure_below(last, p / self.modulus)}
         if isinstance(theory, PerssonTheory):
-            below["gap_distribution"] = lambda gap: theory.gap_below(pressure, gap)
-        histograms = {}
+            below["gap_distribution"] = lambda gap: theory.gap_below(last, gap)
         for name in below.keys() & set(wanted(task)):
             inner = edges(name, task.scene, task.geometry)[1:-1]
             # the outer bins are open, as what lies beyond counts to them
-            histograms[name] = np.diff(below[name](np.concatenate([[0.0], inner, [np.inf]])))
-        return histograms
+            counts = np.diff(below[name](np.concatenate([[0.0], inner, [np.inf]])))
+            solution.put_distributions(0, {name: counts})
+        return solution
 
 
 class Persson(SpreadingTheory):
@@ -100,10 +92,7 @@ class Persson(SpreadingTheory):
 
     name = "persson"
     note = "Persson 2001, mean gap of Yang & Persson 2008, gaps of Almqvist et al. 2011"
-
-    def theory(self, geometry: RoughGeometry) -> PerssonTheory:
-        """Return the theory for the spectrum of a surface."""
-        return PerssonTheory(*ring_powers(geometry))
+    theory = PerssonTheory
 
 
 class Xu(SpreadingTheory):
@@ -111,10 +100,7 @@ class Xu(SpreadingTheory):
 
     name = "persson_xu"
     note = "Xu, Zhou, Müser et al. 2024, gamma = 0.42"
-
-    def theory(self, geometry: RoughGeometry) -> XuTheory:
-        """Return the theory for the spectrum of a surface."""
-        return XuTheory(*ring_powers(geometry))
+    theory = XuTheory
 
 
 def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
@@ -126,28 +112,10 @@ def _pressure_at(theory: PerssonTheory | XuTheory, gap: float) -> float:
     return float(np.exp(pressure))
 
 
-class Asperities(Protocol):
-    """Independent asperities: all at a separation of the mean plane from the flat one."""
-
-    def pressure(self, separation: float) -> float:
-        """Return F/(E* A0)."""
-
-    def separation(self, pressure: float) -> float:
-        """Return the separation at F/(E* A0)."""
-
-    def area(self, separation: float) -> float:
-        """Return A/A0."""
-
-    def stiffness(self, separation: float) -> float:
-        """Return the stiffness per A0 and E*."""
-
-
 class AsperityTheory(RoughTheory):
     """Summits of a Gaussian surface as Hertz's contacts that do not know of each other."""
 
-    def asperities(self, moments: Moments) -> Asperities:
-        """Return the model for the moments of a spectrum."""
-        raise NotImplementedError
+    asperities: Callable[[Moments], GreenwoodWilliamson | BushGibsonThomas]
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Evaluate the model at every load; without interaction the mean gap is the separation."""
@@ -167,10 +135,7 @@ class Greenwood(AsperityTheory):
 
     name = "greenwood_williamson"
     note = "Greenwood & Williamson 1966, with the summits of a Gaussian surface (Nayak 1971)"
-
-    def asperities(self, moments: Moments) -> GreenwoodWilliamson:
-        """Return the model for the moments of a spectrum."""
-        return greenwood_williamson(moments)
+    asperities = staticmethod(greenwood_williamson)
 
 
 class Bush(AsperityTheory):
@@ -178,10 +143,7 @@ class Bush(AsperityTheory):
 
     name = "bush_gibson_thomas"
     note = "Bush, Gibson & Thomas 1975"
-
-    def asperities(self, moments: Moments) -> BushGibsonThomas:
-        """Return the model for the moments of a spectrum."""
-        return BushGibsonThomas(moments)
+    asperities = BushGibsonThomas
 
 
 def ring_powers(geometry: RoughGeometry) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ deformable ball under a rigid flat.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from typing import ClassVar
 
@@ -259,6 +260,7 @@ class FittedBall(Solver[IndenterGeometry]):
 
     physics = PHYSICS
     dimension = 1
+    fitted: Callable[[FlattenedBall], Fit]
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -282,10 +284,6 @@ class FittedBall(Solver[IndenterGeometry]):
                 f"the largest load is at {largest:.3g}"
             )
         self.note = self.fit.source
-
-    def fitted(self, ball: FlattenedBall) -> Fit:
-        """Return the curves of the fit."""
-        raise NotImplementedError
 
     def _depths(self, control: str, loads: np.ndarray) -> np.ndarray:
         """Return d/d_c of loads; beyond the range of the fit, infinity."""
@@ -323,10 +321,7 @@ class KogutEtsion(FittedBall):
 
     name = "kogut_etsion"
     title: ClassVar[str] = "Kogut & Etsion"
-
-    def fitted(self, ball: FlattenedBall) -> Fit:
-        """Return the curves of the fit."""
-        return kogut_etsion(ball)
+    fitted = staticmethod(kogut_etsion)
 
 
 class JacksonGreen(FittedBall):
@@ -334,7 +329,4 @@ class JacksonGreen(FittedBall):
 
     name = "jackson_green"
     title: ClassVar[str] = "Jackson & Green"
-
-    def fitted(self, ball: FlattenedBall) -> Fit:
-        """Return the curves of the fit."""
-        return jackson_green(ball)
+    fitted = staticmethod(jackson_green)
