@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
 from reference.fem import Material
-from reference.fem.nodal_friction import FrictionalBody, NodalStep, follow, frictional_body
+from reference.fem.nodal_friction import FrictionalBody, follow, frictional_body
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
@@ -105,8 +105,6 @@ SPRINGS = "tangential springs of 4G/(2 - nu) dx that stick and slip one by one"
 # Rough grids of more points a side take minutes a surface along a path: where pressing and shearing
 # act on each other, and where they do not.
 LARGEST_COUPLED, LARGEST_ROUGH = 160, 200
-# Tighter ones are not asked of a path on a grid.
-LEAST_TOLERANCE = 1e-6
 
 
 class ReducedFriction(ProfileSolver):
@@ -252,22 +250,34 @@ class ClosedFormFriction(FormSolver):
             yield Step(values, violation=0.0)
 
 
-class GridFriction(HalfSpaceGrid):
-    """The half-space with Cerruti's kernels; normal and tangential tractions coupled."""
+class FrictionalGrid(HalfSpaceGrid):
+    """The half-space below a grid with Cerruti's kernel, whatever slips on it.
 
-    name = "bem_fft"
-    physics = PHYSICS
+    What acts tangentially is named by `tractions`; tighter tolerances than `least_tolerance` are
+    not asked of it.
+    """
+
+    tractions: ClassVar[str]
+    least_tolerance: ClassVar[float]
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         friction = needed(scene.friction, NO_TABLE)
         self.friction = friction.coefficient
-        self.tolerance = loosened(scene, LEAST_TOLERANCE)
+        self.tolerance = loosened(scene, self.least_tolerance)
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
         both = "normal and tangential tractions coupled"
         coupling = both if self.coupled else "pressure uncoupled from them"
-        text = "tangential tractions with Cerruti's kernel, slip in any direction"
-        self.beside = f"{text}; {coupling}"
+        self.beside = f"{self.tractions}; {coupling}"
+
+
+class GridFriction(FrictionalGrid):
+    """The half-space with Cerruti's kernels; normal and tangential tractions coupled."""
+
+    name = "bem_fft"
+    physics = PHYSICS
+    tractions = "tangential tractions with Cerruti's kernel, slip in any direction"
+    least_tolerance = 1e-6
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Half the cells of a frictionless contact; rough, the grids that a path affords."""
@@ -351,7 +361,7 @@ class FemFriction(Solver[IndenterGeometry]):
     """Half of a half-space of 27-node elements, forces node after node (Jourdan et al. 1998)."""
 
     name = "fem"
-    physics = frozenset({"friction"})
+    physics = PHYSICS
     span = FemSolver.span
 
     def __init__(self, scene: Scene) -> None:
@@ -363,7 +373,7 @@ class FemFriction(Solver[IndenterGeometry]):
         nu = scene.poisson_ratio
         if nu > LARGEST_POISSON:
             raise Refused(f"finite elements with friction: nu up to {LARGEST_POISSON}, got {nu:g}")
-        friction = needed(scene.friction, "no [friction]")
+        friction = needed(scene.friction, NO_TABLE)
         if friction.coupling != "full":
             raise Refused("the scene leaves out the coupling, which finite elements always include")
         self.friction = friction.coefficient
@@ -412,15 +422,12 @@ class FemFriction(Solver[IndenterGeometry]):
         way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
         for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
-            yield Step(_nodal_quantities(step), iterations=step.sweeps, violation=step.error)
-
-
-def _nodal_quantities(step: NodalStep) -> dict[str, float]:
-    """Return loads; nodes in contact tell an area to a spacing only, so that none is given."""
-    return {
-        "tangential_force": step.tangential_force,
-        "tangential_displacement": step.tangential_displacement,
-        "friction_coefficient": step.tangential_force / step.force,
-        "penetration": step.penetration,
-        "force": step.force,
-    }
+            # nodes in contact tell an area to a spacing only, so that none is given
+            values = {
+                "tangential_force": step.tangential_force,
+                "tangential_displacement": step.tangential_displacement,
+                "friction_coefficient": step.tangential_force / step.force,
+                "penetration": step.penetration,
+                "force": step.force,
+            }
+            yield Step(values, iterations=step.sweeps, violation=step.error)

@@ -6,7 +6,7 @@ fit, each where it is meant to hold.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
@@ -149,7 +149,6 @@ class ReducedFilm(Solver[IndenterGeometry]):
         self.contact = LubricatedBall.of(scene)
         if self.contact.table.meniscus is not None:
             raise Refused("the line is flooded")
-        self.waves = self.contact.waves
         self.film = scene.methods.reduced.film
         self.note = f"the width of the film on a line is free; here {WIDTHS[self.film]}"
 
@@ -160,24 +159,17 @@ class ReducedFilm(Solver[IndenterGeometry]):
     def steps(self, task: Task, values: np.ndarray) -> Iterator[Step]:
         """Yield the films."""
         solve = line_film.entrain if self.contact.squeeze_speed is None else line_film.approach
+        section, waves = None, self.contact.waves
+        if waves is not None:  # the section y = 0 of a rough ball
+            section = lambda x: waves.at(x[:, None], np.zeros((1, 1)))[:, 0]  # noqa: E731
         for value in values:
             load, speed = self.contact.step(task, float(value))
             viscosity, modulus = self.contact.table.viscosity, self.scene.effective_modulus
-            ball = line_film.Ball(
-                self.contact.radius, modulus, viscosity, load, self.film, self._heights
-            )
+            ball = line_film.Ball(self.contact.radius, modulus, viscosity, load, self.film, section)
             film = solve(ball, speed, task.resolution)
             yield Step(
                 self.contact.quantities(film), violation=film.error, unknowns=film.x.size + 1
             )
-
-    @property
-    def _heights(self) -> Callable[[np.ndarray], np.ndarray] | None:
-        """The section y = 0 of a rough ball."""
-        waves = self.waves
-        if waves is None:
-            return None
-        return lambda x: waves.at(x[:, None], np.zeros((1, 1)))[:, 0]
 
 
 # Cells per l: 2 GB of factors.

@@ -12,8 +12,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.friction import normal_load
-from comparisons.methods.normal.bem_fft import HalfSpaceGrid, loosened
+from comparisons.methods.friction import FrictionalGrid, normal_load
 from comparisons.methods.normal.grid import Grid, cells, make_grid
 from comparisons.methods.normal.reduced import ProfileSolver, line_picture
 from comparisons.methods.solver import Refused, Solver, needed
@@ -59,12 +58,6 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
     return rolling, friction
 
 
-def acting(rolling: Rolling) -> tuple[bool, bool]:
-    """Tell what acts at all: creep along, and what drives across: lateral creep or spin."""
-    across = any(rolling.lateral_creep.values) or rolling.spin != 0
-    return any(rolling.creep.values), across
-
-
 def quantities(
     rolling: Rolling, value: float, forces: tuple[float, float], limit: float
 ) -> dict[str, float]:
@@ -103,27 +96,23 @@ class ReducedRolling(ProfileSolver):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.edges, self.stiffness = scene.methods.reduced.edges, scene.methods.reduced.rolling
+        self.edges = scene.methods.reduced.edges
         self.rolling, friction = tables_of(scene)
         if self.rolling.spin:
             raise Refused("spin: a line has no width to turn on")
-        self.friction = slide.Friction(self._tangential_modulus(scene), friction.coefficient)
-        stiffness = "4G/(2 - nu) dx"
-        if self.stiffness == "matched":
+        # G* of the springs: the chapter's, or that of the half-space's first slope
+        modulus, stiffness = scene.tangential_modulus, "4G/(2 - nu) dx"
+        if scene.methods.reduced.rolling == "matched":
+            lateral = any(self.rolling.lateral_creep.values)
+            if lateral and any(self.rolling.creep.values):
+                raise Refused("springs of one stiffness cannot match the slopes of both creeps")
+            nu = scene.poisson_ratio
+            if nu < 0:
+                raise Refused("Kalker's coefficients begin at nu = 0")
+            modulus = matched_modulus(scene.shear_modulus, kalker(1.0, nu)[lateral])
             stiffness = "C G dx, C Kalker's coefficient of a circle"
+        self.friction = slide.Friction(modulus, friction.coefficient)
         self.beside = f"tangential springs of {stiffness} that enter unstretched"
-
-    def _tangential_modulus(self, scene: Scene) -> float:
-        """Return G* of the springs: the chapter's, or that of the half-space's first slope."""
-        if self.stiffness == "springs":
-            return scene.tangential_modulus
-        creep, lateral = acting(self.rolling)
-        if creep and lateral:
-            raise Refused("springs of one stiffness cannot match the slopes of both creeps")
-        nu = scene.poisson_ratio
-        if nu < 0:
-            raise Refused("Kalker's coefficients begin at nu = 0")
-        return matched_modulus(scene.shear_modulus, kalker(1.0, nu)[lateral])
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Roll at all creeps at once."""
@@ -151,28 +140,22 @@ class ReducedRolling(ProfileSolver):
         return solution
 
 
-# Tighter ones are not asked of the tractions.
-LEAST_TOLERANCE = 1e-8
 # Where on a cell spin acts is a choice, and its error on three grids not monotone: a part of the
 # bar, in cells on half the length of the contact. Measured: docs/rolling.md, other contacts.
 SPIN_DOUBT = 0.5
 
 
-class GridRolling(HalfSpaceGrid):
+class GridRolling(FrictionalGrid):
     """Stick and slip of a steady contact, by Newton's method on its unsymmetric equations."""
 
     name = "bem_fft"
     physics = PHYSICS
+    tractions = "steady tractions with Cerruti's kernel"
+    least_tolerance = 1e-8
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        self.rolling, friction = tables_of(scene)
-        self.friction = friction.coefficient
-        self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
-        self.tolerance = loosened(scene, LEAST_TOLERANCE)
-        both = "normal and tangential tractions coupled"
-        coupling = both if self.coupled else "pressure uncoupled from them"
-        self.beside = f"steady tractions with Cerruti's kernel; {coupling}"
+        self.rolling, _ = tables_of(scene)
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius: tractions are known to 1 % on 16, of first order."""
@@ -199,27 +182,34 @@ class GridRolling(HalfSpaceGrid):
         """Lay the grid."""
         grid = make_grid(task.geometry, task.resolution)
         body = self.body(grid.gap.shape, grid.spacing)
+        press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         along, across = task.geometry.reach
         cells_along = task.resolution * np.sqrt(along / across)
         doubt = float(SPIN_DOUBT / cells_along) if self.rolling.spin else 0.0
-        yield Row(partial(self._rolled, task, body, grid), truncation=doubt)
+        yield Row(partial(self._rolled, task, press, grid), truncation=doubt)
 
     def _rolled(
-        self,
-        task: Task,
-        body: NormalAndTangential,
-        grid: Grid,
-        values: np.ndarray,
+        self, task: Task, press: FrictionalPress, grid: Grid, values: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps; each starts from the tractions of the one before."""
-        press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         creeps = [Creep(*pair, self.rolling.spin) for pair in pairs(self.rolling, values)]
         load = reference_loads.Load(*normal_load(task))
         for value, step in zip(
             values, roll(press, load, creeps, tolerance=self.tolerance), strict=False
         ):
+            forces = step.tangential_force, step.lateral_force
+            rolled = quantities(self.rolling, float(value), forces, self.friction * step.force)
+            mask = step.pressure > 0
+            contact = {
+                "friction_coefficient": step.tangential_force / step.force,
+                "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
+                "penetration": step.penetration,
+                "force": step.force,
+                "contact_area": float(areas.corrected_area(mask, grid.spacing)),
+                "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
+            }
             yield Step(
-                self._quantities(step, grid, float(value)),
+                rolled | contact,
                 iterations=step.rounds,
                 violation=max(step.violation, step.error),
                 unknowns=2 * int(np.count_nonzero(step.pressure)),
@@ -238,18 +228,6 @@ class GridRolling(HalfSpaceGrid):
             ).ravel(),
             "traction_x": step.traction[0].ravel(),
             "traction_y": step.traction[1].ravel(),
-        }
-
-    def _quantities(self, step: RollingStep, grid: Grid, value: float) -> dict[str, float]:
-        mask = step.pressure > 0
-        forces = step.tangential_force, step.lateral_force
-        return quantities(self.rolling, value, forces, self.friction * step.force) | {
-            "friction_coefficient": step.tangential_force / step.force,
-            "stick_area": float(areas.corrected_area(step.sticking, grid.spacing)),
-            "penetration": step.penetration,
-            "force": step.force,
-            "contact_area": float(areas.corrected_area(mask, grid.spacing)),
-            "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
         }
 
 

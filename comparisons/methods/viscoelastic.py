@@ -60,13 +60,7 @@ SOURCES = "Lee & Radok 1960, Ting 1968"
 
 
 def body_of(scene: Scene) -> Viscoelastic:
-    """Return the viscoelastic body of a scene.
-
-    Raises
-    ------
-    Refused
-        If it has none.
-    """
+    """Return the viscoelastic body of a scene, or refuse it."""
     return needed(scene.viscoelastic, "no [viscoelastic]")
 
 
@@ -89,10 +83,9 @@ def _pressed(scene: Scene) -> Viscoelastic:
         raise Refused("the penetration is undetermined after the force has dropped to zero")
     jumps = loads.control == "penetration" and loads.values[0] > 0
     if body.dashpot_viscosity > 0 and jumps:
-        reason = (
+        raise Refused(
             "a step in penetration needs an infinite force on the dashpot of a Kelvin-Voigt body"
         )
-        raise Refused(reason)
     return body
 
 
@@ -149,19 +142,12 @@ class ReducedMemory(ProfileSolver):
             "contact_length": history.contact_length[::parts],
         }
         solution = Solution.of(task, curves, unknowns=int(2 * widest / history.spacing))
-        picture = self.profile, float(deepest), float(widest), history.spacing
-        solution.fields = line_picture(*picture)
+        solution.fields = line_picture(self.profile, float(deepest), float(widest), history.spacing)
         return solution
 
 
 def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
-    """Return a closed form whose contact is a circle.
-
-    Raises
-    ------
-    Refused
-        If it is none.
-    """
+    """Return a closed form whose contact is a circle; refuse another."""
     if form.contact_radius is None:
         raise Refused("the integrals of Lee-Radok and Ting are for circular contacts only")
     return form
@@ -448,26 +434,22 @@ class GridSliding(HalfSpaceGrid):
     def _shape_steps(
         self, task: Task, geometry: IndenterGeometry, speeds: np.ndarray
     ) -> Iterator[Step]:
-        control, load = normal_load(task)
+        load = reference_loads.Load(*normal_load(task))
         gap, reach = geometry.indenter.gap, geometry.indenter.reach
-        for speed in speeds:
-            depth = window_depth(
-                gap, reach, self.material, float(speed), reference_loads.Load(control, load)
-            )
-            window = reach(depth), self.material, float(speed), 2 * task.resolution
-            yield _step(
-                slide_shape(gap, *window, reference_loads.Load(control, load)), float(speed)
-            )
+        for speed in map(float, speeds):
+            depth = window_depth(gap, reach, self.material, speed, load)
+            window = reach(depth), self.material, speed, 2 * task.resolution
+            yield _step(slide_shape(gap, *window, load), speed)
 
     def _surface_steps(self, task: Task, grid: Grid, speeds: np.ndarray) -> Iterator[Step]:
         """Yield the speeds; a surface's contact starts from the one at the speed before."""
         load, mask = reference_loads.Load(*normal_load(task)), None
         where, periodic = (grid.gap.shape, grid.spacing, self.material), task.geometry.periodic
-        for speed in speeds:
-            operator = Travelling(*where, float(speed), periodic=periodic)
+        for speed in map(float, speeds):
+            operator = Travelling(*where, speed, periodic=periodic)
             state = slide_on_rubber(operator, grid.gap, load, start=mask)
             mask = state.mask
-            yield _step(state, float(speed))
+            yield _step(state, speed)
 
 
 def _step(state: SlidingContact, speed: float) -> Step:
