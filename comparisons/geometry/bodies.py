@@ -100,11 +100,6 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     scene : Scene
     contact : IndenterGeometry
         The indenter, with its contact on a half-space of the same elastic constants.
-
-    Raises
-    ------
-    SceneError
-        Lists everything that is wrong with the file and its named parts.
     """
     table = scene.body
     assert table is not None

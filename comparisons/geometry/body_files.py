@@ -41,13 +41,7 @@ class BodyFile:
 
 
 def read_body(path: Path) -> BodyFile:
-    """Read a mesh and its named parts.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, or its cells are not all of one supported type.
-    """
+    """Read a mesh and its named parts."""
     if not path.is_file():
         raise FileError(f"file: expected a mesh, got {str(path)!r}, which is no file")
     try:

@@ -41,13 +41,7 @@ _MOST = 256
 def largest_contact(
     scene: Scene, profile: equivalents.Profile, loads: AbsoluteLoads
 ) -> tuple[float, float]:
-    """Return the penetration and contact radius of the largest contact in a scene.
-
-    Raises
-    ------
-    ValueError, RuntimeError, ArithmeticError
-        If the shape cannot reach this contact, or there is no contact.
-    """
+    """Return the penetration and contact radius of the largest contact in a scene."""
     if scene.dynamics is not None and loads.control != "force":
         speed = max(scene.dynamics.velocity.values)
         energy = 0.5 * scene.dynamics.mass * speed**2
@@ -155,13 +149,7 @@ def grading_of(scene: Scene) -> Grading:
 
 
 def contacts(scene: Scene, profile: Profile, loads: AbsoluteLoads) -> tuple[np.ndarray, np.ndarray]:
-    """Return penetrations and contact radii at every load.
-
-    Raises
-    ------
-    ValueError, RuntimeError, ArithmeticError
-        If the shape cannot reach these contacts.
-    """
+    """Return penetrations and contact radii at every load."""
     body = elastic_body(scene)
     if isinstance(body, Stack):
         text = scene.model_dump_json(exclude={"name", "title", "compare", "methods"})

@@ -132,13 +132,7 @@ def _spacing(face: Face) -> tuple[float, float]:
 
 
 def faces_of(scene: Scene) -> tuple[tuple[Face, ...], tuple[str, ...]]:
-    """Return the faces of a rough scene, of the same size and points, and how they were treated.
-
-    Raises
-    ------
-    SceneError
-        If a map cannot be used, or the two do not match.
-    """
+    """Return the faces of a rough scene, of the same size and points, and how they were treated."""
     made: list[Face] = []
     treatment: list[str] = []
     problems: list[str] = []

@@ -30,13 +30,7 @@ class MeasuredCurve:
 
 
 def read_curve(path: Path) -> MeasuredCurve:
-    """Read a measured curve.
-
-    Raises
-    ------
-    FileError
-        If columns, units or numbers are not those of a curve.
-    """
+    """Read a measured curve."""
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise FileError(f"expected a file of at most {LARGEST_FILE / 1e6:g} MB")

@@ -52,11 +52,6 @@ def read_apart(reader: str, path: Path, *arguments: Any, remedy: str) -> dict[st
         dict of arrays and plain values.
     remedy : str
         Advice where the file needs too much memory or time.
-
-    Raises
-    ------
-    FileError
-        As raised by the reader, or because it ended without an answer.
     """
     with path.open("rb") as file:
         start = file.read(8)

@@ -85,11 +85,6 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
     -------
     Map
 
-    Raises
-    ------
-    FileError
-        Lists all problems of the options, or all of the file.
-
     Examples
     --------
     >>> import tempfile

@@ -64,13 +64,7 @@ class LubricatedBall:
 
     @classmethod
     def of(cls, scene: Scene) -> LubricatedBall:
-        """Return those of a scene.
-
-        Raises
-        ------
-        Refused
-            If no paraboloid is lubricated, or the ball is none as far as the film reaches.
-        """
+        """Return those of a scene."""
         table = needed(scene.lubrication, "no [lubrication]")
         reason = "films below round paraboloids only"
         indenter = needed(scene.indenter, reason)
@@ -81,13 +75,7 @@ class LubricatedBall:
         return ball
 
     def longest(self, scene: Scene) -> float:
-        """Return l = a + c of the thickest film and the widest contact of a scene.
-
-        Raises
-        ------
-        Refused
-            If the ball is no paraboloid as far as that.
-        """
+        """Return l = a + c of the thickest film and the widest contact of a scene."""
         loads, lengths = loads_of(scene), []
         for value in (loads.values[0], loads.values[-1]):
             if self.squeeze_speed is None:

@@ -131,13 +131,7 @@ def concerned(scene: Scene) -> list[str]:
 
 
 def solver_of(task: Task) -> Solver[Any]:
-    """Return the solver of a task that was planned.
-
-    Raises
-    ------
-    Refused
-        If the method cannot do the scene: such a task is planned nowhere.
-    """
+    """Return the solver of a task that was planned."""
     load(task.scene.physics)
     return _maker(task.method, task.scene).planned(task.scene)
 

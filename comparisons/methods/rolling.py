@@ -43,13 +43,7 @@ PHYSICS = frozenset({"friction", "rolling"})
 
 
 def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
-    """Return both tables of a scene that rolls.
-
-    Raises
-    ------
-    Refused
-        If one is missing, or a flat face would roll.
-    """
+    """Return both tables of a scene that rolls."""
     rolling = needed(scene.rolling, "no [rolling]")
     friction = needed(scene.friction, "no [friction]")
     indenter: Indenter | None = scene.indenter

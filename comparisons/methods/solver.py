@@ -27,7 +27,7 @@ EXACT = (1,)
 
 
 class Refused(Exception):  # noqa: N818 - no error: a method may decline a scene
-    """Raised by the constructor of a solver: it cannot do this scene, for this reason.
+    """Raised by the constructor of a solver, and by what that calls: it cannot do this scene.
 
     A method of a user's file may be `broken`: it raised, hung or answered nonsense when it was
     asked. That is no refusal, but an error of who gave the file.
@@ -47,13 +47,7 @@ class Refusal:
 
 
 def needed(value: T | None, reason: str) -> T:
-    """Return a part of the scene without which a solver can do nothing.
-
-    Raises
-    ------
-    Refused
-        For the reason, where the scene does not have it.
-    """
+    """Return a part of the scene; refuse a scene that does not have it."""
     if value is None:
         raise Refused(reason)
     return value
@@ -123,13 +117,7 @@ class Solver(Generic[G]):
 
     @classmethod
     def planned(cls, scene: Scene) -> Solver[G]:
-        """Return the solver of a scene that was planned: a method from outside is not asked again.
-
-        Raises
-        ------
-        Refused
-            If it cannot do the scene all the same.
-        """
+        """Return the solver of a planned scene; a method from outside is not asked again."""
         return cls(scene)
 
     def resolutions(self, geometry: G) -> tuple[int, ...]:

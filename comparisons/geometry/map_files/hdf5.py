@@ -18,11 +18,6 @@ def open_hdf5(path: Path, surface: MeasuredMap) -> HeightFile:
     """Open the only map of an HDF5 file, or the one that `channel` names; first index along x.
 
     Only what is in this very file counts: no links to others, no heights kept in others.
-
-    Raises
-    ------
-    FileError
-        If h5py, size or unit is missing, or the file has no such map.
     """
     try:
         import h5py

@@ -1,7 +1,7 @@
 """Heights of a map in metres, from any format.
 
-A reader `open_...(path, surface)` returns a `HeightFile`; the checks of its points, and the cut to
-the crop, are here, once for all formats.
+A reader `open_...(path, surface)` returns a `HeightFile`, or raises a FileError that lists all that
+is wrong; the checks of its points, and the cut to the crop, are here, once for all formats.
 """
 
 from __future__ import annotations
@@ -82,11 +82,6 @@ def read_heights(path: Path, surface: MeasuredMap) -> Heights:
     """Read the crop of a map of any known format, or the whole map.
 
     Tables and lists of numbers are read here, all other formats in a process of limited memory.
-
-    Raises
-    ------
-    FileError
-        Lists all problems of the file.
     """
     from comparisons.geometry.map_files.text import is_xyz
 

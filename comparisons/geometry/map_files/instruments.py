@@ -26,13 +26,7 @@ _NOT_HEIGHT = re.compile(
 
 
 def open_instrument(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Read a file in any format of SurfaceTopography.
-
-    Raises
-    ------
-    FileError
-        If no reader recognises the file, or neither the file nor the scene states a unit or size.
-    """
+    """Read a file in any format of SurfaceTopography."""
     try:
         import SurfaceTopography
     except ImportError as error:

@@ -56,13 +56,6 @@ def layout_of(path: Path) -> NumberLayout:
 
     Commas are decimal signs if another mark separates the numbers (semicolons, tabs, blanks) and
     all commas are within numbers.
-
-    Raises
-    ------
-    FileError
-        If numbers contain both points and commas, so that either may be a thousands separator.
-    OSError, UnicodeError
-        If the file is not readable text.
     """
     with path.open("rb") as file:
         marked = file.read(2) in (b"\xff\xfe", b"\xfe\xff")

@@ -39,13 +39,7 @@ _UNIT_LINES = {
 
 
 def open_npy(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Map a .npy file into memory; only the crop is read. First index along x.
-
-    Raises
-    ------
-    FileError
-        If the file is no array of numbers.
-    """
+    """Map a .npy file into memory; only the crop is read. First index along x."""
     assert surface.size is not None
     assert surface.height_unit is not None
     try:
@@ -60,13 +54,7 @@ def open_npy(path: Path, surface: MeasuredMap) -> HeightFile:
 
 
 def open_table(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Read a table of numbers: first index (lines) along x, # starts a comment.
-
-    Raises
-    ------
-    FileError
-        If the file is not a table of numbers, or lists coordinates.
-    """
+    """Read a table of numbers: first index (lines) along x, # starts a comment."""
     assert surface.size is not None
     assert surface.height_unit is not None
     try:
@@ -134,11 +122,6 @@ def open_xyz(path: Path, surface: MeasuredMap) -> HeightFile:
     Units that the file does not state (``# Lateral units: µm``, ``# Value units: nm``, as Gwyddion
     writes them) must be given, separately for x, y and for z: profilers commonly export micrometres
     beside nanometres. Grid points missing from the list are undefined.
-
-    Raises
-    ------
-    FileError
-        If units are missing or the points are not on a regular grid.
     """
     try:
         layout = layout_of(path)

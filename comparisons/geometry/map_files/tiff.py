@@ -31,13 +31,7 @@ def is_plain_tiff(path: Path) -> bool:
 
 
 def open_tiff(path: Path, surface: MeasuredMap) -> HeightFile:
-    """Read one page of a TIFF: x to the right, y upwards, pixels in `height_unit`.
-
-    Raises
-    ------
-    FileError
-        If size or unit is missing, or the page is a picture instead of a map.
-    """
+    """Read one page of a TIFF: x to the right, y upwards, pixels in `height_unit`."""
     with quiet(), _image(path) as image:
         pages = len(image.pages)
         if pages == 0:

@@ -286,13 +286,7 @@ def _quadratic(scene: Scene) -> bool:
 
 
 def contact_stretch(indenter: Indenter) -> tuple[float, float]:
-    """Return how the contact ellipse deviates from the circle of equal area.
-
-    Raises
-    ------
-    Refused
-        If the contact is no circle, no ellipse of known axes and no face with straight sides.
-    """
+    """Return how the contact ellipse deviates from the circle of equal area."""
     if isinstance(indenter, Ellipsoid):
         half_x, half_y = ellipsoid(indenter.radius_x, indenter.radius_y, 1.0).semi_axes(1.0)
     elif isinstance(indenter, EllipticPunch):

@@ -82,11 +82,6 @@ def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[s
         tolerance, or less; of rough surfaces a few per cent, their energy some times, their
         stiffness ten times that. NaN at loads at which the bounds prove nothing, such as one whose
         contact is far smaller than their cells.
-
-    Raises
-    ------
-    Refused
-        As `proof_of`, and for other loads than a penetration or a force.
     """
     proof = check_enclosed(scene, geometry, loads)
     given = [Interval(float(load), float(load)) for load in loads.values]
@@ -114,13 +109,7 @@ def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[s
 def enclosures_asked_for(
     scene: Scene, geometry: Geometry, loads: AbsoluteLoads
 ) -> dict[str, np.ndarray]:
-    """Return the enclosures that the scene's ``compare.proved`` asks for, empty if it does not.
-
-    Raises
-    ------
-    Refused
-        As `enclosures`, unless the scene asks for those that there are, "if_any".
-    """
+    """Return the enclosures that the scene's ``compare.proved`` asks for, empty if it does not."""
     if not scene.compare.proved:
         return {}
     try:
@@ -168,13 +157,7 @@ def _growing(at: At) -> Of:
 
 
 def proof_of(scene: Scene, geometry: Geometry) -> Proof:
-    """Return the enclosures of a scene.
-
-    Raises
-    ------
-    Refused
-        Where no theorem of `reference.bounds` covers it, with the reason.
-    """
+    """Return the enclosures of a scene."""
     if scene.body is not None:
         raise Refused("the theorems are for a half-space, and the [body] is finite")
     if not scene.half_space.uniform:

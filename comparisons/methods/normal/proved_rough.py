@@ -128,13 +128,7 @@ class RoughProof:
 
 
 def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> RoughProof:
-    """Return the enclosures of a rough scene; nothing is computed before it is asked for.
-
-    Raises
-    ------
-    Refused
-        Where the bounds do not cover the surface, with the reason.
-    """
+    """Return the enclosures of a rough scene; nothing is computed before it is asked for."""
     if geometry.random and scene.realisations > 1:
         raise Refused(
             f"the theorems enclose one surface, and the scene asks for the mean over "

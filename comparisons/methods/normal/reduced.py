@@ -88,13 +88,7 @@ class Bed:
 
 
 def bed_of(scene: Scene, profile: equivalents.Profile) -> Bed:
-    """Return the springs for a scene's elastic body, by the reading of its options.
-
-    Raises
-    ------
-    Refused
-        For a shape that is not of revolution on a graded body.
-    """
+    """Return the springs for a scene's elastic body, by the reading of its options."""
     table = scene.half_space
     if table.grading is not None:
         if profile.section is None or scene.methods.reduced.rule != "mdr":

@@ -49,13 +49,7 @@ FIRST_PRESSURE, _FULL_PRESSURE = 1.07, 2.7
 
 
 def tables_of(scene: Scene) -> tuple[Indenter, Plasticity]:
-    """Return what presses, and the table.
-
-    Raises
-    ------
-    Refused
-        If it is no indenter, or a flat one, under whose edge the stress has no bound.
-    """
+    """Return what presses, and the table."""
     indenter = needed(scene.indenter, ONLY_INDENTERS)
     if indenter.flat:
         raise Refused("under a flat face the edge yields at first touch")
@@ -63,13 +57,7 @@ def tables_of(scene: Scene) -> tuple[Indenter, Plasticity]:
 
 
 def radius_of(indenter: Indenter) -> float:
-    """Return the radius of a ball.
-
-    Raises
-    ------
-    Refused
-        If it is none.
-    """
+    """Return the radius of a ball."""
     if indenter.shape not in ("sphere", "paraboloid"):
         raise Refused("for spheres and paraboloids only")
     return float(indenter.parameters["radius"])
@@ -80,11 +68,6 @@ def depth_of_yield(scene: Scene) -> float:
 
     That of the pressure of Hertz's contact below which von Mises' stress first reaches Y (Johnson
     1985, 6.1, and the same of ellipses).
-
-    Raises
-    ------
-    Refused
-        If the contact is no ellipse, or one whose stresses have no formula here.
     """
     indenter, plasticity = tables_of(scene)
     nu, modulus = scene.poisson_ratio, scene.effective_modulus

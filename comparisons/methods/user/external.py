@@ -90,13 +90,7 @@ class UserMethod:
         return True
 
     def __call__(self, scene: Scene) -> UserSolver:
-        """Ask it for its plan of a scene, and return its solver.
-
-        Raises
-        ------
-        Refused
-            For its own reason, or because it could not be asked.
-        """
+        """Ask it for its plan of a scene, and return its solver."""
         plan = self.plan(scene)
         if not plan["ok"]:
             # Of an installed package that nobody asked for it is a refusal.
