@@ -1,4 +1,4 @@
-"""Estimates of contacts in scenes with physics and on layered or graded bodies: sizes of grids.
+"""Estimates of contacts in scenes with physics and on layered or graded bodies, and these bodies.
 
 The estimates are not results. Those with physics use independent springs with the lowest modulus of
 the material, and take a millisecond.
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.geometry.elastic_body import elastic_body
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.elastic_impact import impact_depth
@@ -19,7 +18,8 @@ from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.layers import Grading
 from reduced.springs.line import Springs
-from reference.layered import RoundContact, Stack
+from reference.elasticity import Material
+from reference.layered import Graded, RoundContact, Stack
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
@@ -139,6 +139,19 @@ def _adhering(
     a = float(radius[widest])
     reached = load if loads.control == "penetration" else 0.5 * load / (modulus * a)
     return reached + (0.0 if loads.control == "penetration" else float(below[widest]) / a), a
+
+
+def elastic_body(scene: Scene) -> Stack | Graded:
+    """Return the layers or the grading of a scene; a half-space is a stack without layers."""
+    table = scene.half_space
+    material = Material(*table.elastic_constants)
+    if table.grading is not None:
+        return Graded(material, table.grading.exponent, table.grading.depth)
+    thicknesses = [layer.thickness for layer in table.layers]
+    materials = [Material(layer.youngs_modulus, layer.poisson_ratio) for layer in table.layers]
+    if table.thickness is None:
+        return Stack(thicknesses, materials, material)
+    return Stack([*thicknesses, table.thickness], [*materials, material])
 
 
 def grading_of(scene: Scene) -> Grading:

@@ -1,7 +1,7 @@
 """How many surfaces and lines a scene needs: from the scatter of its first ones.
 
 A plan begins with a few surfaces on each grid and a thousand lines. Their variances, and what a
-surface costs on each grid (measured once: `surface_numbers.surface_cost`), give the cheapest
+surface costs on each grid (measured once: `solving.plan.surface_cost`), give the cheapest
 numbers for which the means scatter no more than a share of the tolerance (`multilevel.allocate`).
 Nothing in that depends on the clock, on workers or parts: the same scene has the same numbers, and
 digits, everywhere. The lines, which are free, scatter no more than a fifth of what the surfaces
@@ -20,9 +20,8 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels
 from comparisons.judging.multilevel import allocate, variances, within_budget
-from comparisons.solving.plan import Effort, Plan
+from comparisons.solving.plan import Effort, Plan, surface_cost
 from comparisons.solving.plan_record import MethodPlan
-from comparisons.solving.surface_numbers import surface_cost
 from comparisons.tasks.solution import Solved
 
 # What of the tolerance the scatter of the means may take.

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from comparisons.facts.quantities import quantity
-from comparisons.results.families import depends_on_depth
 from comparisons.results.store import SceneRecord
+from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.physics.tables import TABLES
 
 # Quantities whose bars `roughline calibrate` holds against true errors.
@@ -17,6 +17,12 @@ WHERE = (
     "95 % where calibration shows it: force, penetration, contact area, mean gap and stiffness of "
     "frictionless, elastic contacts on uniform half-spaces; elsewhere an estimate by the same rules"
 )
+
+
+def depends_on_depth(tables: Mapping[str, Any]) -> bool:
+    """Tell whether the half-space of a scene has layers, a rigid base, or is graded."""
+    half_space = tables.get("half_space")
+    return isinstance(half_space, dict) and any(half_space.get(key) for key in DEPTH_KEYS)
 
 
 def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:

@@ -23,15 +23,19 @@ from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerned, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
-from comparisons.scene.physics.descriptions import switched_on
-from comparisons.scene.scene import Scene, SceneError, load_scene
-from comparisons.scene.suites import SUITES
+from comparisons.scene.scene import SUITES, Scene, SceneError, load_scene
 from comparisons.scene.surface import SelfAffine
 from comparisons.solving.map_patches import patch_of
-from comparisons.solving.plan import Effort, Plan, task_of
-from comparisons.solving.plan_notes import notes_of, omissions
+from comparisons.solving.plan import (
+    QUICK_REALISATIONS,
+    Effort,
+    Plan,
+    pilots,
+    realisation_count,
+    task_of,
+)
+from comparisons.solving.plan_notes import notes_of, omissions, switched_on
 from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord
-from comparisons.solving.surface_numbers import QUICK_REALISATIONS, pilots, realisation_count
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 

@@ -15,8 +15,7 @@ from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results.advice import Advice, Setting
 from comparisons.results.decisions import judged_methods, verdicts
-from comparisons.results.families import family
-from comparisons.results.finding import largest_error, symbol
+from comparisons.results.finding import family, largest_error, symbol
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 

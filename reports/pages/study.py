@@ -22,8 +22,7 @@ from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_kn
 from comparisons.results.confidence import confidence
 from comparisons.results.cost import spent
 from comparisons.results.decisions import judged_methods, second_rows, verdicts
-from comparisons.results.families import family
-from comparisons.results.finding import deciding, methods_of
+from comparisons.results.finding import deciding, family, methods_of
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside

@@ -7,8 +7,7 @@ from reports.tables.table import Table, table
 
 def scenes() -> Table:
     """Return the built-in scenes and their suites."""
-    from comparisons.scene.scene import builtin_names, load_scene
-    from comparisons.scene.suites import SUITES
+    from comparisons.scene.scene import SUITES, builtin_names, load_scene
 
     rows = (
         (

@@ -184,7 +184,7 @@ def _write_page(directory: Path, pictures: bool) -> Path:
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
-    from comparisons.scene.suites import SUITES
+    from comparisons.scene.scene import SUITES
 
     if not scenes:
         return "quick"

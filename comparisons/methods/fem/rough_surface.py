@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.facts.methods import REPEATING_ELEMENTS
-from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import enforcement_of, options_problem
 from comparisons.methods.normal.grid import (

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.normal.grid import (
     GridSolver,

@@ -7,7 +7,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters.axisymmetric import Cone, Cylinder, Paraboloid, PowerLaw

@@ -8,8 +8,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.geometry.elastic_body import elastic_body
-from comparisons.geometry.estimates import grading_of
+from comparisons.geometry.estimates import elastic_body, grading_of
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.normal.closed_form import profile_fields, unit_rings
 from comparisons.methods.runner import run

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.solver import Refused, Solver

@@ -24,8 +24,7 @@ from comparisons.questions.benchmarks.yardstick import interleaved, measurement
 from comparisons.questions.campaign import Campaign, Options, Watch
 from comparisons.results.header import Header
 from comparisons.scene.problems import first_problems
-from comparisons.scene.scene import Scene, load_scene
-from comparisons.scene.suites import SINGLE
+from comparisons.scene.scene import SINGLE, Scene, load_scene
 from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene

@@ -330,8 +330,7 @@ def test_the_plan_says_that_springs_leave_out_the_drag_of_pressing_but_for_rubbe
 
 
 def test_built_in_scenes_with_physics_are_a_suite():
-    from comparisons.scene.scene import builtin_names
-    from comparisons.scene.suites import SUITES
+    from comparisons.scene.scene import SUITES, builtin_names
 
     scenes = {name: load_scene(name) for name in builtin_names()}
     layered = {name for name, scene in scenes.items() if not scene.half_space.uniform}

@@ -23,8 +23,7 @@ from comparisons.results.finding import finding
 from comparisons.results.record import explained
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
-from comparisons.scene.scene import builtin_names
-from comparisons.scene.suites import SUITES
+from comparisons.scene.scene import SUITES, builtin_names
 from comparisons.solving.plan_record import PlanRecord
 from roughline.commands.app import run_command
 

@@ -15,8 +15,7 @@ from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.record import record_scene
 from comparisons.results.store import load_study
-from comparisons.scene.scene import load_scene
-from comparisons.scene.suites import SUITES
+from comparisons.scene.scene import SUITES, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

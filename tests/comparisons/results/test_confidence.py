@@ -9,7 +9,7 @@ import pytest
 from comparisons.judging.reference import Reference
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.results.confidence import confidence
-from comparisons.results.families import family
+from comparisons.results.finding import family
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan_record import PlanRecord

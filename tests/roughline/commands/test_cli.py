@@ -25,8 +25,7 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.results.store import load_study
-from comparisons.scene.scene import builtin_names
-from comparisons.scene.suites import SUITES
+from comparisons.scene.scene import SUITES, builtin_names
 from comparisons.solving.execution import execute
 from roughline.__main__ import main
 from roughline.commands import app as cli

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import prepare
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Refusal
