@@ -22,10 +22,14 @@ def scenes() -> Table:
 
 def methods() -> Table:
     """Return all methods, and what they solve."""
-    from comparisons.facts.methods import METHODS
+    from comparisons.facts.methods import ELEMENTS, METHODS, REPEATING_ELEMENTS
 
+    also = {ELEMENTS: f"; below rough surfaces {REPEATING_ELEMENTS}"}
     solves = {1: "a line", 2: "a surface by its statistics", 3: "the 3-D contact"}
-    rows = ((name, method.title, solves[method.dimension]) for name, method in METHODS.items())
+    rows = (
+        (name, method.title + also.get(name, ""), solves[method.dimension])
+        for name, method in METHODS.items()
+    )
     return table(("name", "title", "solves"), rows, title="Methods")
 
 
