@@ -1,4 +1,4 @@
-"""Contact pressures compared at the last load: L2 difference, integral, peak."""
+"""Contact pressures compared at the last load: L2 difference, integral."""
 
 from __future__ import annotations
 
@@ -39,16 +39,6 @@ class TruePressure:
     def is_known(self) -> bool:
         """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
         return self._formula is not None or "pressure" in self.truth.solution.fields
-
-    def peak(self) -> float:
-        """Return the largest one; infinite where a closed form is singular."""
-        if self._formula is None:
-            return float(np.max(self.truth.solution.fields["pressure"]))
-        if self._formula.pressure_is_singular:
-            return np.inf
-        half_length = float(self._formula.semi_axes(self._penetration)[0])
-        x = np.linspace(0, half_length, 1000, endpoint=False)
-        return float(np.max(self._formula.pressure(x, np.zeros(x.shape), self._penetration)))
 
     @property
     def _penetration(self) -> float:
@@ -140,7 +130,7 @@ def pressure_measures(
     """Return name, error and bar of each pressure measure of one solution.
 
     Where the truth is singular (a sharp edge, the tip of a cone) a ring of SINGULAR_RING contact
-    radii is left out of the L2 difference, and there is no peak.
+    radii is left out of the L2 difference.
     """
     solution = solved[method, resolution]
     fields = solution.fields
@@ -159,11 +149,7 @@ def pressure_measures(
     keep = true.regular(fields) & np.isfinite(fields["pressure"])
     distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
     bar = true.bar(fields)
-    measures.append(("pressure", distance, bar))
-    if keep.all() and np.max(values) > 0:
-        peak = float(np.max(fields["pressure"]) / np.max(values) - 1)
-        measures.append(("pressure_peak", peak, bar))
-    return measures
+    return [*measures, ("pressure", distance, bar)]
 
 
 def same_grid_difference(solved: Solved, method: str, resolution: int) -> float | None:

@@ -34,10 +34,10 @@ def unanswered(record: SceneRecord) -> dict[str, str]:
 def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
     """Return a line for each quantity that was asked for and that no method gives."""
     return [
-        f"{record.name}: compare.quantities: {name}: {NOBODY}"
+        f"{record.name}: compare.quantities: {name}: {reason}"
         for record in records
         for name, reason in unanswered(record).items()
-        if reason == NOBODY
+        if reason.startswith(NOBODY)
     ]
 
 

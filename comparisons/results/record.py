@@ -129,7 +129,7 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
         return f"only one load, so no comparison at equal {at}" if alone else ""
     judged = {item.quantity for item in record.verdicts if not item.reason}
     if name not in judged and not np.isfinite(selection.solved(record)[name]).any():
-        return NOBODY
+        return ": ".join(filter(None, [NOBODY, quantity(name).only]))
     truth = selection.title(record, record.reference.method)
     return f"not computed by the reference ({truth})"
 

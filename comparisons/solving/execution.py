@@ -24,6 +24,7 @@ from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
 from comparisons.tasks.shown_loads import earlier_fields
 from comparisons.tasks.solution import Solution
+from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
 from comparisons.tasks.task import Task
 
 # A worker starts with the methods of the process that hands out the work.
@@ -54,7 +55,7 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
         solver = solver_of(task)
         if METHODS[task.method].isolated:
             solution = _solve(solver, task)
-            _add_fields(solution)
+            _add_fields(task, solution)
             solution.machine = this_machine()
             return solution
         with threadpool_limits(limits=THREADS):
@@ -75,7 +76,7 @@ def execute(task: Task, repeats: int | None = None) -> Solution:
                 again = _solve(solver, task)
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
-            _add_fields(solution)
+            _add_fields(task, solution)
     except Exception as error:  # the study carries on
         return Solution.lost(task, in_words(error))
     finally:
@@ -95,12 +96,18 @@ def this_machine() -> str:
     return machine_text(machine(THREADS))
 
 
-def _add_fields(solution: Solution) -> None:
-    """Compute the fields in the body and those of earlier load steps.
+def _add_fields(task: Task, solution: Solution) -> None:
+    """Compute what follows from pressures, fields in the body and those of earlier load steps.
 
-    Without them a picture is missing, not the solution.
+    Without fields a picture is missing, not the solution.
     """
-    steps, solution.step_fields = solution.step_fields, {}
+    pressures, solution.pressures = solution.pressures, {}
+    if not FROM_PRESSURE.isdisjoint(task.quantities):
+        for index, build in pressures.items():
+            if solution.converged[index]:
+                values = pressure_quantities(task.scene, task.quantities, build())
+                solution.put(index, values)
+    steps = {step: build for (row, step), build in pressures.items() if row == 0}
     compute, solution.body_fields = solution.body_fields, None
     last = solution.fields
     with contextlib.suppress(ValueError, ArithmeticError, MemoryError, RuntimeError):

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.reasons import in_kind, one_line
 from comparisons.tasks.shown_loads import Fields, shown_steps
+from comparisons.tasks.stresses import FROM_PRESSURE
 from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
@@ -88,9 +89,10 @@ class Solution:
     contact : {"", "single", "free", "periodic"}
         Elastic contact without other physics, of one body or of a rough surface: what error a
         change between grids leaves was measured there.
-    step_fields : dict
-        Load step -> function that returns the pressure of realisation 0 at it, for the steps of
-        `shown_loads.shown_steps`; not part of the solve.
+    pressures : dict
+        (realisation index, step) -> function that returns the pressure there, for the steps that
+        are shown of realisation 0 (`shown_loads.shown_steps`), and for all from which quantities
+        follow (`tasks.stresses`); not part of the solve.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
@@ -113,7 +115,7 @@ class Solution:
     exact: tuple[str, ...] = ()
     path: bool = False
     contact: Contact = ""
-    step_fields: dict[int, Callable[[], Fields]] = field(default_factory=dict)
+    pressures: dict[tuple[int, int], Callable[[], Fields]] = field(default_factory=dict)
     body_fields: Callable[[], Fields] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0
@@ -194,11 +196,12 @@ class Solution:
             self.quantities[name][index] = value
         self.converged[index] = True
 
-    def keep(self, index: tuple[int, int], build: Callable[[], Fields]) -> None:
-        """Remember how to make the pressure of a load step, if it is one that is shown."""
+    def keep(self, task: Task, index: tuple[int, int], build: Callable[[], Fields]) -> None:
+        """Remember how to make the pressure of a load step, if it is needed."""
         row, step = index
-        if row == 0 and step in shown_steps(self.converged.shape[1]):
-            self.step_fields[step] = build
+        shown = row == 0 and step in shown_steps(self.converged.shape[1])
+        if shown or not FROM_PRESSURE.isdisjoint(task.quantities):
+            self.pressures[index] = build
 
     def fail(self, index: tuple[int, int], reason: str) -> None:
         """Record that one step has no answer, and why in one line."""
@@ -246,7 +249,16 @@ class Solution:
         sizes = [part.converged.shape[axis] for part in parts]
         starts = np.cumsum([0, *sizes[:-1]]).tolist()
         base = parts[-1] if axis == STEPS else parts[0]
-        moved = list(zip(parts, starts, strict=True))
+        places = list(zip(parts, starts, strict=True))
+
+        def by_place(name: str) -> dict[tuple[int, int], Any]:
+            """Return what parts have by realisation and step, by those of the whole."""
+            return {
+                (row + start * (axis == REALISATIONS), step + start * (axis == STEPS)): item
+                for part, start in places
+                for (row, step), item in getattr(part, name).items()
+            }
+
         names = dict.fromkeys(name for part in parts for name in part.quantities)
         joined = {
             name: np.concatenate(
@@ -264,14 +276,8 @@ class Solution:
             violation=np.concatenate([p.violation for p in parts], axis=axis),
             unknowns=max(p.unknowns for p in parts),
             truncation=max(p.truncation for p in parts),
-            reasons={
-                (row + start * (axis == REALISATIONS), step + start * (axis == STEPS)): text
-                for part, start in moved
-                for (row, step), text in part.reasons.items()
-            },
-            step_fields=base.step_fields
-            if axis == REALISATIONS
-            else {s + start: build for p, start in moved for s, build in p.step_fields.items()},
+            reasons=by_place("reasons"),
+            pressures=by_place("pressures"),
             # Of methods that take their own time; steps without an answer have none.
             seconds=float((np.nansum if axis == STEPS else np.sum)([p.seconds for p in parts])),
             setup_seconds=sum(p.setup_seconds for p in parts),

@@ -111,7 +111,7 @@ def record(solution: Solution, index: tuple[int, int], step: Step, task: Task) -
     solution.violation[index] = step.violation
     solution.unknowns = max(solution.unknowns, step.unknowns)
     if step.pressure is not None and task.wants_pressure:
-        solution.keep(index, step.pressure)
+        solution.keep(task, index, step.pressure)
     if index[1] == task.shape[1] - 1 and step.distributions is not None:
         solution.put_distributions(index[0], step.distributions())
     if index != (0, task.shape[1] - 1):

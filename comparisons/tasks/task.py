@@ -14,6 +14,7 @@ from comparisons.machine import source_digest, versions
 from comparisons.scene.options import Options
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
+from comparisons.tasks.stresses import FROM_PRESSURE
 
 G = TypeVar("G", bound=Geometry, covariant=True)
 
@@ -48,8 +49,8 @@ class Task(Generic[G]):
 
     @property
     def wants_pressure(self) -> bool:
-        """Whether pressure fields are asked for: to be compared, or for the picture."""
-        return "pressure" in self.quantities or self.with_body
+        """Whether pressure fields are asked for: for a quantity, or for the picture."""
+        return self.with_body or not FROM_PRESSURE.union({"pressure"}).isdisjoint(self.quantities)
 
     @cached_property
     def key(self) -> str:

@@ -12,14 +12,14 @@ from pydantic import BaseModel
 from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
-from comparisons.methods.normal.closed_form import form_of
+from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results import selection
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import Measured
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
-from reference.plastic.dent_formulas import yield_pressure
+from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
 from reports.plots.stored import finest_fields, stored_fields
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
@@ -44,20 +44,22 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
 
     Bodies with their moduli; the smallest and the largest load of the reference; where nothing
     pulls, the mean pressure F/A, and under an indenter without an edge the highest pressure that
-    the reference found; of rough surfaces the reduced load F/(E* A0 h').
+    the reference found, with the largest von Mises stress inside; of rough surfaces the reduced
+    load F/(E* A0 h').
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
     except SceneError:
         return _loads(scene)  # of a text that is no scene
     lines = [*_bodies(body), *_loads(scene)]
-    peak = _peak(scene, body)
-    if peak > 0:
-        lines.append(("highest pressure, last load", fmt.with_unit(peak, "Pa")))
-        if _hertzian(body):
-            stress = fmt.with_unit(peak / yield_pressure(body.poisson_ratio), "Pa")
-            text = f"{stress}, below the surface: elastic only if the yield stress is higher"
-            lines.append(("von Mises' stress", text))
+    most = _stresses(scene, body)
+    if most.get("pressure_peak"):
+        lines.append(("highest pressure, last load", fmt.with_unit(most["pressure_peak"], "Pa")))
+    if "von_mises_max" in most:
+        stress = fmt.with_unit(most["von_mises_max"], "Pa")
+        depth = fmt.with_unit(most["von_mises_depth"], "m")
+        text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
+        lines.append(("von Mises' stress", text))
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
@@ -158,31 +160,20 @@ def _range(values: np.ndarray, unit: str) -> str:
     return " to ".join(dict.fromkeys(fmt.with_unit(value, unit) for value in ends))
 
 
-def _hertzian(scene: Scene) -> bool:
-    """Tell whether a closed form says where the half-space first yields, for a known nu."""
-    body, shape = scene.half_space, scene.indenter.shape if scene.indenter else ""
-    known = body.uniform and body.poisson_ratio is not None
-    return shape == "paraboloid" and known and not scene.physics
+def _stresses(scene: SceneRecord, body: Scene) -> dict[str, float]:
+    """Return the peak pressure, and below indenters the stresses, at the last load.
 
-
-def _peak(scene: SceneRecord, body: Scene) -> float:
-    """Return the highest pressure at the last load; 0 where it is singular or not known.
-
-    Of a closed form along its longer axis, else of the reference's stored field.
+    Of a closed form, or from the field that the reference has stored.
     """
     first = scene.reference.method
-    indenter = body.indenter
-    if indenter is None or indenter.flat or not first:
-        return 0.0
-    if first == CLOSED_FORM and not body.physics and body.half_space.uniform:
-        form = form_of(indenter, body.effective_modulus)
+    fields: dict[str, np.ndarray] = {}
+    if first == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
+        form = form_of(body.indenter, body.effective_modulus)
         depth = _reference_curve(scene)["penetration"]
-        if form is None or form.pressure_is_singular or not len(depth):
-            return 0.0
-        half = float(form.semi_axes(depth[-1])[0])
-        # Blunter shapes than a paraboloid press hardest off their axis.
-        return float(np.max(form.pressure(half * np.linspace(0, 1, 1000), 0.0, depth[-1])))
-    for stored in stored_fields(scene, [first]):
-        pressure = stored.fields.get("pressure", np.empty(0))
-        return float(np.max(pressure[np.isfinite(pressure)], initial=0.0))
-    return 0.0
+        if form is not None and len(depth) and not form.pressure_is_singular:
+            fields = form_pressure(form, float(depth[-1]))
+    elif first:
+        fields = next((item.fields for item in stored_fields(scene, [first])), {})
+    # Of rough surfaces the report has a figure of the stresses below.
+    asked = FROM_PRESSURE if body.indenter else {"pressure_peak"}
+    return pressure_quantities(body, asked, fields) if "pressure" in fields else {}

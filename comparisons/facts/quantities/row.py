@@ -102,6 +102,8 @@ class Quantity:
         It is one value of a whole scene, the same at every step.
     signed : bool
         It passes zero, so that relative changes of it mean nothing.
+    only : str
+        Why who asks for it may ask in vain.
     derived : Derived or None
     bins : Bins or None
         It is a distribution over the surface, in these bins; of rough surfaces only.
@@ -120,6 +122,7 @@ class Quantity:
     norm: bool = False
     single: bool = False
     signed: bool = False
+    only: str = ""
     derived: Derived | None = None
     bins: Bins | None = None
 

@@ -6,6 +6,8 @@ from comparisons.facts.quantities.row import Bins, Derived, Quantity
 
 _ADHERES, _HITS, _LUBRICATED = ("adhesion",), ("dynamics",), ("lubrication",)
 _ROLLS, _WEARS, _YIELDS = ("rolling",), ("wear",), ("plasticity",)
+_BOUNDED = "unbounded at a sharp edge or tip"
+_UNIFORM = "known for uniform elastic half-spaces alone"
 _STICKS, _DRAGS = ("friction",), ("friction", "sliding")
 
 COMPUTED = (
@@ -91,6 +93,32 @@ COMPUTED = (
         "m",
         comparable=True,
         derived=Derived("stiffness", lambda k, scene: k["stiffness"] / scene.effective_modulus),
+    ),
+    # What yields
+    Quantity(
+        "pressure_mean",
+        "mean pressure",
+        "F/A",
+        "Pa",
+        comparable=True,
+        derived=Derived(
+            ("force", "contact_area"),
+            lambda k, _: np.divide(
+                *(k["force"], k["contact_area"]),
+                out=np.zeros(k["force"].shape),
+                where=k["contact_area"] > 0,
+            ),
+        ),
+    ),
+    Quantity("pressure_peak", "peak pressure", "p_max", "Pa", comparable=True, only=_BOUNDED),
+    *(
+        Quantity(name, label, symbol, unit, comparable=True, only=f"{_BOUNDED}, {_UNIFORM}")
+        for name, label, symbol, unit in (
+            ("shear_max", "largest shear stress inside", "τ_max", "Pa"),
+            ("shear_max_depth", "depth of the largest shear stress", "z_τ", "m"),
+            ("von_mises_max", "largest von Mises stress inside", "σ_v", "Pa"),
+            ("von_mises_depth", "depth of the largest von Mises stress", "z_v", "m"),
+        )
     ),
     Quantity("contact_count", "number of contacts", "n", comparable=True),
     Quantity("energy", "elastic energy", "U", "J", comparable=True),
@@ -202,7 +230,6 @@ COMPUTED = (
     ),
     # Pressure at the last load
     Quantity("pressure", "contact pressure", "p", "Pa", comparable=True, field=True, norm=True),
-    Quantity("pressure_peak", "peak pressure", "p_max", "Pa", field=True),
     Quantity(
         "pressure_same_grid",
         "pressure against FFT BEM on the same grid",

@@ -102,14 +102,14 @@ class ClosedForm(FormSolver):
         solution = Solution.of(task, curves, violation=0.0)
         solution.fields = {"penetration": np.array(depth[-1])}
         if task.wants_pressure:
-            solution.fields |= _pressure(form, float(depth[-1]))
+            solution.fields |= form_pressure(form, float(depth[-1]))
             for step, value in enumerate(depth):
-                solution.keep((0, step), partial(_pressure, form, float(value)))
+                solution.keep(task, (0, step), partial(form_pressure, form, float(value)))
         return solution
 
 
-def _pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
-    """Pressure along the x axis."""
+def form_pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
+    """Return the fields of the pressure, along the x axis."""
     half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))

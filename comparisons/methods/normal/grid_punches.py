@@ -89,7 +89,7 @@ def solve_punch(
     solution.truncation = scatter / task.resolution
     if task.wants_pressure:
         for step, depth in enumerate(depths):
-            solution.keep((0, step), partial(_pressure, grid, answer, float(depth)))
+            solution.keep(task, (0, step), partial(_pressure, grid, answer, float(depth)))
     solution.fields = _fields(task, grid, answer, float(depths[-1]))
     return solution
 

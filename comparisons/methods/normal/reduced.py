@@ -202,7 +202,7 @@ class ReducedProfile(ProfileSolver):
         if task.wants_pressure and self.stress is not None and self.bed.uniform:
             solution.fields |= self._pressure(*last)
             for step, (depth, radius) in enumerate(zip(depths, radii, strict=True)):
-                solution.keep((0, step), partial(self._pressure, float(depth), float(radius)))
+                solution.keep(task, (0, step), partial(self._pressure, float(depth), float(radius)))
         return solution
 
     def _pressure(self, depth: float, radius: float) -> dict[str, np.ndarray]:

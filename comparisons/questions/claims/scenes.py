@@ -15,7 +15,6 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.distributions import field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import relative_error, rms_and_maximum
-from comparisons.judging.pressures import TruePressure
 from comparisons.judging.refinement import SHARE, refinements
 from comparisons.judging.truth import Sources, Truth, choose_truth, solution_of
 from comparisons.judging.uncertainty import combined
@@ -165,7 +164,7 @@ def _measure_apart(
         found = _truth(side, plan, solved)
         if found is None:
             return _nothing(value, solved, seconds)
-        known.append({name: _known(plan, found, name) for name in claim.quantity})
+        known.append({name: _known(found, name) for name in claim.quantity})
         details[word if side is stated else "truth"] = found.label
         path = path or found.path
         differing = found.disagreements(plan.compared)
@@ -194,11 +193,8 @@ def _truth(side: Side, plan: Plan, solved: Solved) -> Truth | None:
     return choose_truth(solved, plan.loads.axis, plan.compared)
 
 
-def _known(plan: Plan, found: Truth, name: str) -> tuple[np.ndarray, Sources]:
+def _known(found: Truth, name: str) -> tuple[np.ndarray, Sources]:
     """Return the values of a quantity, and what is not known of them."""
-    if name == "pressure_peak":
-        pressure = TruePressure(plan, found)
-        return np.array([pressure.peak()]), {"field": np.array([pressure.bar()])}
     if not found.knows(name):
         raise InputError(f"{found.label}: {name} is not known here")
     sources = found.bar_sources(name, main_axis(found.axis, name))
