@@ -44,6 +44,7 @@ from comparisons.scene.surface import SelfAffine, Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
 MOST_PROBLEMS = 50
+MOST_SWEPT = 100
 
 
 class SceneError(InputError):
@@ -140,6 +141,8 @@ class Scene(_Physics):
     loading: Loading = Field(default_factory=Loading.model_construct)
     compare: Compare = Compare()
     methods: MethodOptions = MethodOptions()
+    # Of a member of a sweep, the key that is varied and its value here.
+    sweep: dict[str, str | float] = Field(default_factory=dict)
     directory: str = Field(default=".", exclude=True)
 
     @field_validator("name", mode="before")
@@ -147,6 +150,13 @@ class Scene(_Physics):
     def _slug(cls, value: Any) -> Any:
         if not isinstance(value, str) or not re.fullmatch(r"[a-z0-9][a-z0-9-]{0,99}", value):
             raise fail("expected a slug of a-z, 0-9 and -, at most 100 characters", value)
+        return value
+
+    @field_validator("sweep", mode="before")
+    @classmethod
+    def _one_member(cls, value: Any) -> Any:
+        if isinstance(value, dict) and any(isinstance(item, list) for item in value.values()):
+            raise fail("expected one scene, got those of a sweep: `roughline run` solves them all")
         return value
 
     @property
@@ -360,12 +370,53 @@ def load_scene(
     SceneError
         Listing every problem of the scene.
     """
+    if isinstance(source, Scene) and not overrides:
+        return source
+    return _scene(*_read(source), overrides)
+
+
+def load_scenes(
+    source: str | Path | Mapping[str, Any] | Scene, overrides: Mapping[str, Any] | None = None
+) -> list[Scene]:
+    """Read a scene as `load_scene` does, or one for each value of its ``[sweep]``.
+
+    A sweep has one dotted key with a list: ``"indenter.radius" = ["1 mm", "2 mm"]``. Its scenes
+    are called ``NAME-1``, ``NAME-2``, ...
+
+    Raises
+    ------
+    SceneError
+        Listing every problem of the first scene that is wrong.
+    """
+    data, origin, folder = _read(source)
+    table = data.get("sweep")
+    if not (isinstance(table, dict) and any(isinstance(v, list) for v in table.values())):
+        return [load_scene(source, overrides)]
+    (path, values), *more = table.items()
+    number = len(values) if isinstance(values, list) else 0
+    if more or not 2 <= number <= MOST_SWEPT or len({*map(str, values)}) < number:
+        expected = f'one key with a list of 2 to {MOST_SWEPT} different values, "indenter.radius"'
+        raise SceneError(origin, [f"sweep: expected {expected} = [...], got {table!r:.60}"])
+    scenes, words = [], path.split(".")[-1].replace("_", " ")
+    for count, value in enumerate(values, start=1):
+        changes = {
+            **(overrides or {}),
+            path: value,
+            "sweep": {path: value},
+            "name": f"{data.get('name')}-{count}",
+            "title": f"{data.get('title') or data.get('name')}, {words} {value}",
+        }
+        scenes.append(_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
+    return scenes
+
+
+def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any], str, Path]:
+    """Return the tables of a scene, what to call it, and the folder of its files."""
     if isinstance(source, Scene):
-        folder = Path(source.directory)
-        return parse_scene(source.text, source.name, folder, overrides) if overrides else source
+        return parse_toml(source.text), source.name, Path(source.directory)
     if isinstance(source, Mapping):
         # Copied, so that overrides leave the caller's tables alone; arrays become lists.
-        return _scene(plain(dict(source)), "scene", Path.cwd(), overrides)
+        return plain(dict(source)), "scene", Path.cwd()
     path, name = Path(source), str(source).lower()
     if name in builtin_names() and (name == str(source) or not path.is_file()):
         path = builtin_folder() / f"{name}.toml"
@@ -377,10 +428,9 @@ def load_scene(
             hint += f"{'' if hint else ';'} see `roughline list scenes`"
         raise SceneError(str(source), [f"no such file or built-in scene{hint}"])
     try:
-        data = read_toml(path)
+        return read_toml(path), str(source), path.parent.resolve()
     except ValueError as error:
         raise SceneError(str(source), [f"{error}{_map_hint(path)}"]) from error
-    return _scene(data, str(source), path.parent.resolve(), overrides)
 
 
 def _map_hint(path: Path) -> str:

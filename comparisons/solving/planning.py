@@ -23,7 +23,7 @@ from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerned, solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
-from comparisons.scene.scene import SUITES, Scene, SceneError, load_scene
+from comparisons.scene.scene import SUITES, Scene, SceneError, load_scene, load_scenes
 from comparisons.scene.surface import SelfAffine
 from comparisons.solving.map_patches import patch_of
 from comparisons.solving.plan import (
@@ -296,11 +296,11 @@ def plan_all(
     problems: list[str] = []
     for source in members:
         try:
-            scene = load_scene(source, overrides)
-            named = scene.compare.methods
-            if named is not None and not set(brought).intersection(named):
-                scene = load_scene(scene, {"compare.methods": [*named, *brought]})
-            plans += plan_scene(scene, effort)
+            for scene in load_scenes(source, overrides):
+                named = scene.compare.methods
+                if named is not None and not set(brought).intersection(named):
+                    scene = load_scene(scene, {"compare.methods": [*named, *brought]})
+                plans += plan_scene(scene, effort)
         except InputError as error:
             problems.append(str(error))
     if not plans and not problems:

@@ -34,6 +34,7 @@ from reports.plots.claims import validity_map
 from reports.plots.figure import Figure
 from reports.plots.model import failure_view, reduced_picture
 from reports.plots.style import look
+from reports.plots.sweeps import sweeps
 from reports.tables import cells
 from reports.tables import scene as tables
 from reports.tables.card import card
@@ -120,7 +121,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     settings = [(view.anchor, view.record, view.advice) for view in views]
     # Of one scene the first screen shows its card, and its section the settings.
     everything = speed.overview(settings) if len(views) > 1 else None
-    standing = validity_map(record.scenes)
+    standing, swept = validity_map(record.scenes), sweeps(record.scenes)
     figures = [
         (view, figure) for view in views for group in view.figures.values() for figure in group
     ]
@@ -137,7 +138,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     words = Counter(view.decisive.word for view in views if view.decisive)
     return render(
         "report.html.j2",
-        drawn | {item.key: item for item in (everything, standing) if item},
+        drawn | {item.key: item for item in (everything, standing, *swept) if item},
         data={"judging": judging(settings) | {"places": speed.places(settings)}},
         record=record,
         views=views,
@@ -147,9 +148,13 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         },
         overview=everything,
         validity=standing,
+        swept=swept,
         compared=compared_methods(record.scenes),
         quantities=in_order(name for view in views for name in view.verdicts),
-        choosable=in_order({name for _, figure in figures for name in figure.quantity.split()}),
+        choosable=in_order(
+            {name for _, figure in figures for name in figure.quantity.split()}
+            | {figure.quantity for figure in swept}
+        ),
         tally=[(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)],
         claims=claims,
         claims_folder=record.directory.parent / FOLDER,

@@ -190,7 +190,8 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
         return "quick"
     if len(scenes) == 1:
         name = scenes[0].lower()
-        return name if name in SUITES else plans[0].scene.name
+        first = plans[0].scene
+        return name if name in SUITES else first.name.removesuffix("-1" if first.sweep else "")
     return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]
 
 

@@ -12,7 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparisons.scene.scene import SceneError, builtin_names, load_scene, make_scene, parse_scene
+from comparisons.scene.scene import (
+    SceneError,
+    builtin_names,
+    load_scene,
+    load_scenes,
+    make_scene,
+    parse_scene,
+)
 
 MODULUS = {"effective_modulus": 1e9}
 BALL = {"shape": "paraboloid", "radius": 1.0}
@@ -442,6 +449,43 @@ def test_an_override_below_something_that_is_no_table():
     with pytest.raises(SceneError) as caught:
         parse_scene("methods = 3\n" + TEXT, "x.toml", Path(), {"methods.fem.contact": "penalty"})
     assert caught.value.problems == ["methods: expected a table, got 3"]
+
+
+SWEEP = {"indenter.radius": ["1 mm", "2 mm"]}
+
+
+def test_a_sweep_is_one_scene_for_each_value():
+    """Each is a scene of its own: its text is read back, alone; other changes are in all."""
+    tables = made().model_dump(exclude_none=True, exclude_defaults=True) | {"sweep": SWEEP}
+    scenes = load_scenes(tables, {"compare.tolerance": 0.05})
+    assert [scene.name for scene in scenes] == [f"{made().name}-1", f"{made().name}-2"]
+    assert [scene.indenter.radius for scene in scenes] == [1e-3, 2e-3]
+    assert [scene.compare.tolerance for scene in scenes] == [0.05, 0.05]
+    assert "radius 2 mm" in scenes[1].heading
+    assert parse_scene(scenes[1].text, "x.toml", Path.cwd()) == scenes[1]
+    assert load_scenes(scenes[1]) == [scenes[1]]
+    with pytest.raises(SceneError, match="roughline run"):
+        load_scene(tables)
+
+
+@pytest.mark.parametrize(
+    ("sweep", "expected"),
+    [
+        ({"indenter.radius": ["1 mm"]}, "one key with a list of 2 to 100 different values"),
+        ({"indenter.radius": ["1 mm", "1 mm"]}, "one key with a list"),
+        (SWEEP | {"compare.tolerance": [0.1, 0.2]}, "one key with a list"),
+        (
+            {"indenter.radius": [1e-3, "2 Pa"]},
+            "radius = 2 Pa:\n  indenter.radius: expected a unit of m",
+        ),
+        ({"indenter.width": [1e-3, 2e-3]}, "indenter.width: unknown key"),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_named(sweep, expected):
+    tables = made().model_dump(exclude_none=True, exclude_defaults=True) | {"sweep": sweep}
+    with pytest.raises(SceneError) as caught:
+        load_scenes(tables)
+    assert expected in str(caught.value)
 
 
 # --- the scene as text ----------------------------------------------------------------------
