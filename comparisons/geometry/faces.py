@@ -16,9 +16,9 @@ import numpy as np
 from scipy.ndimage import map_coordinates, zoom
 
 from comparisons.geometry.reading import FileError
-from comparisons.geometry.topography import Map, read_map
+from comparisons.geometry.topography import read_map
 from comparisons.scene.scene import Scene, SceneError
-from comparisons.scene.surface import MeasuredMap, SelfAffine
+from comparisons.scene.surface import SelfAffine
 from reference import surfaces
 
 # Sides of two maps that differ by less are the same; files round them.
@@ -138,16 +138,21 @@ def faces_of(scene: Scene) -> tuple[tuple[Face, ...], tuple[str, ...]]:
     problems: list[str] = []
     for key, table in zip(("surface", "surface2"), scene.surfaces, strict=False):
         stream = COPY if made and table.seed == scene.surfaces[0].seed else STREAM
+        if isinstance(table, SelfAffine):
+            made.append(SyntheticFace(table, stream))
+            try:
+                made[-1].native(0)
+            except (ValueError, ArithmeticError) as error:
+                problems.append(f"{key}: {error}")
+            continue
         try:
-            if isinstance(table, SelfAffine):
-                made.append(_synthetic(key, table, stream))
-            else:
-                measured = _read(scene, key, table)
-                made.append(MeasuredFace(measured.heights, measured.size, measured.periodic))
-                where = f"{key}: " if scene.surface2 is not None else ""
-                treatment += [where + note for note in measured.treatment]
-        except SceneError as error:
-            problems += error.problems
+            measured = read_map(Path(scene.directory) / table.file, table)
+        except FileError as error:
+            problems += [f"{key}.file: {table.file}: {cause}" for cause in error.problems]
+            continue
+        made.append(MeasuredFace(measured.heights, measured.size, measured.periodic))
+        where = f"{key}: " if scene.surface2 is not None else ""
+        treatment += [where + note for note in measured.treatment]
     if not problems:
         problems += _mismatches(made)
     if problems:
@@ -203,23 +208,6 @@ def _top_near(around: np.ndarray, place: tuple[int, int]) -> float:
         values = map_coordinates(part, places, order=3, mode="reflect")
         highest, reach = places.reshape(2, -1)[:, values.argmax()], reach / 9
     return float(values.max())
-
-
-def _synthetic(key: str, recipe: SelfAffine, stream: int) -> SyntheticFace:
-    face = SyntheticFace(recipe, stream)
-    try:
-        face.native(0)
-    except (ValueError, ArithmeticError) as error:
-        raise SceneError(key, [f"{key}: {error}"]) from error
-    return face
-
-
-def _read(scene: Scene, key: str, table: MeasuredMap) -> Map:
-    where = f"{key}.file: {table.file}"
-    try:
-        return read_map(Path(scene.directory) / table.file, table)
-    except FileError as error:
-        raise SceneError(key, [f"{where}: {cause}" for cause in error.problems]) from error
 
 
 def _mismatches(faces: Sequence[Face]) -> Iterator[str]:

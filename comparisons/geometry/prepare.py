@@ -100,7 +100,12 @@ class RoughGeometry:
         """
         key = (realisation, resolution)
         if key not in self._grids:
-            self._grids[key] = self._make(realisation, resolution)
+            finer = max(1, resolution // self.points[0])
+            heights = together(self.faces, realisation, finer)
+            if resolution < self.points[0]:
+                step = self.points[0] // resolution
+                heights = np.ascontiguousarray(heights[: resolution * step : step, ::step])
+            self._grids[key] = heights
         return self._grids[key]
 
     def top(self, realisation: int) -> float:
@@ -117,13 +122,6 @@ class RoughGeometry:
         """Drop the cached heights and tops."""
         self._grids.clear()
         self._tops.clear()
-
-    def _make(self, realisation: int, resolution: int) -> np.ndarray:
-        if resolution >= self.points[0]:
-            return together(self.faces, realisation, resolution // self.points[0])
-        step = self.points[0] // resolution
-        native = together(self.faces, realisation)
-        return np.ascontiguousarray(native[: resolution * step : step, ::step])
 
     @property
     def random(self) -> bool:
@@ -256,14 +254,43 @@ COARSEST_SHARE = 1 / 8
 
 def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     assert scene.indenter is not None
-    estimates = _Estimates.empty(len(loads.values))
-    depth, radius = estimates.depth, estimates.radius
+    depth, radius = np.full((2, len(loads.values)), np.nan)
+    unreached: dict[int, str] = {}
+
+    def estimate(first: int, end: int) -> None:
+        """Estimate the contacts of consecutive loads.
+
+        A line of springs is sized for its largest contact; much smaller contacts get a finer line.
+        Loads without an estimate are isolated by bisection, so that the others keep theirs.
+        """
+        values, reason = loads.values[first:end], "beyond the range of double precision"
+        try:
+            contact = indent(Springs(profile, modulus), Load(loads.control, values))
+            lengths = contact.contact_radius
+            fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
+            tail = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
+        except (ValueError, RuntimeError, ArithmeticError) as error:
+            tail = 0
+            if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
+                reason = str(error)
+        start = len(values) - tail
+        if tail:
+            steps = slice(first + start, end)
+            depth[steps], radius[steps] = contact.penetration[start:], lengths[start:]
+        elif len(values) == 1:
+            unreached[first] = reason
+            return
+        cut = start if tail else len(values) // 2
+        for low, high in ((0, cut), (cut, start)):
+            if low < high:
+                estimate(first + low, first + high)
+
     try:
-        profile = equivalent_profile(scene.indenter)
+        profile, modulus = equivalent_profile(scene.indenter), scene.effective_modulus
         with np.errstate(all="ignore"):
-            estimates.fill(profile, scene.effective_modulus, loads)
-        if len(estimates.unreached) == len(depth):
-            raise ValueError(estimates.unreached[0])
+            estimate(0, len(depth))
+        if len(unreached) == len(depth):
+            raise ValueError(unreached[0])
         if isinstance(scene.indenter, Sphere):
             # Springs have no limit; the closed form raises if the contact would reach R.
             closed = sphere(scene.indenter.radius, scene.effective_modulus)
@@ -277,49 +304,5 @@ def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         float(radius[last]),
         tuple(depth.tolist()),
         tuple(radius.tolist()),
-        estimates.unreached,
+        unreached,
     )
-
-
-@dataclass(frozen=True)
-class _Estimates:
-    """Penetration and contact radius at every load (NaN if unknown), with the reasons."""
-
-    depth: np.ndarray
-    radius: np.ndarray
-    unreached: dict[int, str]
-
-    @classmethod
-    def empty(cls, loads: int) -> _Estimates:
-        return cls(np.full(loads, np.nan), np.full(loads, np.nan), {})
-
-    def fill(
-        self, profile: equivalents.Profile, modulus: float, loads: AbsoluteLoads, first: int = 0
-    ) -> None:
-        """Fill in the estimates of consecutive loads, beginning at step `first`.
-
-        A line of springs is sized for its largest contact; much smaller contacts get a finer line.
-        Loads without an estimate are isolated by bisection, so that the others keep theirs.
-        """
-        values, reason = loads.values, "beyond the range of double precision"
-        try:
-            contact = indent(Springs(profile, modulus), Load(loads.control, values))
-            lengths = contact.contact_radius
-            fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
-            tail = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
-        except (ValueError, RuntimeError, ArithmeticError) as error:
-            tail = 0
-            if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
-                reason = str(error)
-        start = len(values) - tail
-        if tail:
-            steps = slice(first + start, first + len(values))
-            self.depth[steps], self.radius[steps] = contact.penetration[start:], lengths[start:]
-        elif len(values) == 1:
-            self.unreached[first] = reason
-            return
-        cut = start if tail else len(values) // 2
-        for low, high in ((0, cut), (cut, start)):
-            if low < high:
-                part = AbsoluteLoads(loads.control, values[low:high])
-                self.fill(profile, modulus, part, first + low)

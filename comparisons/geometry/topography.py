@@ -41,27 +41,16 @@ class Map:
         C-contiguous float64, read-only.
     size : tuple of float
         Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
-    undefined_fraction : float
-        Fraction of undefined points in the file.
     treatment : tuple of str
         Processing steps in order.
-    source : str
-        The file.
     periodic : bool
         Whether the map is periodic, as the caller states.
     """
 
     heights: Array
     size: tuple[float, float]
-    undefined_fraction: float
     treatment: tuple[str, ...]
-    source: str
     periodic: bool = False
-
-    @property
-    def spacing(self) -> tuple[float, float]:
-        """Distances of neighbouring points along x and y, in metres."""
-        return self.size[0] / self.heights.shape[0], self.size[1] / self.heights.shape[1]
 
 
 def read_map(path: Path, surface: MeasuredMap) -> Map:
@@ -136,9 +125,7 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
     return Map(
         heights=heights,
         size=file.size,
-        undefined_fraction=float(holes.mean()),
         treatment=tuple(treatment),
-        source=str(path),
         periodic=periodic,
     )
 

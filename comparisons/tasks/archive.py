@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,9 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays |= {f"{PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{PREFIX}q.{name}": value for name, value in solution.quantities.items()}
     arrays |= {f"{PREFIX}d.{name}": value for name, value in solution.distributions.items()}
-    document = {name: _plain(getattr(solution, name)) for name in _NUMBERS} | {
+    numbers = {name: getattr(solution, name) for name in _NUMBERS}
+    # JSON knows no NaN
+    document = {name: n if np.isfinite(n) else None for name, n in numbers.items()} | {
         "machine": solution.machine,
         "exact": solution.exact,
         "path": solution.path,
@@ -38,13 +41,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
 
 
 def load_solution(path: Path) -> Solution:
-    """Read a solution back.
-
-    Raises
-    ------
-    comparisons.errors.ResultsError
-        If the file cannot be read, or holds something else.
-    """
+    """Read a solution back; raise ResultsError for a file that holds something else."""
     arrays = read_arrays(path)
     try:
         return solution_of(arrays)
@@ -53,17 +50,12 @@ def load_solution(path: Path) -> Solution:
 
 
 def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
-    """Return the solution that `arrays_of` took apart.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        If the arrays are something else.
-    """
+    """Return the solution of `arrays_of`; KeyError, TypeError, ValueError for other arrays."""
     document = json.loads(str(arrays.pop(f"{PREFIX}json")))
     solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(PREFIX)}
     start = len(PREFIX) + 2
-    numbers = {name: _number(document[name]) for name in _NUMBERS}
+    stored = {name: document[name] for name in _NUMBERS}
+    numbers: dict[str, Any] = {name: float("nan") if n is None else n for name, n in stored.items()}
 
     def named(kind: str) -> dict[str, np.ndarray]:
         whole = solution_arrays.items()
@@ -77,23 +69,9 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         converged=solution_arrays[f"{PREFIX}converged"],
         iterations=solution_arrays[f"{PREFIX}iterations"],
         violation=solution_arrays[f"{PREFIX}violation"],
-        unknowns=document["unknowns"],
-        truncation=numbers["truncation"],
-        seconds=numbers["seconds"],
-        setup_seconds=numbers["setup_seconds"],
-        compile_seconds=numbers["compile_seconds"],
-        memory=numbers["memory"],
+        **numbers,
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         contact=document["contact"],
         machine=str(document.get("machine", "")),
     )
-
-
-def _plain(value: float) -> float | None:
-    """Return None for NaN, which JSON does not know."""
-    return value if isinstance(value, int) or np.isfinite(value) else None
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else value

@@ -147,27 +147,21 @@ def curves(paths: Iterable[Path], steps: int, size: int) -> Iterator[tuple[list[
     """
     rest: list[np.ndarray] = []
     names: list[str] = []
+    _, files = parquet()
+    rows = max(1, _ROWS // steps) * steps  # of a file, whole surfaces at a time
     for path in paths:
-        for names, values in _read(path, steps):
-            rest.append(values)
-            joined = np.concatenate(rest)
-            whole = len(joined) // size * size
-            for start in range(0, whole, size):
-                yield names, joined[start : start + size]
-            rest = [joined[whole:]]
+        try:
+            with files.ParquetFile(path) as file:
+                names = sorted(set(file.schema_arrow.names) - set(INDEX))
+                for batch in file.iter_batches(batch_size=rows, columns=names):
+                    columns = [batch.column(name).to_numpy(zero_copy_only=False) for name in names]
+                    rest.append(np.stack(columns, axis=-1).reshape(-1, steps, len(names)))
+                    joined = np.concatenate(rest)
+                    whole = len(joined) // size * size
+                    for start in range(0, whole, size):
+                        yield names, joined[start : start + size]
+                    rest = [joined[whole:]]
+        except (OSError, ValueError) as error:
+            raise ResultsError(f"{path}: damaged results ({error})") from error
     if rest and len(rest[0]):
         yield names, rest[0]
-
-
-def _read(path: Path, steps: int) -> Iterator[tuple[list[str], np.ndarray]]:
-    """Yield the curves of a file, whole surfaces at a time."""
-    _, files = parquet()
-    try:
-        with files.ParquetFile(path) as file:
-            names = sorted(set(file.schema_arrow.names) - set(INDEX))
-            rows = max(1, _ROWS // steps) * steps
-            for batch in file.iter_batches(batch_size=rows, columns=names):
-                columns = [batch.column(name).to_numpy(zero_copy_only=False) for name in names]
-                yield names, np.stack(columns, axis=-1).reshape(-1, steps, len(names))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{path}: damaged results ({error})") from error

@@ -126,6 +126,14 @@ class Solution:
     @classmethod
     def empty(cls, task: Task, unknowns: int = 0) -> Solution:
         """Return a solution to be filled step by step: nothing converged yet."""
+        geometry, scene = task.geometry, task.scene
+        contact: Contact = ""
+        if scene.physics or scene.body is not None:
+            pass
+        elif isinstance(geometry, RoughGeometry):
+            contact = "periodic" if geometry.periodic else "free"
+        elif scene.indenter is not None and scene.indenter.regular and scene.half_space.uniform:
+            contact = "single"
         return cls(
             quantities={},
             converged=np.zeros(task.shape, dtype=bool),
@@ -133,7 +141,7 @@ class Solution:
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
             path=task.loads.is_path,
-            contact=_contact(task),
+            contact=contact,
         )
 
     @classmethod
@@ -259,6 +267,14 @@ class Solution:
                 for (row, step), item in getattr(part, name).items()
             }
 
+        histograms = base.distributions
+        if axis == REALISATIONS:  # of all parts that have them: the lines of later ones have none
+            histograms = {
+                name: np.concatenate(
+                    [p.distributions[name] for p in parts if name in p.distributions]
+                )
+                for name in dict.fromkeys(name for part in parts for name in part.distributions)
+            }
         names = dict.fromkeys(name for part in parts for name in part.quantities)
         joined = {
             name: np.concatenate(
@@ -270,7 +286,7 @@ class Solution:
         return replace(
             base,
             quantities=joined,
-            distributions=base.distributions if axis == STEPS else _joined_distributions(parts),
+            distributions=histograms,
             converged=np.concatenate([p.converged for p in parts], axis=axis),
             iterations=np.concatenate([p.iterations for p in parts], axis=axis),
             violation=np.concatenate([p.violation for p in parts], axis=axis),
@@ -285,25 +301,6 @@ class Solution:
             memory=max(p.memory for p in parts),
             machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
         )
-
-
-def _contact(task: Task) -> Contact:
-    geometry, scene = task.geometry, task.scene
-    if scene.physics or scene.body is not None:
-        return ""
-    if isinstance(geometry, RoughGeometry):
-        return "periodic" if geometry.periodic else "free"
-    regular = scene.indenter is not None and scene.indenter.regular
-    return "single" if regular and scene.half_space.uniform else ""
-
-
-def _joined_distributions(parts: Sequence[Solution]) -> dict[str, np.ndarray]:
-    """Return the histograms of all parts that have them; of the lines of later parts are none."""
-    names = dict.fromkeys(name for part in parts for name in part.distributions)
-    return {
-        name: np.concatenate([p.distributions[name] for p in parts if name in p.distributions])
-        for name in names
-    }
 
 
 # The solutions of a scene: (method, resolution) -> what came back, all realisations joined.

@@ -85,7 +85,7 @@ def test_points_in_any_order_and_missing_ones(tmp_path, rough):
     i, j = np.rint((table[0, :2] - (100, -3)) / STEPS).astype(int)
     kept = np.ones(rough.shape, bool)
     kept[i, j] = False
-    assert surface.undefined_fraction == pytest.approx(1 / rough.size)
+    assert any(f"1 of {rough.size} points" in step for step in surface.treatment)
     assert np.array_equal(surface.heights[kept], rough[kept] / 1e9)
 
 
