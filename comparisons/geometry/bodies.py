@@ -101,10 +101,9 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     contact : IndenterGeometry
         The indenter, with its contact on a half-space of the same elastic constants.
     """
-    table = scene.body
-    assert table is not None
+    assert scene.body is not None
     try:
-        return _geometry(table, read_body(Path(scene.directory) / table.file), contact)
+        return _geometry(scene.body, read_body(Path(scene.directory) / scene.body.file), contact)
     except FileError as error:
         raise SceneError(scene.name, [f"body.{problem}" for problem in error.problems]) from error
 
@@ -114,7 +113,16 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     along = AXES.index(table.direction[1])
     rows = [np.eye(3)[k] for k in range(3) if k != along]
     axes = np.array([*rows, (1.0 if table.direction[0] == "+" else -1.0) * np.eye(3)[along]])
-    problems = _mesh_problems(read.mesh)
+    problems, inverted, pieces = [], read.mesh.inverted(), read.mesh.parts()
+    if len(inverted):
+        some = ", ".join(str(cell) for cell in inverted[:SHOWN_CELLS])
+        more = ", ..." if len(inverted) > SHOWN_CELLS else ""
+        problems.append(
+            f"file: expected cells of positive volume, got {len(inverted)} of "
+            f"{len(read.mesh.cells)} inverted or flat (numbered from 0: {some}{more})"
+        )
+    if pieces > 1:
+        problems.append(f"file: expected one connected body, got {pieces} separate pieces")
     surface, surface_problems = _contact_surface(table, read, axes)
     problems += surface_problems
     for name in table.supports:
@@ -141,21 +149,6 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     )
     _check_supports(geometry)
     return geometry
-
-
-def _mesh_problems(mesh: SolidMesh) -> list[str]:
-    problems = []
-    inverted = mesh.inverted()
-    if len(inverted):
-        some = ", ".join(str(cell) for cell in inverted[:SHOWN_CELLS])
-        more = ", ..." if len(inverted) > SHOWN_CELLS else ""
-        problems.append(
-            f"file: expected cells of positive volume, got {len(inverted)} of {len(mesh.cells)} "
-            f"inverted or flat (numbered from 0: {some}{more})"
-        )
-    if mesh.parts() > 1:
-        problems.append(f"file: expected one connected body, got {mesh.parts()} separate pieces")
-    return problems
 
 
 def _unknown(name: str, read: BodyFile) -> str:

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -79,35 +79,30 @@ def mesh_of(path: Path) -> dict[str, Any]:
     cells = np.concatenate([block.data for block in raw.cells if block.type == kind])
     if raw.points.shape[1] != 3 or not np.isfinite(raw.points).all():
         raise FileError("expected finite coordinates x, y, z of all points")
-    used, numbers = np.unique(cells, return_inverse=True)
-    mesh = SolidMesh.from_vtk(kind, raw.points[used], numbers.reshape(cells.shape))
+    used, places = np.unique(cells, return_inverse=True)
+    mesh = SolidMesh.from_vtk(kind, raw.points[used], places.reshape(cells.shape))
     renumbered = np.full(len(raw.points), -1)
     renumbered[used] = np.arange(len(used))
-    parts = dict(_parts(raw, mesh, renumbered))
-    for surface in surfaces(path, raw):
-        if len(surface.nodes):
-            parts[surface.name] = _node_part(mesh, renumbered, surface.nodes)
+    # all names with their parts; of equal names the last counts
+    parts: dict[str, NamedPart] = {}
+    for name, mask in raw.point_data.items():
+        if mask.ndim == 1 and np.isfinite(mask).all():
+            parts[name] = _node_part(mesh, renumbered, np.flatnonzero(mask))
+    for name, nodes in raw.point_sets.items():
+        parts[name] = _node_part(mesh, renumbered, np.asarray(nodes, dtype=np.int64))
+    for name, chosen in _cell_groups(raw):
+        parts[name] = _cell_part(raw, mesh, renumbered, chosen)
+    for name, numbers in surfaces(path, raw):
+        if numbers.ndim == 1:
+            parts[name] = _node_part(mesh, renumbered, numbers)
         else:
-            faces = mesh.find(renumbered[surface.corners])
-            parts[surface.name] = NamedPart(faces, mesh.nodes_of(faces))
+            faces = mesh.find(renumbered[numbers])
+            parts[name] = NamedPart(faces, mesh.nodes_of(faces))
     answer = {"kind": mesh.kind.name, "points": mesh.points, "cells": mesh.cells}
     answer["parts"] = [(name, part.inside) for name, part in parts.items()]
     for k, part in enumerate(parts.values()):
         answer |= {f"{k}.faces": part.faces, f"{k}.nodes": part.nodes}
     return answer
-
-
-def _parts(
-    raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray
-) -> Iterator[tuple[str, NamedPart]]:
-    """Yield all names with their parts; of equal names the last counts."""
-    for name, mask in raw.point_data.items():
-        if mask.ndim == 1 and np.isfinite(mask).all():
-            yield name, _node_part(mesh, numbers, np.flatnonzero(mask))
-    for name, nodes in raw.point_sets.items():
-        yield name, _node_part(mesh, numbers, np.asarray(nodes, dtype=np.int64))
-    for name, chosen in _cell_groups(raw):
-        yield name, _cell_part(raw, mesh, numbers, chosen)
 
 
 def _cell_groups(raw: meshio.Mesh) -> Iterator[tuple[str, list[np.ndarray]]]:
@@ -181,16 +176,10 @@ FACES = {
 }
 
 
-class Surface(NamedTuple):
-    """The corners (k, 3 or 4) of its faces, or its nodes, as point numbers of the file."""
-
-    name: str
-    corners: np.ndarray
-    nodes: np.ndarray
-
-
-def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[Surface]:
+def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the surfaces of an Abaqus file, which meshio does not read: only its mesh and sets.
+
+    Names with the corners (k, 3 or 4) of faces, or with nodes (k,), as point numbers of the file.
 
         *SURFACE, NAME=top, TYPE=ELEMENT
         _top_S2, S2
@@ -201,13 +190,16 @@ def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[Surface]:
     if path.suffix.lower() != ".inp":
         return
     for name, kind, rows in _definitions(path.read_text(encoding="utf-8", errors="replace")):
-        by_nodes = kind == "NODE"
-        pieces = [_nodes(raw, row[0]) if by_nodes else _corners(raw, *row) for row in rows]
-        corners = [piece for piece in pieces if piece is not None]
-        if not corners or len(corners) < len(pieces):
-            continue
-        joined, none = np.concatenate(corners), np.zeros((0, 3), dtype=np.int64)
-        yield Surface(name, none, joined) if by_nodes else Surface(name, joined, none.ravel())
+        if kind == "NODE":
+            sets = {
+                key.upper(): np.asarray(nodes, np.int64) for key, nodes in raw.point_sets.items()
+            }
+            pieces = [sets.get(row[0].upper()) for row in rows]
+        else:
+            pieces = [_corners(raw, *row) for row in rows]
+        known = [piece for piece in pieces if piece is not None]
+        if known and len(known) == len(pieces):
+            yield name, np.concatenate(known)
 
 
 def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
@@ -228,12 +220,6 @@ def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
             if "NAME" in values:
                 yield values["NAME"], values.get("TYPE", "ELEMENT").upper(), rows
         keyword, rows = line.strip(), []
-
-
-def _nodes(raw: meshio.Mesh, chosen: str) -> np.ndarray | None:
-    sets = {key.upper(): value for key, value in raw.point_sets.items()}
-    nodes = sets.get(chosen.upper())
-    return None if nodes is None else np.asarray(nodes, dtype=np.int64)
 
 
 def _corners(raw: meshio.Mesh, chosen: str, face: str = "") -> np.ndarray | None:

@@ -46,7 +46,6 @@ from reduced.motion.elastic_impact import (
 from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs
-from reference import closed_form
 from reference import viscoelastic as reference
 from reference.dynamics.collision import collide, collide_curve
 from reference.dynamics.vibration import course
@@ -69,49 +68,24 @@ def history_of(loads: AbsoluteLoads, times: np.ndarray) -> History:
     return (times, loads.values) if loads.control == "force" else None
 
 
-def closed_course(
-    task: Task, times: np.ndarray, form: closed_form.ClosedForm, dynamics: Dynamics
-) -> Solution:
-    """Integrate the motion on the closed form of the contact."""
-    x = np.zeros(times.size)
-    later, history = times > 0, history_of(task.loads, times)
-    x[later] = course(form, dynamics.mass, dynamics.velocity.values[0], times[later], history)[0]
-    inside = np.maximum(x, 0.0)
-    curves = {"penetration": x, "contact_area": np.asarray(form.contact_area(inside))}
-    return Solution.of(task, curves | _force(task, form.force(inside)), violation=0.0)
-
-
-def spring_course(
-    task: Task, times: np.ndarray, profile: Profile, dynamics: Dynamics, resolution: int
-) -> Solution:
-    """Step the mass on the springs; springs and steps are refined together."""
-    modulus, history = task.scene.effective_modulus, history_of(task.loads, times)
-    contact, motion = _moved(profile, modulus, dynamics, history, float(times[-1]), resolution)
-    x = motion.at(times)[0]
-    force, _, stiffness = contact.respond(x)
-    curves = {"penetration": x, "equivalent_radius": stiffness / (2 * modulus)}
-    curves |= _force(task, force)
-    return Solution.of(task, curves, unknowns=2 * resolution, iterations=motion.evaluations)
-
-
 def _force(task: Task, force: np.ndarray) -> dict[str, np.ndarray]:
     """Return the contact's force, but where one on the mass is prescribed: that is another."""
     return {} if task.loads.control == "force" else {"force": np.asarray(force)}
 
 
 def _moved(
-    profile: Profile,
-    modulus: float,
-    dynamics: Dynamics,
-    history: History,
-    end: float,
-    resolution: int,
+    task: Task, times: np.ndarray, profile: Profile, dynamics: Dynamics
 ) -> tuple[SpringContact, Motion]:
     """Lay out springs and steps for the deepest point, and again where the motion goes deeper.
 
     A force that swings in time may drive the mass deeper than its energy at the start.
     """
-    mass, speed = dynamics.mass, dynamics.velocity.values[0]
+    mass, speed, resolution = dynamics.mass, dynamics.velocity.values[0], task.resolution
+    modulus, end, history = (
+        task.scene.effective_modulus,
+        float(times[-1]),
+        history_of(task.loads, times),
+    )
     push = 0.0 if history is None else max(0.0, float(history[1].max()))
     deepest = impact_depth(profile, modulus, 0.5 * mass * speed**2, push)
     for _ in range(_ROUNDS):
@@ -252,9 +226,14 @@ class ReducedImpact(ProfileSolver):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at all velocities, or follow it in time."""
-        if task.loads.times is not None:
-            course = task.loads.times, self.profile, self.dynamics
-            return spring_course(task, *course, task.resolution)
+        unknowns = 2 * task.resolution
+        if task.loads.times is not None:  # springs and steps are refined together
+            contact, motion = _moved(task, task.loads.times, self.profile, self.dynamics)
+            x = motion.at(task.loads.times)[0]
+            force, _, stiffness = contact.respond(x)
+            curves = {"penetration": x, "equivalent_radius": stiffness / (2 * self.modulus)}
+            curves |= _force(task, force)
+            return Solution.of(task, curves, unknowns=unknowns, iterations=motion.evaluations)
         row = Springs(self.profile, self.modulus, task.resolution, edges=self.edges)
         hit = strike(row, self.dynamics.mass, task.loads.values)
         curves = {
@@ -264,7 +243,7 @@ class ReducedImpact(ProfileSolver):
             "restitution": hit.restitution,
             "contact_duration": hit.duration,
         }
-        return Solution.of(task, curves, unknowns=2 * task.resolution)
+        return Solution.of(task, curves, unknowns=unknowns)
 
 
 class ClosedFormImpact(FormSolver):
@@ -280,9 +259,14 @@ class ClosedFormImpact(FormSolver):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Integrate each impact, or follow one in time."""
-        if task.loads.times is not None:
-            return closed_course(task, task.loads.times, self.form, self.dynamics)
-        return super().solve(task)
+        if task.loads.times is None:
+            return super().solve(task)
+        times, form, mass = task.loads.times, self.form, self.dynamics.mass
+        x, later, speed = np.zeros(times.size), times > 0, self.dynamics.velocity.values[0]
+        x[later] = course(form, mass, speed, times[later], history_of(task.loads, times))[0]
+        inside = np.maximum(x, 0.0)
+        curves = {"penetration": x, "contact_area": np.asarray(form.contact_area(inside))}
+        return Solution.of(task, curves | _force(task, form.force(inside)), violation=0.0)
 
     def steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         """Integrate each impact; elastic bodies give back all of the energy."""

@@ -71,18 +71,14 @@ def _answer(solver: Solver[Any], task: Task) -> Solution:
             raise MalformedError(f"solve: expected a Solution, got {in_kind(solution)}")
     except NO_ANSWER as error:
         return Solution.lost(task, error.reason)
-    # What the method has not computed itself.
-    solution.quantities.update(derived(solution.quantities, task.scene, is_round=_is_round(task)))
+    # What the method has not computed itself; a body of revolution pressed onto a plane touches it
+    # in a circle.
+    geometry, dragged = task.geometry, _DRAGGED & set(task.scene.physics)
+    is_round = isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric
+    on_plane = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
+    is_round = is_round and on_plane and not dragged
+    solution.quantities.update(derived(solution.quantities, task.scene, is_round=is_round))
     return solution
-
-
-def _is_round(task: Task) -> bool:
-    """Whether the contact is a circle: a body of revolution pressed onto a plane."""
-    geometry = task.geometry
-    if not isinstance(geometry, IndenterGeometry) or _DRAGGED & set(task.scene.physics):
-        return False
-    flat = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
-    return geometry.indenter.axisymmetric and flat
 
 
 def _cuts(task: Task, span: float) -> list[int]:

@@ -155,10 +155,8 @@ def press(
         if (changed == tolerance).all():
             break
         tolerance = changed
-    return best or _without_misses(result, violation)
-
-
-def _without_misses(result: PeerResult, violation: float) -> PeerResult:
+    if best is not None:
+        return best
     for index, contact in list(result.contacts.items()):
         if contact.violation > violation:
             result.reasons[index] = (

@@ -80,7 +80,17 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     edge = SHARP_EDGE if problem["shape"] in SHARP else EDGE
     model = _Model(problem["resolution"], edge, problem["poisson_ratio"], problem["stretch"])
     setup = time.perf_counter() - start
-    steps = [_step(model, problem, load) for load in problem["steps"]]
+    steps = []
+    for step in problem["steps"]:  # by an active set on the integration points
+        contact, value, rounds = _Contact(model, problem, step), math.inf, 0
+        for rounds in range(1, MOST_ROUNDS + 1):
+            before_round, value = value, contact.round()
+            if abs(value - before_round) <= SETTLED * abs(value):
+                steps.append(contact.answer() | {"rounds": rounds, "reason": ""})
+                break
+        else:
+            reason = f"the contact did not converge in {MOST_ROUNDS} rounds"
+            steps.append({"rounds": rounds, "reason": reason})
     return {
         "seconds": time.perf_counter() - start,
         "setup_seconds": setup,
@@ -190,17 +200,6 @@ def _gap(shape: str, p: dict[str, Any], radius: float, depth: float) -> Any:
 
 def _positive(value: Any) -> Any:
     return IfPos(value, value, 0.0)
-
-
-def _step(model: _Model, problem: dict[str, Any], step: dict[str, float]) -> dict[str, Any]:
-    """Solve one load by an active set on the integration points."""
-    contact = _Contact(model, problem, step)
-    value, rounds = math.inf, 0
-    for rounds in range(1, MOST_ROUNDS + 1):
-        before, value = value, contact.round()
-        if abs(value - before) <= SETTLED * abs(value):
-            return contact.answer() | {"rounds": rounds, "reason": ""}
-    return {"rounds": rounds, "reason": f"the contact did not converge in {MOST_ROUNDS} rounds"}
 
 
 class _Contact:

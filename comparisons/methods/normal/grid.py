@@ -245,27 +245,22 @@ def as_far_as_possible(task: Task, operator: ElasticBody, gap: np.ndarray, sweep
     """
 
     def run(loads: np.ndarray) -> Iterator[Contact]:
-        limit, reason = _limit(task, operator, gap)
+        # the load below which the surface has an answer, and why not above
+        limit, reason, control = np.inf, "", task.loads.control
+        if isinstance(task.geometry, RoughGeometry):
+            mean = float(gap.mean())
+            if control == "mean_gap":
+                limit, reason = mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
+            elif control == "penetration" and operator.periodic and not operator.sinks:
+                limit, reason = mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
         within = loads[loads < limit]
         if len(within):
             yield from sweep(within)
         if len(within) < len(loads):
-            control = task.loads.control.replace("_", " ")
-            raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {reason}")
+            called = control.replace("_", " ")
+            raise ConvergenceError(f"{called} {loads[len(within)]:.3g} m: {reason}")
 
     return run
-
-
-def _limit(task: Task, operator: ElasticBody, gap: np.ndarray) -> tuple[float, str]:
-    """Return the load below which a surface has an answer, and why not above."""
-    if not isinstance(task.geometry, RoughGeometry):
-        return np.inf, ""
-    mean = float(gap.mean())
-    if task.loads.control == "mean_gap":
-        return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
-    if task.loads.control == "penetration" and operator.periodic and not operator.sinks:
-        return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
-    return np.inf, ""
 
 
 def contact_step(task: Task, operator: ElasticBody, contact: Contact, grid: Grid) -> Step:
@@ -299,7 +294,10 @@ def contact_quantities(
     }
     if rough:
         values["mean_gap"] = contact.mean_gap
-        values |= _patch_quantities(mask, grid, periodic, quantities)
+        if quantities & {"contact_count", "contact_length"}:
+            patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
+            length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
+            values |= {"contact_count": float(patches.count), "contact_length": length}
     asked = bool(quantities & {"stiffness", "contact_length_stiffness"})
     cut = rough and not periodic and not task.scene.physics and reaches_rim(mask)
     if asked or cut:
@@ -339,25 +337,6 @@ def contact_distributions(task: Task, contact: Contact, grid: Grid) -> dict[str,
     return of_values(task, {name: values[name]() for name in names})
 
 
-def _patch_quantities(
-    mask: np.ndarray, grid: Grid, periodic: bool, quantities: set[str]
-) -> dict[str, float]:
-    if not quantities & {"contact_count", "contact_length"}:
-        return {}
-    patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
-    length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
-    return {"contact_count": float(patches.count), "contact_length": length}
-
-
-def block_areas(grid: Grid, blocks: tuple[np.ndarray, np.ndarray] | None) -> np.ndarray:
-    """Return the area of every cell, or of every block of cells."""
-    area = grid.spacing[0] * grid.spacing[1]
-    if blocks is None:
-        return np.full(grid.gap.shape, area)
-    sides = [np.diff([*starts, n]) for starts, n in zip(blocks, grid.gap.shape, strict=True)]
-    return np.asarray(area * np.outer(*sides), dtype=float)
-
-
 def pressure_of(
     task: Task, contact: Contact, grid: Grid
 ) -> Callable[[], dict[str, np.ndarray]] | None:
@@ -376,8 +355,14 @@ def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.nda
     coarse = partial(block_means, blocks=blocks)
     if task.wants_pressure:
         x, y = (coarse(axis) for axis in grid.centres)
+        cell = grid.spacing[0] * grid.spacing[1]
+        if blocks is None:
+            area = np.full(grid.gap.shape, cell)
+        else:
+            sides = [np.diff([*b, n]) for b, n in zip(blocks, grid.gap.shape, strict=True)]
+            area = cell * np.outer(*sides)
         fields |= grid_pressure(x, y, coarse(contact.pressure)) | {
-            "pressure_weight": block_areas(grid, blocks).ravel(),
+            "pressure_weight": area.ravel(),
             "displacement": coarse(contact.displacement).ravel(),
             # Infinite where the shape has no material.
             "gap": (coarse(grid.gap) - contact.penetration + coarse(contact.displacement)).ravel(),

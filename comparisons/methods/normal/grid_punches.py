@@ -90,7 +90,15 @@ def solve_punch(
     if task.wants_pressure:
         for step, depth in enumerate(depths):
             solution.keep(task, (0, step), partial(_pressure, grid, answer, float(depth)))
-    solution.fields = _fields(task, grid, answer, float(depths[-1]))
+    last = float(depths[-1])
+    solution.fields = {"penetration": np.array(last)}
+    if task.wants_pressure:  # the arrays that plots use, as for every half-space solution
+        displacement = last * operator.apply(answer.pressure)
+        solution.fields |= _pressure(grid, answer, last) | {
+            "pressure_weight": np.full(displacement.size, operator.cell_area),
+            "displacement": displacement.ravel(),
+            "gap": np.where(fractions > 0, displacement - last, np.inf).ravel(),
+        }
     return solution
 
 
@@ -104,26 +112,3 @@ def _pressure(
     ]
     x, y = np.meshgrid(*axes, indexing="ij")
     return grid_pressure(x, y, depth * answer.pressure)
-
-
-def _fields(
-    task: Task,
-    grid: tuple[FreeOperator, np.ndarray, tuple[float, float]],
-    answer: FaceResponse,
-    depth: float,
-) -> dict[str, np.ndarray]:
-    """Return the arrays that plots use, as for every half-space solution."""
-    fields = {"penetration": np.array(depth)}
-    if not task.wants_pressure:
-        return fields
-    operator, fractions, _ = grid
-    displacement = depth * operator.apply(answer.pressure)
-    return (
-        fields
-        | _pressure(grid, answer, depth)
-        | {
-            "pressure_weight": np.full(displacement.size, operator.cell_area),
-            "displacement": displacement.ravel(),
-            "gap": np.where(fractions > 0, displacement - depth, np.inf).ravel(),
-        }
-    )

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.table import ENCLOSED
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.methods.normal.proved_rough import proof_of_surface
+from comparisons.methods.normal.proved_rough import RoughProof, proof_of_surface
 from comparisons.methods.solver import Refused
 from comparisons.scene.indenters import axisymmetric as round_shapes
 from comparisons.scene.indenters.ellipsoid import Ellipsoid
@@ -120,7 +120,7 @@ def enclosures_asked_for(
         raise
 
 
-def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof:
+def check_enclosed(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> Proof | RoughProof:
     """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
     proof = proof_of(scene, geometry)
     if loads.control not in ("penetration", "force") or loads.is_path:
@@ -156,7 +156,7 @@ def _growing(at: At) -> Of:
     return over
 
 
-def proof_of(scene: Scene, geometry: Geometry) -> Proof:
+def proof_of(scene: Scene, geometry: Geometry) -> Proof | RoughProof:
     """Return the enclosures of a scene."""
     if scene.body is not None:
         raise Refused("the theorems are for a half-space, and the [body] is finite")
@@ -169,9 +169,7 @@ def proof_of(scene: Scene, geometry: Geometry) -> Proof:
     # widths fall with the third power of the cells; more than twice as many take minutes
     finer = min(max((0.01 / scene.compare.tolerance) ** (1 / 3), 1.0), 2.0)
     if isinstance(geometry, RoughGeometry):
-        rough = proof_of_surface(scene, geometry, finer)
-        proofs = rough.force, rough.penetration, rough.energy, rough.stiffness
-        return Proof(*proofs, deepest=rough.deepest)
+        return proof_of_surface(scene, geometry, finer)
     indenter, modulus = scene.indenter, scene.effective_modulus
     assert indenter is not None
     profile, cells = _profile(indenter), round(_ROUND * finer)

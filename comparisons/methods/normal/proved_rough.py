@@ -44,6 +44,7 @@ class RoughProof:
     geometry: RoughGeometry
     modulus: float
     finer: float = 1.0
+    heaviest = math.inf  # any force has its bounds
 
     @cached_property
     def _heights(self) -> np.ndarray:

@@ -29,40 +29,11 @@ from reference.layered.stack import Stack, plane_modulus
 MOST_LINES = 300
 
 
-class Springs(NamedTuple):
-    """What the stretches of a line have: E*, and how contacts end."""
-
-    modulus: float
-    edges: str
-
-
-def put_distributions(
-    solution: Solution, task: Task, lines: RoughLines, springs: Springs, depths: np.ndarray
-) -> None:
-    """Store the distributions that a task asks for, of the first lines at the last load.
-
-    Parameters
-    ----------
-    solution : Solution
-    task : Task
-    lines : RoughLines
-    springs : Springs
-    depths : ndarray, shape (lines,)
-        Penetrations at the last load.
-    """
-    names = wanted(task)
-    if not names or task.realisations[0] >= MOST_LINES:
-        return
-    for row, depth in enumerate(depths[:MOST_LINES]):
-        values = line_values(lines[row], springs, float(depth), task.geometry.size)
-        solution.put_distributions(row, of_values(task, {name: values[name] for name in names}))
-
-
 def line_values(
-    line: RoughLines, springs: Springs, depth: float, size: tuple[float, float]
+    line: RoughLines, modulus: float, edges: str, depth: float, size: tuple[float, float]
 ) -> dict[str, Stretches]:
     """Return pressures, gaps and sizes of a line; weights as of a surface of the given sides."""
-    contacts = regions(line, depth, edges=springs.edges)
+    contacts = regions(line, depth, edges=edges)
     # Of each stretch the deflections at its ends, its width, and its region (-1: none). A free line
     # goes on for half a cell beyond its outer points, at their height.
     heights = line.single()
@@ -80,7 +51,7 @@ def line_values(
     first, last, region = delta[begin], delta[end], np.maximum(label[begin], label[end])
     touching = region >= 0
     share = np.pi / 4 * contacts.lengths[region[touching]]
-    stiff = springs.modulus / share
+    stiff = modulus / share
     area = size[0] * size[1]
     return {
         "pressure_distribution": Stretches(
@@ -230,8 +201,12 @@ class ReducedLines(LineSolver):
                 ]
             )
         solution = Solution.of(task, curves, unknowns=lines.points, setup_seconds=setup.seconds)
-        springs = Springs(self.modulus, self.edges)
-        put_distributions(solution, task, lines.rough, springs, contact.penetration[:, -1])
+        if (names := wanted(task)) and task.realisations[0] < MOST_LINES:
+            for row, depth in enumerate(contact.penetration[:MOST_LINES, -1]):
+                size = task.geometry.size
+                found = line_values(lines.rough[row], self.modulus, self.edges, float(depth), size)
+                some = of_values(task, {name: found[name] for name in names})
+                solution.put_distributions(row, some)
         # A mean gap wider than at first touch leaves a line without contact.
         for row, step in np.argwhere(contact.contact_count == 0):
             solution.fail((int(row), int(step)), "nothing touches at this load")

@@ -69,7 +69,15 @@ class NgSolve(Solver[IndenterGeometry]):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Solve all loads in one process of the peer."""
         geometry, solution = task.geometry, Solution.empty(task)
-        steps = _steps(task, geometry, solution)
+        # the scales of each load step, and its load in them; a step without any has failed
+        steps, modulus = {}, task.scene.effective_modulus
+        for step, load in enumerate(task.loads.values):
+            radius, depth = _scales(task, geometry, step)
+            if not (radius > 0.0 and depth > 0.0):
+                solution.fail((0, step), geometry.unreached.get(step, "no estimate of its contact"))
+                continue
+            unit = depth if task.loads.control == "penetration" else modulus * radius * depth
+            steps[step] = {"radius": radius, "depth": depth, "load": float(load / unit)}
         if not steps:
             return solution
         shape = geometry.indenter.model_dump()
@@ -97,27 +105,22 @@ class NgSolve(Solver[IndenterGeometry]):
             if answer["reason"]:
                 solution.fail((0, step), answer["reason"])
                 continue
-            solution.put((0, step), _quantities(task, geometry, scales, answer))
+            radius, depth = scales["radius"], scales["depth"]
+            raw = radius**2 * answer["counted_area"]
+            values = {
+                "penetration": depth * answer["penetration"],
+                "force": modulus * radius * depth * answer["force"],
+                "contact_area": _area(geometry, radius, raw, answer),
+                "contact_area_raw": raw,
+                "stiffness": modulus * radius * answer["stiffness"],
+                "contact_length_stiffness": radius * answer["stiffness"],
+            }
+            solution.put((0, step), values)
         if solution.converged[0, -1]:
             solution.fields = {"penetration": solution.quantities["penetration"][0, -1]}
         for name in ("unknowns", "seconds", "setup_seconds", "memory"):
             setattr(solution, name, outcome.answer[name])
         return solution
-
-
-def _steps(
-    task: Task, geometry: IndenterGeometry, solution: Solution
-) -> dict[int, dict[str, float]]:
-    """Return the scales of each load step, and its load in them; a step without any has failed."""
-    steps, modulus = {}, task.scene.effective_modulus
-    for step, load in enumerate(task.loads.values):
-        radius, depth = _scales(task, geometry, step)
-        if not (radius > 0.0 and depth > 0.0):
-            solution.fail((0, step), geometry.unreached.get(step, "no estimate of its contact"))
-            continue
-        unit = depth if task.loads.control == "penetration" else modulus * radius * depth
-        steps[step] = {"radius": radius, "depth": depth, "load": float(load / unit)}
-    return steps
 
 
 def _scales(task: Task, geometry: IndenterGeometry, step: int) -> tuple[float, float]:
@@ -132,22 +135,6 @@ def _scales(task: Task, geometry: IndenterGeometry, step: int) -> tuple[float, f
     load = task.loads.values[step]
     depth = float(load if task.loads.control == "penetration" else form.penetration(load))
     return float(np.sqrt(np.prod(form.semi_axes(depth)))), depth
-
-
-def _quantities(
-    task: Task, geometry: IndenterGeometry, scales: dict[str, float], answer: dict[str, float]
-) -> dict[str, float]:
-    """Return the quantities with their units; the load as it was prescribed."""
-    radius, depth, modulus = scales["radius"], scales["depth"], task.scene.effective_modulus
-    raw = radius**2 * answer["counted_area"]
-    return {
-        "penetration": depth * answer["penetration"],
-        "force": modulus * radius * depth * answer["force"],
-        "contact_area": _area(geometry, radius, raw, answer),
-        "contact_area_raw": raw,
-        "stiffness": modulus * radius * answer["stiffness"],
-        "contact_length_stiffness": radius * answer["stiffness"],
-    }
 
 
 def _area(geometry: IndenterGeometry, radius: float, raw: float, answer: dict[str, float]) -> float:

@@ -54,23 +54,19 @@ class GridPlasticity(BemFft):
         hardness, tolerance = self.plasticity.hardness, self.tolerance
         path = reference_loads.LoadPath(task.loads.control, loads)
         for dent in capped.along(operator, grid.gap, hardness, path, tolerance=tolerance):
-            yield self._dented(task, operator, dent, grid)
-
-    def _dented(self, task: Task, operator: ElasticBody, dent: capped.Dent, grid: Grid) -> Step:
-        """Return the step of the elastic contact with the dented surface, and what has yielded."""
-        # first, as the step may forget the displacement
-        area = located_area(dent.contact, self.plasticity.hardness, patch=True)
-        elastic = contact_step(task, operator, dent.contact, grid)
-        yielded = {
-            "contact_area": area,
-            "residual_depth": dent.residual_depth,
-            "plastic_share": dent.plastic_share,
-        }
-        return replace(
-            elastic,
-            quantities={**elastic.quantities, **yielded},
-            fields=partial(_fields, elastic, dent),
-        )
+            # first, as the step of the elastic contact may forget the displacement
+            area = located_area(dent.contact, hardness, patch=True)
+            elastic = contact_step(task, operator, dent.contact, grid)
+            yielded = {
+                "contact_area": area,
+                "residual_depth": dent.residual_depth,
+                "plastic_share": dent.plastic_share,
+            }
+            yield replace(
+                elastic,
+                quantities={**elastic.quantities, **yielded},
+                fields=partial(_fields, elastic, dent),
+            )
 
 
 def _fields(elastic: Step, dent: capped.Dent) -> Fields:

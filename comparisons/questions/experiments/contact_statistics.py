@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
-from comparisons.methods.normal.reduced_lines import Springs, line_values
+from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.experiments.experiment import (
     Above,
     Finding,
@@ -251,7 +251,7 @@ def _of_lines(surface: Surface, load: float) -> dict[str, Stretches]:
     drawn = lines.draw()
     depths = press_line(drawn, 1.0, Load("force", load)).penetration[:, 0]
     several = [
-        line_values(drawn[row], Springs(1.0, "sub_cell"), float(depth), (1.0, 1.0))
+        line_values(drawn[row], 1.0, "sub_cell", float(depth), (1.0, 1.0))
         for row, depth in enumerate(depths)
     ]
     return {

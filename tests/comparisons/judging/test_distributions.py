@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparisons.judging.distributions import distance
-from comparisons.methods.normal.reduced_lines import Springs, line_values
+from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.single import solve_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SceneError, load_scene
@@ -61,7 +61,7 @@ def test_a_line_carries_its_force_and_area_and_is_open_by_its_mean_gap():
     for periodic in (True, False):
         line = RoughLines(heights - heights.mean(), 0.25, periodic)
         contact = press(line, 2.0, Load("penetration", 4.0))
-        values = line_values(line, Springs(2.0, "sub_cell"), 4.0, (16.0, 16.0))
+        values = line_values(line, 2.0, "sub_cell", 4.0, (16.0, 16.0))
         pressure, gap, sizes = (values[name] for name in ALL)
         nominal = line.length**2
         ends = [np.maximum(side, 0) for side in (pressure.first, pressure.last)]
