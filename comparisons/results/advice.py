@@ -257,10 +257,23 @@ def advise(record: SceneRecord) -> Advice:
         for level in levels(record, method)
     ]
     if truth:
-        bars = tuple(_truth_verdict(record, name) for name in record.quantities)
+        bars = []
+        for name in record.quantities:
+            asked: dict[str, Any] = {
+                "quantity": name,
+                "at": equal_at(record, name),
+                "tolerance": record.tolerance,
+            }
+            if name in nothing:
+                bars.append(Verdict(**asked, reason=nothing[name], counts=False))
+                continue
+            uncertainty = record.reference.uncertainty.get(name, math.nan)
+            known = record.reference.bars.get(name) or Bar(uncertainty, -1)
+            decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
+            bars.append(Verdict(**asked, **decided))
         called = selection.title(record, truth)
         spent = cost(record, truth, finest_truth)
-        settings.append(Setting(truth, finest_truth, spent, bars, True, True, called))
+        settings.append(Setting(truth, finest_truth, spent, tuple(bars), True, True, called))
     depths = {name: finest(record, name) for name in selection.methods(record)}
     advice = Advice(
         tuple(name for name in record.quantities if name not in nothing),
@@ -270,20 +283,6 @@ def advise(record: SceneRecord) -> Advice:
         unanswered=nothing,
     )
     return replace(advice, sentence=_sentence(record, advice), single=_single(record))
-
-
-def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
-    asked: dict[str, Any] = {
-        "quantity": name,
-        "at": equal_at(record, name),
-        "tolerance": record.tolerance,
-    }
-    if name in unanswered(record):
-        return Verdict(**asked, reason=unanswered(record)[name], counts=False)
-    reference = record.reference
-    known = reference.bars.get(name) or Bar(reference.uncertainty.get(name, math.nan), -1)
-    decided = vars(judged(0.0, known.bar, record.tolerance)) | {"step": known.step}
-    return Verdict(**asked, **decided)
 
 
 def _sentence(record: SceneRecord, advice: Advice) -> str:

@@ -27,14 +27,10 @@ def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
     """Return what is wrong with the arrays of one solution, at the last load and before."""
     problems = _problems_at_one_load(fields)
     for step in stored_steps(fields) if not problems else ():
-        earlier = _problems_at_one_load(_pressure_at(fields, step))
+        own = {name: value for name, value in at_step(fields, step).items() if name in NAMES}
+        earlier = _problems_at_one_load(own)
         problems += [f"step {step}: {problem}" for problem in earlier]
     return problems
-
-
-def _pressure_at(fields: dict[str, np.ndarray], step: int) -> dict[str, np.ndarray]:
-    """Return the arrays that an earlier load has of its own."""
-    return {name: value for name, value in at_step(fields, step).items() if name in NAMES}
 
 
 def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
@@ -59,12 +55,7 @@ def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
         shapes = {arrays[name].shape for name in group if name in arrays}
         if len(shapes) > 1 or any(len(shape) != 1 or shape == (0,) for shape in shapes):
             problems.append(f"{', '.join(group)}: expected lists of one length")
-    return problems + _shape_problems(fields)
-
-
-def _shape_problems(fields: dict[str, np.ndarray]) -> list[str]:
-    """Check the arrays that say how others are laid out."""
-    problems = []
+    # the arrays that say how others are laid out
     shape = fields.get("pressure_shape")
     if shape is not None and (
         shape.shape != (2,)

@@ -62,7 +62,22 @@ def finest(record: SceneRecord, method: str) -> int | None:
 def setting_verdicts(record: SceneRecord, method: str, resolution: float) -> tuple[Verdict, ...]:
     """Return the verdict on each asked quantity of one method at one resolution."""
     known = _judged(record).get((method, float(resolution)), {})
-    return tuple(known.get(name) or _not_asked(record, name, method) for name in record.quantities)
+    nothing, unasked = (
+        unanswered(record),
+        f"the {selection.title(record, method)} was not asked for",
+    )
+    return tuple(
+        known.get(name)
+        or Verdict(
+            method=method,
+            quantity=name,
+            at=equal_at(record, name),
+            tolerance=record.tolerance,
+            reason=nothing.get(name, unasked),
+            counts=name not in nothing,
+        )
+        for name in record.quantities
+    )
 
 
 @once
@@ -73,18 +88,6 @@ def _judged(record: SceneRecord) -> dict[tuple[str, float], dict[str, Verdict]]:
         if item.at == equal_at(record, item.quantity):
             settings.setdefault((item.method, item.resolution), {})[item.quantity] = item
     return settings
-
-
-def _not_asked(record: SceneRecord, name: str, method: str) -> Verdict:
-    nothing = unanswered(record)
-    return Verdict(
-        method=method,
-        quantity=name,
-        at=equal_at(record, name),
-        tolerance=record.tolerance,
-        reason=nothing.get(name, f"the {selection.title(record, method)} was not asked for"),
-        counts=name not in nothing,
-    )
 
 
 def verdicts(record: SceneRecord, method: str = MODEL) -> tuple[Verdict, ...]:

@@ -69,7 +69,10 @@ def held(directory: Path) -> Iterator[None]:
     try:
         lock.acquire()
     except Timeout as error:
-        raise ResultsError(f"{directory}: in use by {_holder(path)}") from error
+        holder = ""
+        with contextlib.suppress(OSError):
+            holder = path.read_text(encoding="utf-8").strip()
+        raise ResultsError(f"{directory}: in use by {holder or 'another process'}") from error
     except OSError as error:
         if error.errno not in (errno.ENOLCK, errno.ENOTSUP):  # file systems without locks
             raise
@@ -87,13 +90,6 @@ def held(directory: Path) -> Iterator[None]:
                 if new:
                     directory.rmdir()  # where nothing was written
         lock.release()
-
-
-def _holder(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8").strip() or "another process"
-    except OSError:
-        return "another process"
 
 
 def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
@@ -117,9 +113,16 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
             f"{directory} {state}: use --resume to continue, --overwrite to replace "
             "it, or --out for another folder"
         )
-    if used:
-        _check_ownership(directory, layout)
     answers = directory / layout.answers
+    if used:  # nothing of others is touched
+        if layout.answers and answers.is_symlink():
+            raise ResultsError(f"{answers}: expected a folder, got a link to another place")
+        foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
+        if foreign and layout.record not in foreign:
+            raise ResultsError(
+                f"{directory} has {', '.join(foreign)} that roughline has not written, or another "
+                "of its commands: choose another --out"
+            )
     answers.mkdir(parents=True, exist_ok=True)
     clear_leftovers(directory, {*layout.tables, layout.record})
     if layout.answers:
@@ -160,16 +163,3 @@ def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
         leftover = LEFTOVER.fullmatch(path.name)
         if leftover and (leftover["meant"] in names or OWN_FILE.fullmatch(leftover["meant"])):
             path.unlink()
-
-
-def _check_ownership(directory: Path, layout: Layout) -> None:
-    """Refuse folders that have results of others."""
-    answers = directory / layout.answers
-    if layout.answers and answers.is_symlink():
-        raise ResultsError(f"{answers}: expected a folder, got a link to another place")
-    foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
-    if foreign and layout.record not in foreign:
-        raise ResultsError(
-            f"{directory} has {', '.join(foreign)} that roughline has not written, or another of "
-            "its commands: choose another --out"
-        )

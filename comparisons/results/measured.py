@@ -62,19 +62,18 @@ def modulus_sentence(scene: SceneRecord) -> str:
     fits = modulus_fits(scene)
     if not fits:
         return "Measured curve: no modulus, as too few points lie within the computed depths."
-    moduli = ", ".join(f"{_fitted(fit)} by {title_of(name)}" for name, fit in fits.items())
+    moduli = []
+    for name, fit in fits.items():
+        scale = fmt.prefix_for(fit.modulus, "Pa")
+        spread = fmt.number(fit.half_width * scale.factor, 2)
+        zero = f", first touch at {fmt.with_unit(fit.zero, 'm')}," if fit.zero else ""
+        text = f"{fmt.number(fit.modulus * scale.factor, 4)} ± {spread} {scale.unit}{zero}"
+        moduli.append(f"{text} by {title_of(name)}")
     used, count = next(iter(fits.values())).used, len(measured[0])
     return (
-        f"Measured curve: E* = {moduli}; 95 % intervals for independent noise, "
+        f"Measured curve: E* = {', '.join(moduli)}; 95 % intervals for independent noise, "
         f"{fmt.count(used)} of {fmt.count(count)} points."
     )
-
-
-def _fitted(fit: ModulusFit) -> str:
-    scale = fmt.prefix_for(fit.modulus, "Pa")
-    spread = fmt.number(fit.half_width * scale.factor, 2)
-    zero = f", first touch at {fmt.with_unit(fit.zero, 'm')}," if fit.zero else ""
-    return f"{fmt.number(fit.modulus * scale.factor, 4)} ± {spread} {scale.unit}{zero}"
 
 
 LEVEL = 0.95

@@ -116,7 +116,13 @@ class Inquiries(Generic[A]):
         try:
             while True:
                 jobs = next(inquiry) if answers is None else inquiry.send(answers)
-                wait = _Wait(name, inquiry, self._solved(jobs))
+                wait = _Wait(name, inquiry, {})
+                for job in jobs:  # the answers that are kept
+                    done = None if job.key in self._open else self._answers.get(job)
+                    if done is not None:
+                        wait.answers[job.key] = done
+                        if job.key not in self._done:
+                            self._receive(done)
                 missing = {job.key: job for job in jobs if job.key not in wait.answers}
                 if missing:
                     wait.missing.update(missing)
@@ -131,17 +137,6 @@ class Inquiries(Generic[A]):
             self.answers[name] = end.value
         except LostWorkError as error:
             self.lost[name] = str(error)
-
-    def _solved(self, jobs: Sequence[Job]) -> dict[str, Done]:
-        """Return the answers that are kept."""
-        answers = {}
-        for job in jobs:
-            done = None if job.key in self._open else self._answers.get(job)
-            if done is not None:
-                answers[job.key] = done
-                if job.key not in self._done:
-                    self._receive(done)
-        return answers
 
     def _receive(self, done: Done) -> None:
         self._done.add(done.job.key)

@@ -144,24 +144,17 @@ class Forecast:
         """Return the estimated seconds of a job, or None if unknown."""
         costs = self._costs.get((kind.scene, kind.method))
         if costs is None:
-            return self._of_method(kind)
+            of_method = [c for (_, name), c in self._costs.items() if name == kind.method]
+            alike = [cost for costs in of_method for cost in costs.values()]
+            if not alike:
+                return None
+            spent, _, count = (sum(column) for column in zip(*alike, strict=True))
+            return spent / count * kind.realisations
         nearest = min(costs, key=lambda n: abs(math.log(n / kind.resolution)))
         spent, solved, count = costs[nearest]
         doublings = math.log2(kind.resolution / nearest)
         grown = spent - solved + solved * growth(kind.method) ** doublings
         return grown / count * kind.realisations
-
-    def _of_method(self, kind: Kind) -> float | None:
-        costs = [
-            cost
-            for (_, method), costs in self._costs.items()
-            if method == kind.method
-            for cost in costs.values()
-        ]
-        if not costs:
-            return None
-        spent, _, count = (sum(column) for column in zip(*costs, strict=True))
-        return spent / count * kind.realisations
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return the remaining time of jobs, divided among the workers."""

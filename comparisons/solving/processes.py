@@ -90,9 +90,22 @@ class ProcessExecutor(Executor):
                 self._start()
                 ended, _ = wait(self._running, return_when=FIRST_COMPLETED)
                 for future in ended:
-                    done = self._result(future)
-                    if done is not None:
-                        yield done
+                    job = self._running.pop(future)
+                    try:
+                        value, seconds = future.result()
+                    except BrokenExecutor as error:
+                        self._tried[job.key] += 1
+                        if self._tried[job.key] < ATTEMPTS:
+                            self._suspects.append(job)
+                            continue
+                        signals = sorted(set(_SIGNAL.findall(str(error))))
+                        lost = f"its process was killed {ATTEMPTS} times"
+                        lost += f" ({', '.join(signals)})" if signals else ""
+                        lost += ", most likely for lack of memory" if "SIGKILL" in signals else ""
+                        yield Done(job, lost=lost)
+                    else:
+                        self._used.add(job.kind.method)
+                        yield Done(job, value, seconds)
         finally:
             self.end()
 
@@ -167,24 +180,6 @@ class ProcessExecutor(Executor):
                 return place
             fitting = place if fitting is None else fitting
         return fitting
-
-    def _result(self, future: Future[Any]) -> Done | None:
-        """Return what became of a job, None where it is tried again."""
-        job = self._running.pop(future)
-        try:
-            value, seconds = future.result()
-        except BrokenExecutor as error:
-            self._tried[job.key] += 1
-            if self._tried[job.key] < ATTEMPTS:
-                self._suspects.append(job)
-                return None
-            signals = sorted(set(_SIGNAL.findall(str(error))))
-            lost = f"its process was killed {ATTEMPTS} times"
-            lost += f" ({', '.join(signals)})" if signals else ""
-            lost += ", most likely for lack of memory" if "SIGKILL" in signals else ""
-            return Done(job, lost=lost)
-        self._used.add(job.kind.method)
-        return Done(job, value, seconds)
 
 
 def _begin(parent: int, common: str) -> None:
