@@ -8,8 +8,8 @@ from pathlib import Path
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.results import runs
-from comparisons.results.runs import MOVED, SAME, SLOWER, Change, RunComparison
+from comparisons.results import run_comparison
+from comparisons.results.run_comparison import MOVED, SAME, SLOWER, Change, RunComparison
 from comparisons.results.store import StudyRecord, load_study
 from reports.tables.runs import changes
 from roughline import notebook
@@ -24,7 +24,7 @@ class Changes:
 
     Attributes
     ----------
-    record : comparisons.results.runs.RunComparison
+    record : comparisons.results.run_comparison.RunComparison
     """
 
     record: RunComparison
@@ -107,7 +107,7 @@ def compare_runs(
     ]
     if problems:
         raise InputError("\n".join(problems))
-    return Changes(runs.compare_runs(_record(before), _record(after), tolerance, slower))
+    return Changes(run_comparison.compare_runs(_record(before), _record(after), tolerance, slower))
 
 
 def _record(run: str | Path | Results) -> StudyRecord:

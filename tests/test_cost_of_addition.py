@@ -74,7 +74,7 @@ PHYSICS = '''
 """The table [toy_physics]."""
 
 from comparisons.scene.fields import Positive
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 
 
 class Toy(PhysicsTable):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comparisons.facts.quantities import quantity
-from comparisons.facts.quantities.table import ENCLOSED
+from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.formatting import duration, relative
 from comparisons.judging.verdicts import Number
 

@@ -2,7 +2,7 @@
 
 A driver module (`run_tamaas`, `run_contactmechanics`) makes a `Peer`; this module contains their
 common part. The problem is dimensionless: E* = 1, lengths in units of the domain, heights in units
-of a typical penetration (`comparisons.peers.press`), which avoids trouble with units.
+of a typical penetration (`comparisons.peers.client`), which avoids trouble with units.
 """
 
 from __future__ import annotations

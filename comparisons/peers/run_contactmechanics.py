@@ -20,7 +20,7 @@ MOST_ITERATIONS = 10_000
 
 
 def solve(problem: Problem) -> dict[str, Any]:
-    """Solve a problem of `comparisons.peers.press`."""
+    """Solve a problem of `comparisons.peers.client`."""
     return drive(problem, ContactMechanicsPeer)
 
 

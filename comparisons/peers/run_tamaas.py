@@ -22,7 +22,7 @@ _FREE = "dcfft"  # Tamaas' name of the discrete convolution with Love's kernel
 
 
 def solve(problem: Problem) -> dict[str, Any]:
-    """Solve a problem of `comparisons.peers.press`."""
+    """Solve a problem of `comparisons.peers.client`."""
     return drive(problem, TamaasPeer)
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from comparisons.facts.quantities.table import ENCLOSED
+from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.judging.located import located_uncertainty
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import missed_by

@@ -24,7 +24,7 @@ from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
 from comparisons.machine import source_digest
 from comparisons.methods.registry import solver_of
 from comparisons.questions.campaign import Campaign, Options
-from comparisons.results.ensemble import (
+from comparisons.results.ensemble_folder import (
     RECORD,
     SURFACES,
     TABLE,

@@ -23,7 +23,7 @@ from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.questions.ensemble import Ensemble, result_of
 from comparisons.questions.study import Study, solve_task
-from comparisons.results.ensemble import (
+from comparisons.results.ensemble_folder import (
     RECORD,
     SURFACES,
     EnsembleRecord,
@@ -34,7 +34,7 @@ from comparisons.results.ensemble import (
 )
 from comparisons.results.folder import filled
 from comparisons.results.header import Header
-from comparisons.results.runs import MOVED
+from comparisons.results.run_comparison import MOVED
 from comparisons.results.selection import setting_rows
 from comparisons.results.store import FIELDS, STUDY, Run, SceneRecord, StudyRecord, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated

@@ -18,7 +18,7 @@ from comparisons.questions.campaign import Campaign, Options
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.results.store import (
     DISTRIBUTIONS,
     FIELDS,

@@ -36,7 +36,7 @@ from comparisons.results.decisions import (
     unanswered,
     verdicts,
 )
-from comparisons.results.runs import SLOWER
+from comparisons.results.run_comparison import SLOWER
 from comparisons.results.store import SceneRecord, once
 
 # Its errors are against a finer grid of its own.

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from comparisons.questions import ensemble
-from comparisons.results.ensemble import SURFACES, load_ensemble, survey
+from comparisons.results.ensemble_folder import SURFACES, load_ensemble, survey
 from comparisons.scene.scene import Scene, load_scene
 
 SCENE = """

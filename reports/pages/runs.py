@@ -10,7 +10,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.files import write_text
-from comparisons.results.runs import (
+from comparisons.results.run_comparison import (
     CHANGED,
     FAST,
     LOST,

@@ -6,7 +6,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
-from comparisons.results.ensemble import EnsembleRecord
+from comparisons.results.ensemble_folder import EnsembleRecord
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from comparisons import formatting as fmt
-from comparisons.results.runs import Change
+from comparisons.results.run_comparison import Change
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
 

@@ -12,7 +12,7 @@ from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.decisions import asked_in_vain
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
 from reports.printable import say

@@ -291,7 +291,7 @@ def compare(
     """
     from comparisons.errors import InputError
     from comparisons.results.folder import held
-    from comparisons.results.runs import compare_runs
+    from comparisons.results.run_comparison import compare_runs
     from comparisons.results.store import load_study
     from reports.pages.runs import write_comparison_page
     from roughline.commands import terminal

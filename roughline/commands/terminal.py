@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from comparisons.questions.regression.check import Finding
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
-    from comparisons.results.ensemble import EnsembleResult
-    from comparisons.results.runs import RunComparison
+    from comparisons.results.ensemble_folder import EnsembleResult
+    from comparisons.results.run_comparison import RunComparison
     from comparisons.results.store import StudyRecord
     from comparisons.solving.plan import Plan
     from comparisons.tasks.task import Task
@@ -277,7 +277,7 @@ def print_table(table: Table, *, unfolded: bool = False) -> None:
 
 def print_run_comparison(record: RunComparison, page: Path) -> None:
     """Print the changes of answers between two runs, the worst first, and count those of times."""
-    from comparisons.results.runs import FAST, SAME, SLOW
+    from comparisons.results.run_comparison import FAST, SAME, SLOW
     from reports.tables.runs import changes
 
     console = _console()

@@ -16,8 +16,8 @@ import pytest
 from comparisons.files import write_arrays
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict, judged
-from comparisons.results.record import explained
 from comparisons.results.rows import Rows
+from comparisons.results.scene_record import explained
 from comparisons.results.store import SceneRecord, StudyRecord, save_study
 from comparisons.solving.plan_record import MethodPlan, PlanRecord
 

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 from threadpoolctl import threadpool_limits
 
 from comparisons.facts.quantities import quantity
-from comparisons.facts.quantities.table import ENCLOSED
+from comparisons.facts.quantities.rows import ENCLOSED
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.normal.proved_rough import RoughProof, proof_of_surface
 from comparisons.methods.solver import Refused

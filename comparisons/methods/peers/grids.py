@@ -12,7 +12,7 @@ from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.grid import cells, contact_step, make_grid
 from comparisons.methods.solver import Refused, Solver
-from comparisons.peers import press
+from comparisons.peers import client
 from comparisons.scene.options import PeerOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -28,7 +28,7 @@ class PeerSolver(Solver[Geometry]):
     """The same prepared heights and loads as `bem_fft`, solved in the peer's own process.
 
     Times are taken there, around the solve; the violation is measured here, and the peer's
-    tolerance changed until it is within the option `tolerance` (`comparisons.peers.press`).
+    tolerance changed until it is within the option `tolerance` (`comparisons.peers.client`).
     """
 
     def __init__(self, scene: Scene, options: PeerOptions) -> None:
@@ -38,10 +38,10 @@ class PeerSolver(Solver[Geometry]):
         self.periodic = scene.surface is not None and scene.surface.periodic
         if scene.loading.control == "mean_gap" and not self.periodic:
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
-        if not press.installed(self.name):  # last: installing helps only who can do the scene
+        if not client.installed(self.name):  # last: installing helps only who can do the scene
             raise Refused("not installed: pip install 'roughline[peers]'")
         self.tolerance, self.seconds = options.tolerance, options.seconds
-        self.note = f"{press.versions(self.name)}, in its own process"
+        self.note = f"{client.versions(self.name)}, in its own process"
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return the surface's own points; for indenters one grid: it checks, not leads."""
@@ -67,9 +67,9 @@ class PeerSolver(Solver[Geometry]):
         kind = PeriodicOperator if self.periodic else FreeOperator
         operator = kind(grids[0].gap.shape, grids[0].spacing, self.scene.effective_modulus)
         gaps = np.array([grid.gap for grid in grids])
-        result = press.press(
+        result = client.press(
             self.name,
-            press.Problem(operator, gaps, task.loads.control, task.loads.values),
+            client.Problem(operator, gaps, task.loads.control, task.loads.values),
             self.tolerance,
             limits=Limits(self.seconds, MEMORY_SHARE * free_memory()),
         )

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.peers import press
+from comparisons.peers import client
 from comparisons.questions.benchmarks import bem_cases, bem_cost, memory
 from comparisons.questions.benchmarks.bem_cases import LIGHT, MEDIUM, Case
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
@@ -74,7 +74,7 @@ def against_peers(case: Case) -> Measurement:
     reached = float(case.solve(TOLERANCE).max())
     run = {"ours": partial(case.solve, TOLERANCE)}
     ours = interleaved(run, READINGS, time.process_time)["ours"]
-    peers = {peer: _peer(peer, case, reached) for peer in press.PACKAGES if press.installed(peer)}
+    peers = {peer: _peer(peer, case, reached) for peer in client.PACKAGES if client.installed(peer)}
     answered = {peer: solution for peer, solution in peers.items() if solution.processor_seconds}
     if not answered:
         reasons = [next(iter(peer.reasons.values()), "no answer") for peer in peers.values()]
@@ -89,19 +89,19 @@ def against_peers(case: Case) -> Measurement:
     return measurement(
         f"{case.name}, violation {reached:.0e}",
         ours,
-        f"{press.PACKAGES[faster][0]}, violation {answered[faster].worst:.0e}",
+        f"{client.PACKAGES[faster][0]}, violation {answered[faster].worst:.0e}",
         [theirs[faster]] * len(ours),
         case.target,
     )
 
 
-def _peer(peer: str, case: Case, violation: float) -> press.PeerResult:
+def _peer(peer: str, case: Case, violation: float) -> client.PeerResult:
     """Adjust a peer's tolerance to the violation, then measure its times."""
     problem, limits = case.problem(), Limits(PEER_SECONDS, MEMORY_SHARE * free_memory())
-    tuned = press.press(peer, problem, violation, limits=limits, repeats=1, loosen=True)
+    tuned = client.press(peer, problem, violation, limits=limits, repeats=1, loosen=True)
     if tuned.reasons:
-        return press.PeerResult(reasons=tuned.reasons)
-    return press.attempt(
+        return client.PeerResult(reasons=tuned.reasons)
+    return client.attempt(
         peer,
         problem,
         tuned.tolerance,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from comparisons.peers.press import Problem
+from comparisons.peers.client import Problem
 from reference import surfaces
 from reference.contact import press as unilateral
 from reference.contact.body import ElasticBody

@@ -14,7 +14,7 @@ from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study, solved_in_memory
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.results.store import load_study
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene

@@ -19,8 +19,8 @@ from comparisons.judging.truth import Truth
 from comparisons.methods.normal import proved
 from comparisons.questions import single
 from comparisons.questions.single import solve_scene
-from comparisons.results.record import record_scene
 from comparisons.results.rows import Rows
+from comparisons.results.scene_record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute

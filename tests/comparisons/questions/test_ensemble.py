@@ -13,7 +13,7 @@ from comparisons.errors import InputError, LostWorkError, ResultsError
 from comparisons.questions import ensemble as questions
 from comparisons.questions.ensemble import Ensemble
 from comparisons.questions.merging import merge_ensembles
-from comparisons.results.ensemble import SURFACES, load_ensemble, summary, survey
+from comparisons.results.ensemble_folder import SURFACES, load_ensemble, summary, survey
 from comparisons.solving.executors import SerialExecutor
 from comparisons.solving.jobs import Done
 from comparisons.tasks.bundles import Bundle, write_bundle

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from comparisons.questions.ensemble import Ensemble
-from comparisons.results.ensemble import load_ensemble
+from comparisons.results.ensemble_folder import load_ensemble
 from comparisons.scene.scene import load_scene
 
 pytest.importorskip("pyarrow")

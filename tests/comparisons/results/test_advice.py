@@ -20,8 +20,8 @@ from comparisons.judging.verdicts import Verdict, judge, judged, worst
 from comparisons.results.advice import advise, wide_truth
 from comparisons.results.decisions import asked_in_vain, verdicts
 from comparisons.results.finding import finding
-from comparisons.results.record import explained
 from comparisons.results.rows import Rows
+from comparisons.results.scene_record import explained
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import SUITES, builtin_names
 from comparisons.solving.plan_record import PlanRecord

@@ -13,7 +13,7 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SUITES, load_scene
 from comparisons.solving.execution import execute

@@ -8,7 +8,7 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.measured import fit_modulus, modulus_fits, modulus_sentence
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.solving.planning import plan_all
 from reports.plots.curves import measured
 

@@ -11,7 +11,7 @@ import pytest
 from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.rows import Rows
-from comparisons.results.runs import (
+from comparisons.results.run_comparison import (
     CHANGED,
     LOST,
     ONE_SIDED,

@@ -11,7 +11,7 @@ import pytest
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.results.rows import Rows
-from comparisons.results.runs import compare_runs
+from comparisons.results.run_comparison import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page
 from reports.pages.runs import comparison_page

@@ -16,8 +16,8 @@ from comparisons.judging.reference import NO_REFERENCE
 from comparisons.judging.verdicts import judge, worst
 from comparisons.results.advice import advise
 from comparisons.results.decisions import second_rows, verdicts
-from comparisons.results.record import explained
 from comparisons.results.rows import NO_ROWS, Rows
+from comparisons.results.scene_record import explained
 from comparisons.solving.plan_record import PlanRecord
 from reports.pages import study as html
 from reports.pages.page import embedded_json

@@ -19,7 +19,7 @@ from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import equal_at, verdicts
 from comparisons.results.finding import NOTHING, finding
-from comparisons.results.record import explained, record_scene
+from comparisons.results.scene_record import explained, record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene

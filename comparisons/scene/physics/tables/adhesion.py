@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import quantity
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import LENGTH, SURFACE_ENERGY
 
 

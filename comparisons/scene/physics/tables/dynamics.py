@@ -10,7 +10,7 @@ from pydantic import model_validator
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import MASS, SPEED, to_si
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Positive
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 
 
 class Friction(PhysicsTable):

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Finite, Length, fail, quantity
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
 
 # Longest over shortest wave of a rough ball: a thousand waves.

@@ -12,7 +12,7 @@ from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import LoadRange, ranged
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import NUMBER, Dimension
 
 SPIN = Dimension(length=-1)

@@ -10,7 +10,7 @@ from pydantic import model_validator
 
 from comparisons.formatting import unpadded
 from comparisons.scene.fields import Measured, Sign, fail, quantity
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
 if TYPE_CHECKING:

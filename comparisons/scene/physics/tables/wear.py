@@ -11,7 +11,7 @@ from comparisons.facts.quantities import TANGENTIAL
 from comparisons.formatting import number, unpadded
 from comparisons.scene.fields import fail, quantity
 from comparisons.scene.loading import Control, LoadRange, ranged
-from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import LENGTH, NUMBER, Dimension
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.peers import press
-from comparisons.peers.press import Problem
+from comparisons.peers import client
+from comparisons.peers.client import Problem
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -27,14 +27,14 @@ from reference.contact import press as unilateral
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
 
-PEERS = tuple(press.PACKAGES)
+PEERS = tuple(client.PACKAGES)
 MAP = Path(__file__).resolve().parents[5] / "shared" / "data" / "di-6.di"
 WANTED = 1e-8
 MODULUS = 3e9
 
 
 def peer_or_skip(peer: str) -> str:
-    if not press.installed(peer):
+    if not client.installed(peer):
         pytest.skip(f"{peer} is not installed: pip install 'roughline[peers]'")
     return peer
 
@@ -79,7 +79,7 @@ CASES = [
 def test_pressures_of_two_codes_agree_to_their_violation(peer, periodic, control):
     """Pressures are gaps times stiffnesses up to E*/dx: 1e-8 of the penetration is some 1e-7."""
     problem = rough_problem(periodic, control)
-    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
+    result = client.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
     assert result.worst <= WANTED
     for (row, step), contact in result.contacts.items():
@@ -103,7 +103,7 @@ def test_a_peer_keeps_off_cells_without_material(peer):
     gap = np.where(r < 0.3, r**2 / 2, np.inf)
     operator = FreeOperator(gap.shape, (1 / 40, 1 / 40), 1.0)
     problem = Problem(operator, gap[None], "force", np.array([0.02, 0.1]))
-    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
+    result = client.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
     ours = unilateral.press(operator, gap, Load("force", 0.1), tolerance=WANTED)
     pressure = result.contacts[0, 1].pressure
@@ -114,7 +114,7 @@ def test_a_peer_keeps_off_cells_without_material(peer):
 def test_loosening_finds_equal_work(peer):
     """A benchmark compares equal violations: not above the wanted one, and not far below."""
     problem = rough_problem(True, "force")
-    result = press.press(
+    result = client.press(
         peer_or_skip(peer), problem, 1e-6, repeats=1, limits=Limits(120, 4e9), loosen=True
     )
     assert not result.reasons
@@ -124,7 +124,7 @@ def test_loosening_finds_equal_work(peer):
 @pytest.mark.parametrize("peer", PEERS)
 def test_a_time_limit_is_a_reason_for_every_step(peer):
     problem = rough_problem(False, "force")
-    result = press.press(peer_or_skip(peer), problem, WANTED, limits=Limits(0.05, 4e9))
+    result = client.press(peer_or_skip(peer), problem, WANTED, limits=Limits(0.05, 4e9))
     assert set(result.reasons) == set(np.ndindex(2, 2))
     assert set(result.reasons.values()) == {"hung: no answer within 0.05 s"}
 
@@ -155,7 +155,7 @@ def test_the_study_shows_that_the_pressure_fields_agree_on_the_measured_map(peer
 
 
 def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
-    monkeypatch.setattr(press.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(client.util, "find_spec", lambda name: None)
     for peer in PEERS:
         refused = solver_for(peer, load_scene("paraboloid"))
         assert refused == Refusal("not installed: pip install 'roughline[peers]'")
@@ -163,7 +163,7 @@ def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
 
 def test_what_a_peer_cannot_do_has_its_reason(monkeypatch):
     """Also where it is not installed: installing it would not help."""
-    monkeypatch.setattr(press, "installed", lambda peer: False)
+    monkeypatch.setattr(client, "installed", lambda peer: False)
     load = {"loading": {"mean_gap": [1e-9]}}
     for peer in PEERS:
         assert "sharp edges" in solver_for(peer, load_scene("cylinder")).reason
@@ -199,7 +199,7 @@ def answering(monkeypatch, change):
         return parent.Outcome("answered", answer | times)
 
     monkeypatch.setattr(parent, "run", run)
-    return press.press("tamaas", rough_problem(True, "force"), 1e-7, limits=Limits(9, 4e9))
+    return client.press("tamaas", rough_problem(True, "force"), 1e-7, limits=Limits(9, 4e9))
 
 
 def test_a_right_answer_passes_the_check(monkeypatch):
@@ -232,7 +232,7 @@ def test_the_problem_a_peer_sees_has_no_units():
     loads = first.loads * 2.0 ** (30 - 20 + 5)
     second = Problem(operator, 2.0**5 * first.gaps, "force", loads)
     tolerance = np.full((2, 2), WANTED)
-    here, there = (press._dimensionless(part, tolerance)[0] for part in (first, second))
+    here, there = (client._dimensionless(part, tolerance)[0] for part in (first, second))
     for name in ("gaps", "starts", "loads", "depth"):
         np.testing.assert_allclose(here[name], there[name], rtol=1e-15, atol=0)
     assert here["spacing"] == there["spacing"]

@@ -33,7 +33,7 @@ from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.decisions import judged_methods, verdicts
-from comparisons.results.record import record_scene
+from comparisons.results.scene_record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
