@@ -48,9 +48,3 @@ def test_a_tutorial_tells_a_story_and_proves_it(path):
     cells = re.split(r"^# %%$", text, flags=re.MULTILINE)[1:]
     assert len(cells) >= 5
     assert sum(cell.lstrip().startswith("# ") for cell in cells) >= len(cells) - 1
-
-
-def test_every_tutorial_of_the_issue_is_there():
-    wanted = {"check_a_claim", "my_measured_surface", "add_my_method"}
-    wanted |= {"regression_in_my_ci", "choose_a_method"}
-    assert wanted == {path.stem for path in TUTORIALS}

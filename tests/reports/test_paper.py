@@ -75,17 +75,6 @@ def test_every_kind_of_plot_is_there(ball, rough):
     assert {"force-penetration", "contact-area-force"} <= panels(rough).keys()
 
 
-def test_curves_hold_the_numbers_of_the_results(ball):
-    """Force over penetration, in the units of the axes (µm and N or kN)."""
-    axes = drawn(ball, "force-penetration")
-    line = next(curve for curve in axes.get_lines() if curve.get_label() == "closed form")
-    rows = ball.rows.where(ball.rows["method"] == "closed_form")
-    np.testing.assert_allclose(line.get_xdata(), rows["penetration"] * 1e6, rtol=1e-12)
-    ratio = line.get_ydata() / rows["force"]
-    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-12)
-    assert axes.get_xlabel() == "penetration depth $d$\N{NO-BREAK SPACE}/\N{NO-BREAK SPACE}µm"
-
-
 def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
     for key in ("force-penetration", "error-force", "speed-force"):
         lines = {curve.get_label(): curve for curve in drawn(ball, key).get_lines()}
@@ -113,16 +102,6 @@ def test_errors_are_filled_above_the_truth_and_stand_beside_the_tolerance(ball):
     np.testing.assert_allclose(asked[0].get_ydata(), ball.tolerance)
     assert axes.get_yscale() == "log"
     assert "1\u202f%" in [label.get_text() for label in axes.get_yticklabels()]
-
-
-def test_the_pareto_front_is_beaten_by_no_method(ball):
-    axes = drawn(ball, "speed-force")
-    lines = {curve.get_label(): curve for curve in axes.get_lines()}
-    x, y = lines["Pareto front"].get_data()
-    for name in ("reduced model", "dense BEM", "FFT BEM", "FEM"):
-        for seconds, error in zip(*lines[name].get_data(), strict=True):
-            bought = np.min(y[:-1][x[:-1] <= seconds])
-            assert bought <= error
 
 
 @pytest.mark.parametrize(

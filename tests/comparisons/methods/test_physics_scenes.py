@@ -16,7 +16,6 @@ from comparisons.scene.scene import (
     builtin_folder,
     load_scene,
     make_scene,
-    parse_scene,
 )
 from comparisons.solving.planning import plan_scene
 
@@ -147,26 +146,6 @@ def test_the_tangential_modulus_is_the_chapters(scene):
     steel = scene(loading=PULL, **FRICTION)
     shear = 210e9 / (2 * 1.3)
     assert steel.tangential_modulus == pytest.approx(4 * shear / (2 - 0.3), rel=1e-14)
-
-
-def test_a_scene_written_as_toml_is_the_same_scene(scene, tmp_path):
-    for tables in (
-        {"loading": PULL | {"substeps": 3}, **FRICTION},
-        {"viscoelastic": RUBBER, "half_space": {"poisson_ratio": 0.5}, "loading": HISTORY},
-        {"adhesion": GLUE | {"range": "1 nm"}, "loading": {"force": [1, -1]}},
-    ):
-        first = scene(**tables)
-        assert parse_scene(first.text, "again", tmp_path).text == first.text
-
-
-def test_overrides_reach_the_tables(tmp_path):
-    path = tmp_path / "a.toml"
-    path.write_text(
-        'name = "a"\nhalf_space = { youngs_modulus = 1e9, poisson_ratio = 0.3 }\n'
-        'indenter = { shape = "cone", slope = 0.1 }\n'
-        "[friction]\ncoefficient = 0.1\n[loading]\nforce = 1\ntangential_force = [0.1]\n"
-    )
-    assert load_scene(path, {"friction.coefficient": 0.7}).friction.coefficient == 0.7
 
 
 # --- what is compared -----------------------------------------------------------------------

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.questions.claims.verdicts import IN_A_RANGE
 from reports.pages.claims import claims_page
@@ -129,12 +128,6 @@ def test_wrong_claims_are_exit_code_2_and_write_nothing(tmp_path, capsys):
     assert "no such claim" in capsys.readouterr().err
     assert run_command(["claims", "ellipsoid-force", "--workers", "0", "--out", str(out)]) == 2
     assert not out.exists()
-
-
-def test_claims_are_listed(capsys):
-    assert run_command(["list", "claims"]) == 0
-    shown = capsys.readouterr().out
-    assert load_claims()[0].id[:10] in shown
 
 
 def inquired(answers):

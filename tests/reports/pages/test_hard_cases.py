@@ -10,7 +10,6 @@ from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
-from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.folder import PAGE
 from comparisons.solving.executors import SerialExecutor
@@ -184,12 +183,6 @@ def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_pa
     assert "'moon'" in said
     assert "Traceback" not in said
     assert not folder.exists()
-
-
-def test_the_catalogue_is_listed(capsys):
-    assert run_command(["list", "hard-cases"]) == 0
-    said = capsys.readouterr().out.split()
-    assert set(catalogue()) <= set(said)
 
 
 # --- the page -------------------------------------------------------------------------------------

@@ -135,11 +135,6 @@ def assert_times_were_measured(scene, advice):
     assert len(said) == len(advice.reaching())
 
 
-@pytest.mark.slow
-def test_every_place_says_the_same(scene, tmp_path, capsys):
-    assert_one_voice(scene, tmp_path, capsys)
-
-
 @cache
 def scenes_of_the_quick_suite():
     """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""

@@ -37,16 +37,6 @@ def hit(tmp_path):
     return make
 
 
-def test_a_method_without_inertia_refuses_with_what_it_lacks(hit):
-    from comparisons.scene.scene import load_scene
-
-    (plan,) = plan_scene(load_scene(hit()))
-    planned = {method.method: method for method in plan.methods}
-    assert planned["tamaas"].reason == "does not model [dynamics]"
-    assert planned["reduced"].supported
-    assert planned["closed_form"].supported
-
-
 def test_an_impact_whose_energy_underflows_is_refused(hit):
     """A femtometre per second of 1e-290 kg: the square of the speed alone is 1e-30."""
     scene = load_scene(hit(), {"dynamics.mass": 1e-290, "dynamics.velocity.from": 1e-20})
