@@ -45,128 +45,30 @@ SCENES = builtin_folder()
 CLAIMS = sorted(HERE.glob("*.toml"))
 Files = dict[str, bytes]
 
-TOKENS = [
-    "0",
-    "-0.0",
-    "-1",
-    "1",
-    "2",
-    "64",
-    "1e-320",
-    "1e-30",
-    "1e30",
-    "1e308",
-    "nan",
-    "inf",
-    "-inf",
-    "99999999999999999999",
-    "true",
-    '""',
-    '"x"',
-    '"1 m"',
-    '"5 kg"',
-    '"1e999 m"',
-    '"-3 um"',
-    '"nan mm"',
-    "[]",
-    "{}",
-    "[[1]]",
-    "[1,[2]]",
-    '["a"]',
-    "[1e-6,1e-6]",
-    "[3,2,1]",
-    "[nan]",
-    "0x10",
-    "1979-05-27",
-    '"../../../etc/passwd"',
-    '"/dev/zero"',
-    '"/dev/stdin"',
-    '"."',
-    '"a\\\\u0000b"',
-    '"<script>alert(1)</script>"',
-    '"self_affine"',
-    '"map"',
-    '"cone"',
-    '"profile"',
-    '"periodic"',
-    '"reduced"',
-    '"fem"',
-    "{values=[1]}",
-    "{from=1,to=2,steps=3}",
-    "{from=2,to=1,steps=3}",
-    "{from=1,to=2,steps=1000000000}",
-    '{from=1e-300,to=1e300,steps=5,spacing="log"}',
-]
-KEYS = [
-    "name",
-    "title",
-    "half_space",
-    "youngs_modulus",
-    "poisson_ratio",
-    "shear_modulus",
-    "effective_modulus",
-    "indenter",
-    "shape",
-    "radius",
-    "slope",
-    "exponent",
-    "coefficient",
-    "flat_radius",
-    "edge_radius",
-    "radius_x",
-    "radius_y",
-    "semi_axes",
-    "side",
-    "vertices",
-    "r",
-    "f",
-    "interpolation",
-    "surface",
-    "surface2",
-    "kind",
-    "hurst",
-    "power",
-    "rms_slope",
-    "rms_height",
-    "long_cutoff",
-    "short_cutoff",
-    "size",
-    "points",
-    "periodic",
-    "seed",
-    "realisations",
-    "file",
-    "channel",
-    "detrend",
-    "crop",
-    "invert",
-    "undefined",
-    "height_unit",
-    "loading",
-    "penetration",
-    "force",
-    "mean_gap",
-    "compare",
-    "quantities",
-    "tolerance",
-    "resolutions",
-    "methods",
-    "rule",
-    "stress",
-    "edges",
-    "body",
-    "counter_body",
-    "friction",
-    "viscoelastic",
-    "sliding",
-    "adhesion",
-    "dynamics",
-    "mass",
-    "velocity",
-    "time",
-    "work",
-    "speed",
-]
+# Two spaces, or the end of a line, part one value from the next.
+TOKENS = re.split(
+    "  |\n",
+    r"""
+0  -0.0  -1  1  2  64  1e-320  1e-30  1e30  1e308  nan  inf  -inf  99999999999999999999  true
+""  "x"  "1 m"  "5 kg"  "1e999 m"  "-3 um"  "nan mm"  []  {}  [[1]]  [1,[2]]  ["a"]  [1e-6,1e-6]
+[3,2,1]  [nan]  0x10  1979-05-27  "../../../etc/passwd"  "/dev/zero"  "/dev/stdin"  "."
+"a\\u0000b"  "<script>alert(1)</script>"  "self_affine"  "map"  "cone"  "profile"  "periodic"
+"reduced"  "fem"  {values=[1]}  {from=1,to=2,steps=3}  {from=2,to=1,steps=3}
+{from=1,to=2,steps=1000000000}  {from=1e-300,to=1e300,steps=5,spacing="log"}
+""".strip(),
+)
+KEYS = re.findall(
+    r"\w+",
+    """
+name title half_space youngs_modulus poisson_ratio shear_modulus effective_modulus indenter
+shape radius slope exponent coefficient flat_radius edge_radius radius_x radius_y semi_axes side
+vertices r f interpolation surface surface2 kind hurst power rms_slope rms_height long_cutoff
+short_cutoff size points periodic seed realisations file channel detrend crop invert undefined
+height_unit loading penetration force mean_gap compare quantities tolerance resolutions methods
+rule stress edges body counter_body friction viscoelastic sliding adhesion dynamics mass
+velocity time work speed
+""",
+)
 
 
 class HangError(Exception):
