@@ -15,6 +15,18 @@ def notes(size=(1e-6, 1e-6), points=(64, 64), slope=0.1, height=5e-9):
     return surface_notes(RoughGeometry(size, points, False, slope, height))
 
 
+def plan_of(**surface):
+    """Return the plan of a scene on this surface of 1 um x 1 um."""
+    tables = {"half_space": {"effective_modulus": 1e11}, "loading": {"force": 1e-6}}
+    surface = {"surface": {"size": 1e-6} | surface}
+    return planning.plan_scene(validated({"name": "patch"} | tables | surface))[0]
+
+
+def plan_of_map(folder, heights):
+    np.save(folder / "map.npy", heights)
+    return plan_of(kind="map", file=str(folder / "map.npy"), height_unit="nm")
+
+
 def test_size_points_height_and_slope_are_stated():
     (note,) = notes(size=(300e-9, 200e-6), points=(512, 51200))
     assert note == (
@@ -42,22 +54,7 @@ def test_a_plan_states_the_map_after_its_preparation(tmp_path):
     """A cosine ridge of 2 nm under a tilt: rms height sqrt(2) nm, slope as differences give it."""
     x = np.arange(32) / 32
     ridges = 2 * np.cos(8 * np.pi * x)[:, None] + 50 * x[:, None] * np.ones(32)
-    np.save(tmp_path / "map.npy", ridges)
-    scene = validated(
-        {
-            "name": "ridges",
-            "half_space": {"effective_modulus": 1e11},
-            "surface": {
-                "kind": "map",
-                "file": str(tmp_path / "map.npy"),
-                "size": 1e-6,
-                "height_unit": "nm",
-            },
-            "loading": {"force": 1e-6},
-            "compare": {"methods": ["bem_fft"]},
-        }
-    )
-    stated = next(n for n in planning.plan_scene(scene)[0].notes if n.startswith("surface: "))
+    stated = next(n for n in plan_of_map(tmp_path, ridges).notes if n.startswith("surface: "))
     assert stated.startswith("surface: 1.00\u202fµm x 1.00\u202fµm, 32 x 32 points, rms height 1.4")
 
 
@@ -67,22 +64,7 @@ def test_one_spot_far_above_all_else_is_pointed_at(tmp_path, dust):
     x = 2 * np.pi * np.arange(32) / 32
     heights = np.cos(4 * x)[:, None] + np.cos(4 * x)
     heights[2, 31] += dust
-    np.save(tmp_path / "map.npy", heights)
-    scene = validated(
-        {
-            "name": "dusty",
-            "half_space": {"effective_modulus": 1e11},
-            "surface": {
-                "kind": "map",
-                "file": str(tmp_path / "map.npy"),
-                "size": 1e-6,
-                "height_unit": "nm",
-            },
-            "loading": {"force": 1e-6},
-            "compare": {"methods": ["bem_fft"]},
-        }
-    )
-    told = [n for n in planning.plan_scene(scene)[0].doubts if n.startswith("check the highest")]
+    told = [n for n in plan_of_map(tmp_path, heights).doubts if n.startswith("check the highest")]
     assert len(told) == (1 if dust else 0)
     if dust:
         assert "at 62.5\u202fnm and 969\u202fnm from the corner" in told[0]
@@ -90,22 +72,7 @@ def test_one_spot_far_above_all_else_is_pointed_at(tmp_path, dust):
 
 def test_synthetic_surfaces_state_the_height_that_follows_from_the_slope():
     """The height of (19.22), the same for all realisations: amplitudes are fixed."""
-    plan = planning.plan_scene(
-        validated(
-            {
-                "name": "patch",
-                "half_space": {"effective_modulus": 1e11},
-                "surface": {
-                    "kind": "self_affine",
-                    "hurst": 0.8,
-                    "size": 1e-6,
-                    "points": 32,
-                    "rms_slope": 0.1,
-                },
-                "loading": {"force": 1e-6},
-            }
-        )
-    )[0]
+    plan = plan_of(kind="self_affine", hurst=0.8, points=32, rms_slope=0.1)
     assert any(note.endswith("rms slope h' = 0.100") for note in plan.notes)
     for realisation in (0, 3):
         heights = plan.geometry.heights(realisation, 32)
