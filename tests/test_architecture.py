@@ -1,7 +1,5 @@
 """The walls of the house: who may import whom, and that the house is ours."""
 
-from __future__ import annotations
-
 import ast
 import os
 import subprocess

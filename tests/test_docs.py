@@ -1,7 +1,5 @@
 """What the pages show must work: scenes parse, the example method runs, the shipped map is made."""
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import pkgutil

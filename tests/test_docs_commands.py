@@ -1,7 +1,5 @@
 """The commands on the pages: quick ones run as printed, long ones are read by the command line."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

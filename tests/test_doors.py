@@ -5,8 +5,6 @@ about the chapter. What is reached is found in the source: from everything in `c
 names, along the bodies of what is reached.
 """
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The documentation site: complete, built without a warning, readable without a network."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -1,7 +1,5 @@
 """The tutorials run as a reader would run them, and what their prose says is asserted in them."""
 
-from __future__ import annotations
-
 import ast
 import os
 import re

@@ -1,7 +1,5 @@
 """Scenes in one line, for tests that need one."""
 
-from __future__ import annotations
-
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path

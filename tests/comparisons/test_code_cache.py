@@ -1,7 +1,5 @@
 """Compiled code has a place, also in a package that nobody may write to and without a home."""
 
-from __future__ import annotations
-
 import ast
 import os
 import shutil

@@ -1,7 +1,5 @@
 """Files are whole or not there; what is no file is written through, never replaced."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

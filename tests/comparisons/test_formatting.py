@@ -1,7 +1,5 @@
 """Numbers as the report prints them; expected texts follow the rules of the report's design."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

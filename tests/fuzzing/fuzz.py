@@ -7,8 +7,6 @@ process grows beyond BYTES.
 Every case is made from its own number: a fault is repeated with ``--only KIND NUMBER``.
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import io

@@ -1,7 +1,5 @@
 """A share of the fuzz run in every test run; the whole one is ``python tests/fuzzing/fuzz.py``."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Adhesion on springs: closed forms of pull-off, rates, events against a search, energy balance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Springs whose profile wears: exact limits, volume balance, what (19.37) makes of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

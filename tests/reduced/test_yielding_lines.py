@@ -1,7 +1,5 @@
 """Rough lines with capped springs: elastic limit, full yield, memory, what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal

@@ -1,7 +1,5 @@
 """Springs that yield: both readings of the stress rule, and Zunker & Kamrin's ball."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

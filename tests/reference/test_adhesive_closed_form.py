@@ -1,7 +1,5 @@
 """Closed forms of adhesion: known pull-offs, relations between formulas, Maugis' limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar

@@ -1,7 +1,5 @@
 """Proved bounds: closed forms lie inside, both sides converge, what proves nothing is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Energy of the upper bounds' finite elements against the integral of the function itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

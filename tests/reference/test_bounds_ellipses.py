@@ -1,7 +1,5 @@
 """Flat elliptic punches as a lower bound of the force, against quadrature and closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Proved bounds of rough contacts: nothing is sampled, and closed forms lie inside."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

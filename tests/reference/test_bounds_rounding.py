@@ -1,7 +1,5 @@
 """What the proofs allow for rounding, against more digits."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Half-space with a capped pressure: elastic limit, full yield, memory, energy, what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal

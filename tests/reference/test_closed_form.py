@@ -1,7 +1,5 @@
 """Closed forms, checked by the laws they must obey and not by repeating their formulas."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Impacts and vibrations of a mass on an elastic contact: closed forms, quadrature, Runge-Kutta."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pivoting against an oracle that never pivots, and where blocks of changes would cycle."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -3,8 +3,6 @@
 ROUGHLINE_FUZZ=10000 runs as many; by default some hundred.
 """
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 

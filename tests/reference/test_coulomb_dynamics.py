@@ -1,7 +1,5 @@
 """Coulomb's set-valued law: motion by events against closed forms, energy and fixed steps."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

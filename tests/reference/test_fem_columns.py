@@ -1,7 +1,5 @@
 """Finite elements that repeat from cell to cell: the assembled problem, transforms, contacts."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

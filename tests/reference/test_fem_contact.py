@@ -1,7 +1,5 @@
 """Contact of rigid shapes with the finite-element half-space, against closed forms."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

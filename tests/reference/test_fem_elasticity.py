@@ -1,7 +1,5 @@
 """The elements, the exterior fields and the condensation, before any contact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The error table of docs/finite-elements.md: every shape, every Poisson ratio, with its order."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

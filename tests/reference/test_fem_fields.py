@@ -1,7 +1,5 @@
 """Stresses inside the body, and contact at Gauss points."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

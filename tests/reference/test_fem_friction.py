@@ -1,7 +1,5 @@
 """Friction by finite elements: the second opinion on the coupled half-space solver."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

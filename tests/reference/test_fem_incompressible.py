@@ -1,7 +1,5 @@
 """Rubber: nu = 1/2 exactly, by displacements and mean stresses."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Three ways to the same contact: elimination by fronts, MKL Pardiso, conjugate gradients."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Contact algorithms over their whole range: penalties, random shapes, rough patches."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

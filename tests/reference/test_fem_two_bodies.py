@@ -1,7 +1,5 @@
 """Two deformable bodies: overlaps, the contact patch test, Hertz on meshes that do not match."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

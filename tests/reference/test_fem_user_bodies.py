@@ -1,7 +1,5 @@
 """Finite bodies with supports: patch tests, a layer against its asymptotic solution, refinement."""
 
-from __future__ import annotations
-
 import meshio
 import numpy as np
 import pytest

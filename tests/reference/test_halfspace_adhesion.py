@@ -1,7 +1,5 @@
 """Adhesion on the grid: the calibrated detachment rule, and cohesive laws against Maugis."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz

@@ -1,7 +1,5 @@
 """Counted and corrected areas, patches across seams, stiffness and energy of contacts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Contact areas with the rim located inside the cells: second order, where counting is first."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -4,8 +4,6 @@ Grid offset and the number of cells per contact radius are random throughout: wi
 and the apex on a grid point the errors are deceptively small or stuck.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

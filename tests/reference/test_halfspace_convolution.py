@@ -1,7 +1,5 @@
 """The convolution against SciPy's plain transforms and direct sums, and the solver's stages."""
 
-from __future__ import annotations
-
 import pickle
 import threading
 import time

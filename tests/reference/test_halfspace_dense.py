@@ -1,7 +1,5 @@
 """The dense oracle: complementarity, kept factors, and starts that mislead it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.linalg import cholesky

@@ -1,7 +1,5 @@
 """Cerruti's kernels, tractions within friction bounds and coupled paths, by independent answers."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

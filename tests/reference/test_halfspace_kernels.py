@@ -1,7 +1,5 @@
 """Influence coefficients against 50 digits, lattice sums and Boussinesq's point load."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Contact at the rim of a free patch acts as the edge of a flat face: proved on such faces."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Flat faces by area fractions: the edge law derived anew, closed forms, invariance to the grid."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

@@ -4,8 +4,6 @@ Loads are relative to the pressure of full contact, p_f = -min of the linear ans
 last point closes. Grids of 64 points by default and of 256 among the slow tests.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Dense and FFT solvers against each other, and what must hold for any contact."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

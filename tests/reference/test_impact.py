@@ -1,7 +1,5 @@
 """Impact with waves: Lamb's half-space, Miller and Pursey's shares, the energy lost."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Layers, coatings and graded bodies: closed forms, limits, and solvers that share nothing."""
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Stress inside half-spaces and layers: closed forms of waves, continuity, Hertz."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Punches side by side: the point force of the far field, and its corrections."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

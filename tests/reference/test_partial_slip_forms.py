@@ -1,7 +1,5 @@
 """Closed forms of partial slip: Cattaneo, Mindlin & Deresiewicz, and what every path must keep."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

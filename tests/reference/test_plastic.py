@@ -1,7 +1,5 @@
 """Elastic-plastic half-spaces: radial return, Hertz's limit, forces of the literature, energy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

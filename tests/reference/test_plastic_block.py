@@ -1,7 +1,5 @@
 """Elastic-plastic half-spaces in three dimensions: Hertz's ellipse, round contacts, first yield."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

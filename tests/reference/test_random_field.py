@@ -1,7 +1,5 @@
 """Peaks of random surfaces and lines: theory against theory, and against synthesised surfaces."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

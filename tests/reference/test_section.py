@@ -1,7 +1,5 @@
 """A flat punch on a finite body: limits, rates, and the energy of a point force far away."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

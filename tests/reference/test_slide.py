@@ -4,8 +4,6 @@ Cattaneo, Carter, reversing paths and steady rolling stand in test_halfspace_fri
 test_rolling.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

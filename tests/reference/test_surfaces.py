@@ -1,7 +1,5 @@
 """Synthesis of rough surfaces: what is prescribed is what comes out, mode by mode."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -4,8 +4,6 @@ The springs of the reduced model stand beside them as one more independent solut
 for these contacts in the limit of fine springs.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

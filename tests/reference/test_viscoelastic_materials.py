@@ -1,7 +1,5 @@
 """The reference's material against quadrature, and against the one of the reduced model."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Worn shapes on the half-space: waves, balls, fretting; closed forms of worn bodies."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

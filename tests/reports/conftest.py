@@ -4,8 +4,6 @@ One axisymmetric scene (five methods, three resolutions, six loads, one lost sol
 that cannot do it, a hostile title) and one rough ensemble (five realisations and their means).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Figures and tables for papers: sizes, fonts, colours, the same bytes, hostile results inert."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

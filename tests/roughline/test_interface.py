@@ -1,7 +1,5 @@
 """The Python interface: its names, what they return, and what a notebook shows of it."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

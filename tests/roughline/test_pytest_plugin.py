@@ -1,7 +1,5 @@
 """The fixture for other people's suites: writes baselines, passes what stayed, names what moved."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

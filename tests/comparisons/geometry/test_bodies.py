@@ -1,7 +1,5 @@
 """Scenes with a user's body: files of three programs, frames, supports, and what is refused."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 from pathlib import Path

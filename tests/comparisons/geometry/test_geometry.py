@@ -1,7 +1,5 @@
 """Prepared geometry: the same surface for every method, and loads made absolute once."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

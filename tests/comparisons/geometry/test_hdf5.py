@@ -1,7 +1,5 @@
 """Maps in HDF5 files, as the Contact Mechanics Challenge publishes them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Lists of x, y, z, TIFF and decimal commas: read with units of their own, or refused in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

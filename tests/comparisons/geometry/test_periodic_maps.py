@@ -1,7 +1,5 @@
 """The truth of periodic maps: grids finer than the map against the surface that was sampled."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

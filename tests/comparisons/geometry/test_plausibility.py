@@ -1,7 +1,5 @@
 """Scenes that are no contact mechanics are questioned: missing units, slopes that are not small."""
 
-from __future__ import annotations
-
 import pytest
 
 from comparisons.geometry.plausibility import CHECK

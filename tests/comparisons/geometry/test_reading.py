@@ -1,7 +1,5 @@
 """Files that unpack to more than they may, crash or stall their reader end in words."""
 
-from __future__ import annotations
-
 import os
 import time
 import zipfile

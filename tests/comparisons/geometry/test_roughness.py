@@ -1,7 +1,5 @@
 """Plans state the size and roughness of a surface, and question what no real one has."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Measured maps: what is read, how it is treated, and what is refused."""
 
-from __future__ import annotations
-
 import io
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """Two rough bodies: the sum of their faces is what presses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Work in its own process: every way it can end, and that nothing of it stays behind."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

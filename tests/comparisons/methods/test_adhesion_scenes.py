@@ -1,7 +1,5 @@
 """Adhesion in scenes: springs, closed forms and grids along one path, with their refusals."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Stored fields of large grids: means over blocks, that keep forces, positions and heights."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

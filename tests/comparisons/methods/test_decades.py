@@ -1,7 +1,5 @@
 """Loads over many decades, and absurd ones: each contact has its own grid, each loss its step."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

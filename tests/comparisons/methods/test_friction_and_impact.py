@@ -1,7 +1,5 @@
 """The friction law (19.1) and Fig. 19.4 against the truth, both rooms together; their page."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import re

@@ -1,7 +1,5 @@
 """An impact as a scene, from the file to the report: springs against the closed form."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

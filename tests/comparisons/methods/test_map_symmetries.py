@@ -4,8 +4,6 @@ No solver is trusted: each is compared with itself on the same surface in anothe
 unit. Free and periodic maps, square and 3 : 2, every method that takes them.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

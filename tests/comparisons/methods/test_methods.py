@@ -1,7 +1,5 @@
 """All methods end to end, from a scene to numbers, against Hertz, each other and other units."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 

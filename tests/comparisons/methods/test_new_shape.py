@@ -1,7 +1,5 @@
 """A shape that only the scene knows: each method that lacks its part says so."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Options of methods: what a solver does not read is refused, never recorded as if it had acted."""
 
-from __future__ import annotations
-
 import pytest
 
 from comparisons.methods import Solver

@@ -1,7 +1,5 @@
 """Scenes with friction, memory, sliding, adhesion, inertia: what they say, and what is refused."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Scenes with [sliding]: springs and half-space, what they refuse; experiments on rubber."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

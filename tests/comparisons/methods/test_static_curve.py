@@ -1,7 +1,5 @@
 """Impacts as scenes: every method against the closed form, courses in time, what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import tomli_w

@@ -1,7 +1,5 @@
 """Scenes with [friction]: springs, half-space and closed form meet, and what slides is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

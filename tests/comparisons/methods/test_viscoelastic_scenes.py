@@ -1,7 +1,5 @@
 """Viscoelastic histories and impacts as scenes: springs, hereditary integrals and grids agree."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

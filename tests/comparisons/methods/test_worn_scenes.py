@@ -1,7 +1,5 @@
 """Scenes with [wear]: what is refused in words, and that methods which share no code agree."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

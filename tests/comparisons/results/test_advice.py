@@ -1,7 +1,5 @@
 """The sentence of a scene, the verdict, and the small facts that every result carries."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What a sentence "for t %" promises is there when its settings are run again."""
 
-from __future__ import annotations
-
 import os
 from functools import cache
 

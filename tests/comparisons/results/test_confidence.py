@@ -1,7 +1,5 @@
 """Bars are called 95 % only where calibration holds them against true errors."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

@@ -1,7 +1,5 @@
 """A time and the error beside it are of the same thing: one surface, or the mean over all."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The tables to take away."""
 
-from __future__ import annotations
-
 import pickle
 from unittest.mock import Mock
 

@@ -1,7 +1,5 @@
 """The modulus of a measured force-depth curve."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

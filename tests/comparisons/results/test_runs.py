@@ -1,7 +1,5 @@
 """Two runs compared: what moved, what was lost, what became slower; planted one by one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

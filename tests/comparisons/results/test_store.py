@@ -1,7 +1,5 @@
 """Results folders: whole files or none, every digit, and nothing trusted on the way back."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

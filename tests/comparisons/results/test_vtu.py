@@ -1,7 +1,5 @@
 """Fields for ParaView: what is written is read back by meshio."""
 
-from __future__ import annotations
-
 import meshio
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Rigid shapes: the gap of each against its formula, and how far a contact can reach."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

@@ -1,7 +1,5 @@
 """Load lists: ranges, relative forces, and what is refused."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Scene files: everything the contract allows is read, everything else is named, all at once."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import tomllib

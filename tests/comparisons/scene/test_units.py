@@ -1,7 +1,5 @@
 """Units at the door: the same float as the SI number, or a clear refusal."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

@@ -3,8 +3,6 @@
 The cluster is local: a scheduler and workers in processes of their own.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

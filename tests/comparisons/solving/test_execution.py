@@ -1,7 +1,5 @@
 """One task executed and archived: honest clock, contained failures, nothing lost on disk."""
 
-from __future__ import annotations
-
 import math
 import warnings
 

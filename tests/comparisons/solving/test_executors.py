@@ -3,8 +3,6 @@
 Functions inside tests travel to the processes by value, so these need not import the tests.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Remaining time comes from what like tasks have cost, and says when that is not all."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Inquiries: what several need is done once, each goes on as soon as it can, losses stay local."""
 
-from __future__ import annotations
-
 import pytest
 
 from comparisons.errors import LostWorkError, ResultsError

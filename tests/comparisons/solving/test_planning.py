@@ -1,7 +1,5 @@
 """Plans: what each method will do, in which resolutions, and the reason for what is left out."""
 
-from __future__ import annotations
-
 import pickle
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """What several jobs need is computed once in a run, whichever process asks first."""
 
-from __future__ import annotations
-
 import errno
 import os
 import time

@@ -1,7 +1,5 @@
 """Compilation in turn: what one process compiles, the others wait for."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 import threading

@@ -1,7 +1,5 @@
 """The pressure at earlier load steps, against the closed form at that step's own depth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tangential contact on springs: Cattaneo-Mindlin, Masing's rules, energy, two laws compared."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

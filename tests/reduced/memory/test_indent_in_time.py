@@ -1,7 +1,5 @@
 """Viscoelastic indentation on springs: closed forms, exactness in time, rates, recovery."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Viscoelastic materials: textbook cases, creep against relaxation, update, fit."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Impact of a mass on springs: elastic, damped oscillator, energy, rates, units."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The regularised friction law (19.1) on rigid blocks: creep, stability of steps, orders."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """A rigid mass on springs (Fig. 19.4): impacts by energy and in steps, stability, vibrations."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

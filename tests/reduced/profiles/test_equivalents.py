@@ -1,7 +1,5 @@
 """Equivalent profiles against textbook closed forms and against each other."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -1,7 +1,5 @@
 """Ensembles: the same lines whoever makes them, plain statistics, bounded memory."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Spectra: what the two-to-one-dimensional rule keeps, and what synthesis keeps."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import example, given, settings

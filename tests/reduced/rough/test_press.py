@@ -1,7 +1,5 @@
 """Rough lines on springs: a naive oracle, exact inversion, invariants."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Section 19.7 from map to contact: the pieces fit, and the two variants differ as they must."""
 
-from __future__ import annotations
-
 import importlib.util
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Contacts of a rough line one by one, and the local stress rule on them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

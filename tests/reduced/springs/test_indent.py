@@ -1,7 +1,5 @@
 """Single contacts on springs: closed forms, rates over random alignments, inversion, energy."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Surface pressure: closed forms, the total force, and where the local rule holds."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

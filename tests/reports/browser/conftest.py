@@ -1,7 +1,5 @@
 """A headless browser that watches: requests, complaints, downloads."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Iterator

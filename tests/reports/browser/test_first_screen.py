@@ -1,7 +1,5 @@
 """The first screen: it judges anew as Python does, stays short, and leads to the evidence."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, replace
 
 import pytest

@@ -1,7 +1,5 @@
 """The page of all claims: short until a link, a filter or the printer opens what is folded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

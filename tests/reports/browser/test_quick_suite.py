@@ -1,7 +1,5 @@
 """The report of the real quick suite, as `.ci/run` makes it (or made here, which takes minutes)."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

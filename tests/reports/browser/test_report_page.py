@@ -1,7 +1,5 @@
 """The report in a real browser: read, filtered, sorted, slid, saved, linked, heard and printed."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

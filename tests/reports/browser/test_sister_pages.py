@@ -1,7 +1,5 @@
 """The pages of claims, hard cases, and two runs compared: same script, same care."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

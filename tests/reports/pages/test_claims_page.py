@@ -1,7 +1,5 @@
 """`roughline claims`: the table, the page, the files, the exit codes."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """The command `hard-cases` and its page: all outcomes shown, failures plotted, input distrusted."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

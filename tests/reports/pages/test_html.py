@@ -1,7 +1,5 @@
 """The page as a whole: offline, inert against hostile text, complete, and right in its verdicts."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

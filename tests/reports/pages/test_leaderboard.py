@@ -1,7 +1,5 @@
 """The commands of numbered problems, and their page."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

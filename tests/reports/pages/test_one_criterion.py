@@ -1,7 +1,5 @@
 """One criterion: every place that speaks of a scene says the same word, number and time."""
 
-from __future__ import annotations
-
 import os
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The first screen and the tables under it: verdicts, cheapest methods, times, stability."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

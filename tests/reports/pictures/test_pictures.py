@@ -1,7 +1,5 @@
 """Pictures: drawn in another process, whose crash or silence leaves a note and nothing else."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import replace

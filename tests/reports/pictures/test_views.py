@@ -1,7 +1,5 @@
 """Views that turn: closed surfaces of the cut body, to scale, light enough to embed."""
 
-from __future__ import annotations
-
 import base64
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Why the area fails: the contact of a surface beside that of its line, moved by one slider."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

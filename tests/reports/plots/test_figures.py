@@ -1,7 +1,5 @@
 """Plots: what they show of the data, and that plotly itself accepts every one of them."""
 
-from __future__ import annotations
-
 import base64
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Curves along a path say which way it is walked."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from reports.plots import curves

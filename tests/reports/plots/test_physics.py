@@ -1,7 +1,5 @@
 """Plots of what physics stores: films, slip, what yields, wear, stress below a contact."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Plots of paths, histories and speeds: loops stay loops, and errors stand over the steps."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

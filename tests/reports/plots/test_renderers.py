@@ -1,7 +1,5 @@
 """One figure, two renderers: plotly and matplotlib show the same numbers, names and limits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The spectrum of a rough surface in the report."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

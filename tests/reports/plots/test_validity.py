@@ -1,7 +1,5 @@
 """The validity map: claims along their parameters, scenes as points."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The card of a scene: its inputs with units, its loads, its pressures."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

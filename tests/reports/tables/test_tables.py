@@ -1,7 +1,5 @@
 """One table, several renderers: each says the same, in its own way."""
 
-from __future__ import annotations
-
 import pytest
 from rich.console import Console
 

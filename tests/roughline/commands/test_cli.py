@@ -1,7 +1,5 @@
 """The command line: its commands and exit codes, one clear message each, nothing written astray."""
 
-from __future__ import annotations
-
 import csv
 import json
 import os

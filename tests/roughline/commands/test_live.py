@@ -1,7 +1,5 @@
 """What a watched run tells, and to whom."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the command line prints: tables for people, text as it is."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Scenes with a [counter_body]: compliances add, and finite elements mesh both bodies."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Flat faces of the method `fem`: mesh lines on their sides, planes of symmetry, memory."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace

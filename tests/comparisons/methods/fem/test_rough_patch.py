@@ -1,7 +1,5 @@
 """Part of a measured map, the same heights to finite elements and to the half-space solver."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a bounded mesh leaves out: measured by doubling its extent, and declared by the method."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

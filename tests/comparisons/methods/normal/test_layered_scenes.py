@@ -1,7 +1,5 @@
 """Scenes with layers, a rigid base or a graded modulus: keys, readings, solvers, refusals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Rough scenes between proved bounds: free patches and periods, under force and penetration."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

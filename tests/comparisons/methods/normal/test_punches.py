@@ -1,7 +1,5 @@
 """Flat punches: shares of cells exactly, stiffness to 0.05 % with a bar that holds, any angle."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

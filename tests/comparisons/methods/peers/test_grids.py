@@ -4,8 +4,6 @@ What is measured of their answers is tested without them; the rest is skipped wh
 measured map, are absent.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

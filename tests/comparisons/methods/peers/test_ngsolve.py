@@ -1,7 +1,5 @@
 """The method `ngsolve`: another code's finite elements against closed forms, and its absence."""
 
-from __future__ import annotations
-
 from importlib import util
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Scenes with [plasticity]: springs, elements and fits, and what is wrong is told."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose

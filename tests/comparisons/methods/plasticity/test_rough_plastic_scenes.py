@@ -1,7 +1,5 @@
 """Rough scenes with [plasticity]: pressure capped at a hardness, lines with capped springs."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal

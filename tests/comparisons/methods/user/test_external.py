@@ -1,7 +1,5 @@
 """Methods from outside: judged like ours, trusted with nothing, costing only their own rows."""
 
-from __future__ import annotations
-
 import json
 import os
 from importlib import metadata
