@@ -147,13 +147,7 @@ INDEPENDENT = (
 
 
 def method_named(name: str, where: str = "--method: ") -> str:
-    """Return the name of a method, in capitals or not.
-
-    Raises
-    ------
-    InputError
-        With the names that there are.
-    """
+    """Return the name of a method, in capitals or not; InputError names those that there are."""
     if is_known(name.lower()):
         return name.lower()
     hint = near(name, METHODS)

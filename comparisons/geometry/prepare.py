@@ -11,6 +11,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,6 +46,8 @@ class IndenterGeometry:
     contact_radii: tuple[float, ...] = ()
     unreached: Mapping[int, str] = field(default_factory=dict)
     rim_gap: float = 0.0
+    periodic: ClassVar[bool] = False
+    random: ClassVar[bool] = False
 
     @cached_property
     def reach(self) -> tuple[float, float]:
@@ -160,11 +163,8 @@ Geometry = IndenterGeometry | RoughGeometry
 def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
     """Prepare the geometry of a scene and its absolute loads.
 
-    Raises
-    ------
-    SceneError
-        If the map cannot be used, or the load is beyond the shape (a sphere pressed to its
-        equator).
+    SceneError where a map cannot be used, or a load is beyond the shape (a sphere pressed to its
+    equator).
     """
     if scene.surface is None:
         loads = loads_of(scene)
@@ -178,13 +178,7 @@ def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
 
 
 def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
-    """Prepare the geometry of a scene without a rough surface for some of the loads.
-
-    Raises
-    ------
-    SceneError
-        If a load is beyond the shape.
-    """
+    """Prepare the geometry of a scene without a rough surface for some of the loads."""
     if scene.indenter is None:  # a [body] under a rigid plane: no half-space for an estimate
         return IndenterGeometry(RigidPlane(), np.nan, np.nan)
     if not scene.half_space.uniform:
@@ -213,11 +207,6 @@ def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
 
     Exact (MDR) for axisymmetric shapes, the Gaussian radius for ellipsoids, and
     D = (4 A / pi)^(1/2) for flat punches of any outline.
-
-    Raises
-    ------
-    ValueError
-        If `reduced.profiles.equivalents` has no profile for the shape.
     """
     if isinstance(indenter, Profile):
         r, f = np.array(indenter.r), np.array(indenter.f)

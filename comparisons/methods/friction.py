@@ -309,12 +309,11 @@ class GridFriction(FrictionalGrid):
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield the grid of each realisation, all on the same half-space."""
         compliance = Compliance.of(self.scene.shear_modulus, self.scene.poisson_ratio)
-        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
         body = None
         for realisation in task.realisations:
             grid = make_grid(task.geometry, task.resolution, realisation)
             where = grid.gap.shape, grid.spacing
-            body = body or NormalAndTangential(*where, compliance, periodic=periodic)
+            body = body or NormalAndTangential(*where, compliance, periodic=task.geometry.periodic)
             unknowns = 3 * int(np.isfinite(grid.gap).sum())
             yield Row(partial(self._path, task, body, grid), unknowns=unknowns)
 

@@ -55,8 +55,11 @@ def contact_step(
         values["mean_gap"] = float(cells.gap.mean())
         values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
     if {"stiffness", "contact_length_stiffness"} & set(task.quantities):
+        # dF/dd of a flat punch on the automata that touch, of the area that is counted
+        punch = np.where(contact.active, 0.0, np.inf)
+        (pressed,) = body.press(punch, Load("penetration", contact.penetration))
         outline = values["contact_area"] / counted
-        values["stiffness"] = np.sqrt(outline) * _stiffness(body, contact)
+        values["stiffness"] = np.sqrt(outline) * (pressed.force / pressed.penetration)
     return Step(
         values,
         iterations=contact.steps,
@@ -88,14 +91,6 @@ def _as_cells(
     # that of the automata, not what the operator would make of their pressure
     vars(cells)["displacement"] = contact.displacement[numbers].reshape(shape)
     return cells
-
-
-def _stiffness(body: ParticleHalfSpace, contact: ParticleContact) -> float:
-    """Return dF/dd of a flat punch on the automata that touch, of the area that is counted."""
-    punch = np.where(contact.active, 0.0, np.inf)
-    load = Load("penetration", contact.penetration)
-    (pressed,) = body.press(punch, load)
-    return pressed.force / pressed.penetration
 
 
 def _inside(body: ParticleHalfSpace, contact: ParticleContact) -> dict[str, np.ndarray]:

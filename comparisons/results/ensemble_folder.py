@@ -140,13 +140,7 @@ def gaps(surfaces: range, bundles: Iterable[Bundle]) -> list[range]:
 
 
 def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingRecord, pd.DataFrame]:
-    """Return the record and the statistics of a setting, in one pass over its curves.
-
-    Raises
-    ------
-    ResultsError
-        If a file cannot be read.
-    """
+    """Return the record and the statistics of a setting, in one pass over its curves."""
     bundles = list(files.values())
     digest, names = hashlib.sha256(), [""]
 
@@ -192,12 +186,7 @@ def save_ensemble(directory: Path, result: EnsembleResult) -> None:
 
 
 def load_ensemble(directory: Path) -> EnsembleRecord:
-    """Read ensemble.json.
-
-    Raises
-    ------
-    ResultsError
-    """
+    """Read ensemble.json; ResultsError where it is none."""
     missing = f"{directory}: no ensemble here ({RECORD} is missing)"
     return read_record(EnsembleRecord, directory / RECORD, missing)
 

@@ -44,13 +44,7 @@ Record = TypeVar("Record", bound=Header)
 
 
 def read_record(form: type[Record], file: Path, missing: str) -> Record:
-    """Read a record.
-
-    Raises
-    ------
-    ResultsError
-        If there is none (said as `missing`), or the file is not as it should be.
-    """
+    """Read a record; ResultsError where it is damaged, or there is none (said as `missing`)."""
     try:
         return form.model_validate_json(file.read_text(encoding="utf-8"))
     except FileNotFoundError as error:

@@ -196,13 +196,7 @@ class SceneRecord:
         return next((item.title for item in self.plan.methods if item.method == method), "")
 
     def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
-        """Return the stored arrays of one solution, or an empty dict where there are none.
-
-        Raises
-        ------
-        ResultsError
-            If they are not such arrays.
-        """
+        """Return the stored arrays of one solution, or an empty dict where there are none."""
         path = self.fields.get((method, int(resolution)))
         if path is None or not path.exists():
             return {}
@@ -304,13 +298,7 @@ def stacked(record: StudyRecord, tables: list[pd.DataFrame]) -> pd.DataFrame:
 
 
 def read_study(root: Path) -> StudyRecord:
-    """Read study.json alone, without the tables.
-
-    Raises
-    ------
-    ResultsError
-        If there is none, or it is not as it should be.
-    """
+    """Read study.json alone, without the tables; ResultsError as `load_study`."""
     try:
         text = (root / STUDY).read_text(encoding="utf-8")
         return replace(_FORM.validate_json(text, strict=True, context=root), directory=root)
@@ -329,13 +317,7 @@ def read_study(root: Path) -> StudyRecord:
 
 
 def load_study(directory: str | Path) -> StudyRecord:
-    """Read a results folder back.
-
-    Raises
-    ------
-    ResultsError
-        If the folder holds no finished study, or its files cannot be read.
-    """
+    """Read a results folder back; ResultsError where it has no finished study, or a damaged one."""
     root = Path(directory)
     record = read_study(root)
     hashes = {scene.name: _hash(scene.text) for scene in record.scenes}

@@ -163,11 +163,6 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
 
     Loads are positive and strictly increasing; a path goes up and down and may be negative; times
     increase from zero on.
-
-    Raises
-    ------
-    PydanticCustomError
-        With everything that is wrong in one message.
     """
     if value is None or isinstance(value, LoadRange):
         return value

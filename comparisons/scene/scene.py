@@ -382,11 +382,6 @@ def load_scenes(
 
     A sweep has one dotted key with a list: ``"indenter.radius" = ["1 mm", "2 mm"]``. Its scenes
     are called ``NAME-1``, ``NAME-2``, ...
-
-    Raises
-    ------
-    SceneError
-        Listing every problem of the first scene that is wrong.
     """
     data, origin, folder = _read(source)
     table = data.get("sweep")
@@ -430,14 +425,14 @@ def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any
     try:
         return read_toml(path), str(source), path.parent.resolve()
     except ValueError as error:
-        raise SceneError(str(source), [f"{error}{_map_hint(path)}"]) from error
-
-
-def _map_hint(path: Path) -> str:
-    """Say where a map of heights belongs that was given in place of a scene."""
-    if path.suffix.lower() == ".toml":
-        return ""
-    return f'; a scene names its map of heights: [surface] kind = "map", file = "{path.name}"'
+        hint = (
+            ""
+            if path.suffix.lower() == ".toml"
+            else (
+                f'; a scene names its map of heights: [surface] kind = "map", file = "{path.name}"'
+            )
+        )
+        raise SceneError(str(source), [f"{error}{hint}"]) from error
 
 
 def parse_scene(
@@ -499,11 +494,6 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
 
 
 def validated(data: dict[str, Any]) -> Scene:
-    """Return a scene of tables; what one of them means for the others is told to validation.
-
-    Raises
-    ------
-    pydantic.ValidationError
-    """
+    """Return a scene of tables; what one of them means for the others is told to validation."""
     context = {PATH: walks_a_path(data), RELAXES: "viscoelastic" in data}
     return Scene.model_validate(data, context=context)

@@ -14,13 +14,7 @@ KEYS = re.compile(r"^[ \t]*\[{0,2}((?:[\w\"'-]+[ \t]*\.[ \t]*)+)", re.MULTILINE)
 
 
 def read_toml(file: Path) -> dict[str, Any]:
-    """Read the tables of a file.
-
-    Raises
-    ------
-    ValueError
-        If it is too large, no text, or no TOML.
-    """
+    """Read the tables of a file; ValueError where it is too large, no text, or no TOML."""
     try:
         if file.stat().st_size > LARGEST_FILE:
             raise ValueError(f"expected at most {LARGEST_FILE} bytes")
@@ -31,12 +25,7 @@ def read_toml(file: Path) -> dict[str, Any]:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Read tables from text.
-
-    Raises
-    ------
-    ValueError
-    """
+    """Read tables from text."""
     if any(key.count(".") > DEEPEST_KEY for key in KEYS.findall(text)):
         raise ValueError(f"expected keys of at most {DEEPEST_KEY + 1} parts")
     try:

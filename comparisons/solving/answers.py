@@ -93,13 +93,7 @@ def curve_job(task: Task) -> Job:
 
 
 def value_of(done: Done) -> Any:
-    """Return the answer of a job.
-
-    Raises
-    ------
-    LostWorkError
-        If there is none.
-    """
+    """Return the answer of a job; LostWorkError where there is none."""
     if done.lost:
         raise LostWorkError(done.lost)
     return done.value

@@ -52,12 +52,6 @@ class ClusterExecutor(Executor):
     ----------
     address : str
         Such as ``tcp://login-1:8786``.
-
-    Raises
-    ------
-    InputError
-        If dask is missing, no scheduler answers, or versions or threads of its workers are not
-        as they must be (listing all that differs).
     """
 
     def __init__(self, address: str) -> None:

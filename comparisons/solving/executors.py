@@ -72,11 +72,6 @@ def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:
         Processes here, each on one thread; 1 works in this process.
     scheduler : str, optional
         Address of a running ``dask.distributed`` scheduler; its workers are used, none here.
-
-    Raises
-    ------
-    comparisons.errors.InputError
-        If no scheduler answers there, the packages are missing, or its workers run other versions.
     """
     if scheduler is not None:
         from comparisons.solving.cluster import ClusterExecutor

@@ -80,13 +80,7 @@ class Inquiries(Generic[A]):
         return self._forecast.remaining(kinds, self._executor.workers)
 
     def ask(self, inquiries: Mapping[str, Inquiry[A]]) -> Iterator[Done | None]:
-        """Go through inquiries side by side; yield None at the start, then each job that is done.
-
-        Raises
-        ------
-        LostWorkError
-            If all work was taken away, as with a scheduler that is gone.
-        """
+        """Go through inquiries side by side; yield None at the start, then each job that is done."""
         try:
             for name, inquiry in inquiries.items():
                 self._go_on(name, inquiry)
@@ -145,13 +139,7 @@ class Inquiries(Generic[A]):
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:
-    """Answer one inquiry here and now.
-
-    Raises
-    ------
-    LostWorkError
-        If a job has no answer.
-    """
+    """Answer one inquiry here and now."""
     inquiries: Inquiries[A] = Inquiries()
     for _ in inquiries.ask({"": inquiry}):
         pass
@@ -184,13 +172,7 @@ def together(inquiries: Iterable[Inquiry[A]]) -> Inquiry[list[A]]:
 
 
 def curves(plan: Plan, earlier: Solved | None = None) -> Inquiry[Solved]:
-    """Solve every method and resolution of a plan for its curves, but those that are known.
-
-    Raises
-    ------
-    LostWorkError
-        If the process of a solve was ended again and again.
-    """
+    """Solve every method and resolution of a plan for its curves, but those that are known."""
     solved = dict(earlier or {})
     missing = {s: [*map(curve_job, tasks)] for s, tasks in plan.settings.items() if s not in solved}
     done = yield [job for jobs in missing.values() for job in jobs]

@@ -73,5 +73,5 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         contact=document["contact"],
-        machine=str(document.get("machine", "")),
+        machine=str(document["machine"]),
     )

@@ -69,13 +69,7 @@ def without_curves(bundle: Bundle) -> Bundle:
 
 
 def parquet() -> tuple[Any, Any]:
-    """Return pyarrow and its Parquet module.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
+    """Return pyarrow and its Parquet module."""
     try:
         import pyarrow
         import pyarrow.parquet as files
@@ -119,13 +113,7 @@ def write_bundle(path: Path, bundle: Bundle) -> None:
 
 
 def read_bundle(path: Path) -> Bundle:
-    """Return what a file holds, without its curves.
-
-    Raises
-    ------
-    ResultsError
-        If the file is incomplete, or not one of an ensemble.
-    """
+    """Return what a file holds, without its curves."""
     _, files = parquet()
     try:
         head = files.read_metadata(path).metadata[_KEY]
@@ -139,11 +127,6 @@ def curves(paths: Iterable[Path], steps: int, size: int) -> Iterator[tuple[list[
 
     The blocks have `size` surfaces, the last one the rest, whatever the bundles are: sums over
     blocks round alike. NaN where there is no answer.
-
-    Raises
-    ------
-    ResultsError
-        If a file cannot be read.
     """
     rest: list[np.ndarray] = []
     names: list[str] = []

@@ -25,21 +25,15 @@ LONGEST_CROWDED = 8
 SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
 
 
-def right_angled(indenter: Indenter) -> bool:
-    """Whether every side of the face lies along x or y."""
+def second_order(indenter: Indenter) -> bool:
+    """Whether a face is meshed with crowded lines and elements of second order."""
     corners = indenter.outline
     if corners is None:
         return False
     sides = np.abs(np.roll(corners, -1, axis=0) - corners)
-    return bool((sides.min(axis=1) <= 1e-9 * sides.max()).all())
-
-
-def second_order(indenter: Indenter) -> bool:
-    """Whether a face is meshed with crowded lines and elements of second order."""
-    if not right_angled(indenter):
-        return False
+    right_angled = bool((sides.min(axis=1) <= 1e-9 * sides.max()).all())
     short, long = sorted(indenter.reach(0.0))
-    return long <= LONGEST_CROWDED * short
+    return right_angled and long <= LONGEST_CROWDED * short
 
 
 def resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:

@@ -99,7 +99,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid, and of the columns."""
-        arrays = ARRAYS_PERIODIC if _periodic(task.geometry) else ARRAYS_FREE
+        arrays = ARRAYS_PERIODIC if task.geometry.periodic else ARRAYS_FREE
         stored = 4 * len(task.realisations)
         grid = 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
         return grid + BYTES_OF_COLUMNS
@@ -114,7 +114,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
             base = f", down to {_IMPEDANCE}"
         else:
             base = ", down to a clamp two periods down"
-        if _periodic(geometry):
+        if geometry.periodic:
             return mesh + base
         far = "Boussinesq fields" if table.uniform else "the continuum of the same body"
         shared = base if self.bottom == "impedance" else ""
@@ -127,7 +127,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         body: fem.Material | Body = fem.Material(*self.scene.elastic_constants)
         if not self.scene.half_space.uniform:
             body = elastic_body(self.scene)
-        kind = PeriodicBody if _periodic(task.geometry) else FreeBody
+        kind = PeriodicBody if task.geometry.periodic else FreeBody
         return kind(shape, spacing, body, self.element, bottom=self.bottom)
 
     def step(
@@ -162,10 +162,6 @@ class FemDepths(FemRough):
         """Cells per contact radius: those of `bem_fft`."""
         assert isinstance(geometry, IndenterGeometry)
         return indenter_resolutions(self.scene, geometry)
-
-
-def _periodic(geometry: Geometry) -> bool:
-    return isinstance(geometry, RoughGeometry) and geometry.periodic
 
 
 # Empty cells around a free patch, in its sides: images of it change the largest stress by 1 %.

@@ -68,9 +68,12 @@ class FemBody(FemMesh[BodyGeometry]):
 
     def refusal(self, task: Task[BodyGeometry]) -> str:
         """Refuse cells that lock, and refinements that are too large."""
-        unsuited = _unsuited(task.geometry, self.scene.elastic_constants[1])
-        if unsuited:
-            return unsuited
+        nu, kind = self.scene.elastic_constants[1], task.geometry.solid.kind
+        linear = kind.simplex and kind.order == 1
+        largest = LARGEST_POISSON_LINEAR_TETRAHEDRA if linear else LARGEST_POISSON_RATIO
+        if nu > largest:
+            cells = "linear tetrahedra, which lock," if linear else "a user's cells"
+            return f"nu = {nu:g}: {cells} go to {largest}"
         n, count = task.resolution, unknowns(task.geometry, task.resolution)
         if n & (n - 1):
             return f"every cell is halved again and again: N must be 1, 2, 4, ..., got {n}"
@@ -160,19 +163,12 @@ class FemBody(FemMesh[BodyGeometry]):
         for contact in self.press(task, body, gap, loads, start):
             if contact.active.any() and gap[contact.active].max() > edge:
                 raise NoAnswerError("the contact is larger than the nodes that may touch")
-            area = _area(task.geometry, body, contact)
+            area, indenter = contact.contact_area, task.geometry.indenter
+            if indenter.axisymmetric and task.geometry.flat_surface:
+                face = indenter.face_area
+                area = round_area(body, contact) if face is None else face
             inside = partial(_body_fields, task.geometry, body, contact)
             yield contact_step(task, body, gap, contact, area, body_fields=inside)
-
-
-def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
-    """Return why the user's cells cannot have this Poisson ratio, or an empty text."""
-    linear = geometry.solid.kind.simplex and geometry.solid.kind.order == 1
-    largest = LARGEST_POISSON_LINEAR_TETRAHEDRA if linear else LARGEST_POISSON_RATIO
-    if poisson_ratio <= largest:
-        return ""
-    cells = "linear tetrahedra, which lock," if linear else "a user's cells"
-    return f"nu = {poisson_ratio:g}: {cells} go to {largest}"
 
 
 def _gap(geometry: BodyGeometry, mesh: SolidMesh, nodes: np.ndarray) -> np.ndarray:
@@ -193,13 +189,6 @@ def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.nda
         mesh, renumbered, faces = mesh.refined(*faces)
         numbers, resolution = renumbered[numbers], resolution // 2
     return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
-
-
-def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.NodalContact) -> float:
-    indenter = geometry.indenter
-    if not (indenter.axisymmetric and geometry.flat_surface):
-        return contact.contact_area
-    return round_area(body, contact) if indenter.face_area is None else indenter.face_area
 
 
 def _body_fields(

@@ -8,7 +8,6 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import (
-    Grid,
     GridSolver,
     cells,
     contact_cells,
@@ -76,7 +75,14 @@ class BemDense(GridSolver[FreeOperator]):
         rough = isinstance(geometry, RoughGeometry)
         grid = make_grid(geometry, geometry.points[0] if rough else task.resolution)
         total = cells(geometry, task.resolution)
-        overlap = _overlapping(task, grid) * total / grid.gap.size
+        # cells that overlap at each load, from which the iteration starts: at least one
+        gap, reached = grid.gap, list(task.loads.values)
+        if task.loads.control == "force":
+            operator = self.operator(task, gap.shape, grid.spacing)
+            lowest = gap[np.isfinite(gap)].min()
+            reached = [lowest + started_from(operator, gap - lowest, float(f)) for f in reached]
+        overlapping = np.maximum(np.searchsorted(np.sort(gap, axis=None), reached), 1)
+        overlap = overlapping * total / gap.size
         # of a rough surface they are counted twice, with what overlaps beside them
         share = min(1.0, contact_cells(task) / (2 if rough else 1) / overlap[-1])
         last = np.append(0.0, overlap[:-1]) / overlap
@@ -105,13 +111,3 @@ class BemDense(GridSolver[FreeOperator]):
             return sweep(operator, gap, Load(task.loads.control, loads), by="pivot")
 
         return run
-
-
-def _overlapping(task: Task, grid: Grid) -> np.ndarray:
-    """Return how many cells overlap at each load, from which the iteration starts; at least one."""
-    gap, reached = grid.gap, list(task.loads.values)
-    if task.loads.control == "force":
-        operator = FreeOperator(gap.shape, grid.spacing, task.scene.effective_modulus)
-        lowest = gap[np.isfinite(gap)].min()
-        reached = [lowest + started_from(operator, gap - lowest, float(f)) for f in reached]
-    return np.maximum(np.searchsorted(np.sort(gap, axis=None), reached), 1)

@@ -78,7 +78,7 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""
         solve = BYTES_FREE
-        if _periodic(task):
+        if task.geometry.periodic:
             solve = BYTES_PERIODIC + (EXTRAPOLATED if len(task.loads.values) > 1 else 0)
             if {"stiffness", "contact_length_stiffness"} & set(task.quantities):
                 solve += STIFFNESS
@@ -88,7 +88,7 @@ class HalfSpaceGrid(GridSolver[ElasticBody]):
 
     def most_memory(self, task: Task) -> float:
         """Bytes where single precision stalls, and double takes its place."""
-        more = _DOUBLE_PERIODIC if _periodic(task) else _DOUBLE_FREE
+        more = _DOUBLE_PERIODIC if task.geometry.periodic else _DOUBLE_FREE
         return self.memory(task) + float(more) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
@@ -124,8 +124,7 @@ class BemFft(HalfSpaceGrid):
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> ElasticBody:
         """Return the free or the periodic operator."""
-        modulus = task.scene.effective_modulus
-        periodic = _periodic(task)
+        modulus, periodic = task.scene.effective_modulus, task.geometry.periodic
         if not task.scene.half_space.uniform:
             body = elastic_body(task.scene)
             if periodic:
@@ -149,7 +148,3 @@ def loosened(scene: Scene, least: float) -> float:
     """Return the tolerance of solvers to whom one below the least is the least: it is not read."""
     options = scene.methods.bem_fft
     return options.tolerance if options.changes.get("tolerance", 0.0) > least else least
-
-
-def _periodic(task: Task) -> bool:
-    return isinstance(task.geometry, RoughGeometry) and task.geometry.periodic

@@ -301,8 +301,7 @@ def contact_quantities(
     asked = bool(quantities & {"stiffness", "contact_length_stiffness"})
     cut = rough and not periodic and not task.scene.physics and reaches_rim(mask)
     if asked or cut:
-        random = isinstance(task.geometry, RoughGeometry) and task.geometry.random
-        accuracy = _STIFFNESS if asked and not random else _RANDOM_STIFFNESS
+        accuracy = _STIFFNESS if asked and not task.geometry.random else _RANDOM_STIFFNESS
         contact.forget_displacement()  # the stiffness is a solve of its own, in as much memory
         # of what was pressed: with a penalty its springs give way, too
         response = area_measures.contact_response(contact.operator, mask, accuracy)
