@@ -15,12 +15,6 @@ from comparisons.tasks.task import Task
 LoadStep = Callable[[Task, float, int], Mapping[str, float]]
 
 
-def _numbers(returned: Any) -> dict[str, float]:
-    if not isinstance(returned, Mapping) or not returned:
-        raise MalformedError(f"expected numbers by quantity, got {in_kind(returned)}")
-    return {name: float(curve_of(name, value, ())) for name, value in returned.items()}
-
-
 class FunctionSolver(Solver[Geometry]):
     """A function of one load step, called for every realisation and load."""
 
@@ -44,7 +38,10 @@ class FunctionSolver(Solver[Geometry]):
         for row, realisation in enumerate(task.realisations):
             for step, load in enumerate(task.loads.values):
                 try:
-                    values = _numbers(type(self).step(task, float(load), realisation))
+                    found: Any = type(self).step(task, float(load), realisation)
+                    if not isinstance(found, Mapping) or not found:
+                        raise MalformedError(f"expected numbers by quantity, got {in_kind(found)}")
+                    values = {name: float(curve_of(name, n, ())) for name, n in found.items()}
                 except MalformedError as error:
                     solution.fail((row, step), str(error))
                     continue

@@ -80,7 +80,10 @@ class Inquiries(Generic[A]):
         return self._forecast.remaining(kinds, self._executor.workers)
 
     def ask(self, inquiries: Mapping[str, Inquiry[A]]) -> Iterator[Done | None]:
-        """Go through inquiries side by side; yield None at the start, then each job that is done."""
+        """Go through inquiries side by side; yield None at the start, then each job that is done.
+
+        LostWorkError ends it where all work is taken away, as with a scheduler that is gone.
+        """
         try:
             for name, inquiry in inquiries.items():
                 self._go_on(name, inquiry)
@@ -139,7 +142,7 @@ class Inquiries(Generic[A]):
 
 
 def answer_of(inquiry: Inquiry[A]) -> A:
-    """Answer one inquiry here and now."""
+    """Answer one inquiry here and now; LostWorkError where a job has no answer."""
     inquiries: Inquiries[A] = Inquiries()
     for _ in inquiries.ask({"": inquiry}):
         pass

@@ -69,7 +69,7 @@ def without_curves(bundle: Bundle) -> Bundle:
 
 
 def parquet() -> tuple[Any, Any]:
-    """Return pyarrow and its Parquet module."""
+    """Return pyarrow and its Parquet module; InputError where it is not installed."""
     try:
         import pyarrow
         import pyarrow.parquet as files
@@ -113,7 +113,7 @@ def write_bundle(path: Path, bundle: Bundle) -> None:
 
 
 def read_bundle(path: Path) -> Bundle:
-    """Return what a file holds, without its curves."""
+    """Return what a file holds, without its curves; ResultsError where it is none of ours."""
     _, files = parquet()
     try:
         head = files.read_metadata(path).metadata[_KEY]

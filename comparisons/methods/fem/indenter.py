@@ -175,8 +175,14 @@ class Fem(FemMesh[IndenterGeometry]):
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Build and condense the body once."""
         body = self.body(task)
+        truncation = (
+            TRUNCATION_SQUARE if punch_mesh.second_order(self.indenter) else TRUNCATION_GRID
+        )
+        if body.ring is not None:
+            largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
+            truncation = largest / task.resolution**3
         sweep = partial(self._steps, task, body)
-        yield Row(sweep, unknowns=body.unknowns, truncation=self._truncation(task, body))
+        yield Row(sweep, unknowns=body.unknowns, truncation=truncation)
 
     def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
         """Return the half-space that fits the scene's contact."""
@@ -199,12 +205,6 @@ class Fem(FemMesh[IndenterGeometry]):
     def _sharp(self, geometry: IndenterGeometry) -> bool:
         """Whether the pressure is singular at the edge of the contact, or nearly so."""
         return self.indenter.flat or self.indenter.flat_within > 0.3 * geometry.contact_radius
-
-    def _truncation(self, task: Task[IndenterGeometry], body: fem.CondensedBody) -> float:
-        if body.ring is not None:
-            largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
-            return largest / task.resolution**3
-        return TRUNCATION_SQUARE if punch_mesh.second_order(self.indenter) else TRUNCATION_GRID
 
     def _steps(
         self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray

@@ -77,7 +77,9 @@ def contact_step(
     )
 
 
-def recovered(body: fem.CondensedBody, forces: np.ndarray) -> dict[str, np.ndarray]:
+def recovered(
+    body: fem.CondensedBody, forces: np.ndarray, frame: Mapping[str, np.ndarray] | None = None
+) -> dict[str, np.ndarray]:
     """Return displacement and von Mises stress in a body under the forces on its surface."""
     inside = fem.recover(body, forces)
     return {
@@ -85,6 +87,7 @@ def recovered(body: fem.CondensedBody, forces: np.ndarray) -> dict[str, np.ndarr
         "mesh_cells": inside.cells,
         "mesh_displacement": inside.displacement,
         "mesh_von_mises": inside.von_mises,
+        **(frame or {}),
     }
 
 

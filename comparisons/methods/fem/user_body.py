@@ -157,6 +157,8 @@ class FemBody(FemMesh[BodyGeometry]):
         loads: np.ndarray,
     ) -> Iterator[Step]:
         start = None
+        # the fields are in the frame of the contact; the VTU is in that of the file
+        frame = {"mesh_axes": task.geometry.axes, "mesh_origin": task.geometry.origin}
         if body.iterative is not None and task.loads.control == "force":
             # every node that a contact set passes takes a column: begin near the answer
             start = gap <= task.geometry.penetrations[len(task.loads.values) - len(loads)]
@@ -167,7 +169,7 @@ class FemBody(FemMesh[BodyGeometry]):
             if indenter.axisymmetric and task.geometry.flat_surface:
                 face = indenter.face_area
                 area = round_area(body, contact) if face is None else face
-            inside = partial(_body_fields, task.geometry, body, contact)
+            inside = partial(recovered, body, contact.reactions, frame)
             yield contact_step(task, body, gap, contact, area, body_fields=inside)
 
 
@@ -189,11 +191,3 @@ def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.nda
         mesh, renumbered, faces = mesh.refined(*faces)
         numbers, resolution = renumbered[numbers], resolution // 2
     return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
-
-
-def _body_fields(
-    geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.NodalContact
-) -> dict[str, np.ndarray]:
-    """Return fields in the frame of the contact, and the frame of the file for the VTU."""
-    frame = {"mesh_axes": geometry.axes, "mesh_origin": geometry.origin}
-    return recovered(body, contact.reactions) | frame

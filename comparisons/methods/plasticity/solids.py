@@ -126,30 +126,20 @@ class FemPlasticity(Solver[IndenterGeometry]):
                     even=self.indenter.even,
                 )
             solution.unknowns = walk.indentation.mesh.size
-            if not self._outgrown(task, walk, solution, yields_at):
+            path, before = LoadPath(task.loads.control, task.loads.values), 0
+            try:
+                for step, moment in enumerate(walk.along(path)):
+                    found = self._step(task, walk, moment, before, yields_at)
+                    record(solution, (0, step), found, task)
+                    before = moment.iterations
                 break
+            except ConvergenceError as error:
+                for lost in range(int(solution.converged.sum()), task.shape[1]):
+                    solution.fail((0, lost), error.reason)
+                if not isinstance(error, OutgrownError):
+                    break
             largest *= _WIDER
         return solution
-
-    def _outgrown(
-        self,
-        task: Task[IndenterGeometry],
-        walk: Walk,
-        solution: Solution,
-        yields_at: dict[str, float],
-    ) -> bool:
-        """Put the steps of a path into a solution; tell whether the contact outgrew its mesh."""
-        path = LoadPath(task.loads.control, task.loads.values)
-        before, step = 0, 0
-        try:
-            for step, moment in enumerate(walk.along(path)):
-                record(solution, (0, step), self._step(task, walk, moment, before, yields_at), task)
-                before = moment.iterations
-        except ConvergenceError as error:
-            for lost in range(int(solution.converged.sum()), task.shape[1]):
-                solution.fail((0, lost), error.reason)
-            return isinstance(error, OutgrownError)
-        return False
 
     def _step(
         self,
@@ -217,7 +207,10 @@ class FemPlasticity(Solver[IndenterGeometry]):
         """Return the section along x: where it has yielded, and the shape of the surface."""
         mesh, state = walk.indentation.mesh, moment.state
         place, (on_top, sunk) = mesh.place * walk.length, walk.surface(moment)
-        cut, rim = (_along_x(at, None if self.round else 1) for at in (place, on_top))
+        cut, rim = (np.ones(at.shape[1:], dtype=bool) for at in (place, on_top))
+        if not self.round:  # the points next to y = 0
+            beyond = (np.where(at[0] >= 0, np.abs(at[1]), np.inf) for at in (place, on_top))
+            cut, rim = (far <= far.min() * (1 + 1e-6) for far in beyond)
         return {
             "penetration": np.array(moment.penetration),
             "section_r": place[0][cut],
@@ -227,14 +220,6 @@ class FemPlasticity(Solver[IndenterGeometry]):
             "surface_r": on_top[0][rim],
             "surface_depth": sunk[rim],
         }
-
-
-def _along_x(place: np.ndarray, across: int | None) -> np.ndarray:
-    """Tell which points (dimensions, ...) are next to y = 0, where y is the component `across`."""
-    if across is None:
-        return np.ones(place.shape[1:], dtype=bool)
-    beyond = np.where(place[0] >= 0, np.abs(place[across]), np.inf)
-    return np.asarray(beyond <= beyond.min() * (1 + 1e-6))
 
 
 # Of the stages in which a load is reached: measured at sixty times the depth of first yield.
