@@ -60,7 +60,20 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
         doubts.append(
             f"E* = {with_unit(modulus, 'Pa')} is stiffer than diamond ({with_unit(STIFFEST, 'Pa')})"
         )
-    doubts += _of_physics(scene)
+    if scene.rolling is not None:
+        creep = max(map(abs, (*scene.rolling.creep.values, *scene.rolling.lateral_creep.values)))
+        if creep > LARGEST_CREEP:
+            doubts.append(
+                f"a creep of {number(creep)} is {relative(creep)} of the speed (wheels slip below "
+                f"{relative(LARGEST_CREEP)}, at 100 % they are locked)"
+            )
+    if scene.plasticity is not None:
+        slope, youngs = scene.plasticity.hardening, scene.half_space.elastic_constants[0]
+        if slope > youngs:
+            doubts.append(
+                f"a hardening of {with_unit(slope, 'Pa')} is steeper than E = "
+                f"{with_unit(youngs, 'Pa')} (metals harden by less than a tenth of it)"
+            )
     if isinstance(geometry, IndenterGeometry):
         depth, radius = geometry.penetration, geometry.contact_radius
         if depth > STEEPEST * radius > 0:  # NaN is no contact
@@ -83,25 +96,6 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
     units = [f"{CHECK}units of the scene: {'; '.join(doubts)}"] if doubts else []
     return units + slopes
-
-
-def _of_physics(scene: Scene) -> list[str]:
-    doubts = []
-    if scene.rolling is not None:
-        creep = max(map(abs, (*scene.rolling.creep.values, *scene.rolling.lateral_creep.values)))
-        if creep > LARGEST_CREEP:
-            doubts.append(
-                f"a creep of {number(creep)} is {relative(creep)} of the speed (wheels slip below "
-                f"{relative(LARGEST_CREEP)}, at 100 % they are locked)"
-            )
-    if scene.plasticity is not None:
-        slope, modulus = scene.plasticity.hardening, scene.half_space.elastic_constants[0]
-        if slope > modulus:
-            doubts.append(
-                f"a hardening of {with_unit(slope, 'Pa')} is steeper than E = "
-                f"{with_unit(modulus, 'Pa')} (metals harden by less than a tenth of it)"
-            )
-    return doubts
 
 
 def _without_adhesion(geometry: IndenterGeometry) -> float:

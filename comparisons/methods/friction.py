@@ -6,11 +6,10 @@ elements as an independent check of the coupled problem.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import partial
-from itertools import pairwise
-from typing import ClassVar, TypeVar
+from itertools import compress, pairwise
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,22 +44,7 @@ PRESSING, LEAST_PRESSES, FIRST_SHARE = 0.5, 6, 0.02
 # A stretch of the path is cut into one more step for each so many cells per contact radius.
 CELLS_PER_PART = 16
 
-S = TypeVar("S")
-
-
-@dataclass(frozen=True)
-class FinerPath:
-    """Normal and tangential loads of all steps, and which of them the scene asked for."""
-
-    loads: tuple[reference_loads.LoadPath, reference_loads.LoadPath]
-    presses: int
-    parts: int
-
-    def scene_steps(self, steps: Iterable[S]) -> Iterator[S]:
-        """Yield the steps at the scene's own loads."""
-        for number, step in enumerate(steps, 1 - self.presses):
-            if number > 0 and number % self.parts == 0:
-                yield step
+Paths = tuple[reference_loads.LoadPath, reference_loads.LoadPath]
 
 
 def normal_load(task: Task) -> tuple[str, float]:
@@ -77,9 +61,10 @@ def held_steps(task: Task, friction: float, force: float) -> int:
     return int(np.argmax(above)) if above.any() else len(above)
 
 
-def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:
+def finer_path(task: Task, per_radius: int, coupled: bool) -> tuple[Paths, np.ndarray]:
     """Cut a path into steps for a grid of so many cells, or spacings of nodes, per contact radius.
 
+    Returns normal and tangential loads of all steps, and which of them the scene asked for.
     Steps grow finer with the grid, as the answer is of first order in both: then the bar that
     three resolutions give covers either. Without coupling pressing causes no slip: one step.
     """
@@ -95,7 +80,9 @@ def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:
         reference_loads.LoadPath(control, normal),
         reference_loads.LoadPath(task.loads.control, path),
     )
-    return FinerPath(loads, presses, parts)
+    asked = np.zeros(path.size, dtype=bool)
+    asked[presses + parts - 1 :: parts] = True
+    return loads, asked
 
 
 PHYSICS = frozenset({"friction"})
@@ -324,9 +311,9 @@ class GridFriction(FrictionalGrid):
         rough = isinstance(task.geometry, RoughGeometry)
         # The resolution of a round contact; of a rough one that of its sixteenth.
         per_radius = task.resolution // 16 if rough else task.resolution
-        way = finer_path(task, per_radius, self.coupled)
+        paths, asked = finer_path(task, per_radius, self.coupled)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
-        for step in way.scene_steps(sweep(press, *way.loads, tolerance=self.tolerance)):
+        for step in compress(sweep(press, *paths, tolerance=self.tolerance), asked):
             violation = max(step.violation, step.error)
             mask, periodic = step.pressure > 0, body.periodic
             raw = float(areas.raw_area(mask, grid.spacing))
@@ -418,9 +405,9 @@ class FemFriction(Solver[IndenterGeometry]):
         self, task: Task[IndenterGeometry], body: FrictionalBody, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps at the scene's own loads."""
-        way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
+        paths, asked = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
-        for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
+        for step in compress(follow(body, gap, self.friction, *paths), asked):
             # nodes in contact tell an area to a spacing only, so that none is given
             values = {
                 "tangential_force": step.tangential_force,

@@ -49,26 +49,24 @@ class Cost:
 def cost(record: SceneRecord, method: str, resolution: float) -> Cost:
     """Return the cost of a setting, from the rows of results.csv."""
     first = partial(_first, record, method, resolution)
-    surfaces = int(first("surfaces", 1.0))
+    surfaces, solves = int(first("surfaces", 1.0)), ""
+    if surfaces > 1:  # in words what a mean stands on (`comparisons.judging.levels.Levels`)
+        row = METHODS.get(method)
+        levels = [n for n in selection.run_at(record, method) if n <= resolution]
+        beside = ""
+        three = row is None or row.dimension == 3
+        if three and method != GRID and selection.run_at(record, GRID):
+            levels, beside = [resolution], f" beside those of {title_of(GRID)}"
+        numbers = [count(_first(record, method, n, "surfaces", 1.0)) for n in levels]
+        noun = "lines" if row is not None and row.dimension == 1 else "surfaces"
+        solves = f"{' + '.join(numbers)} {noun}{beside}"
     return Cost(
         seconds=first("seconds_all"),
         setup_seconds=first("setup_seconds_all"),
         single_seconds=first("seconds"),
         surfaces=surfaces,
-        solves=_solves(record, method, resolution) if surfaces > 1 else "",
+        solves=solves,
     )
-
-
-def _solves(record: SceneRecord, method: str, resolution: float) -> str:
-    """Return in words what a mean stands on (`comparisons.judging.levels.Levels`)."""
-    row = METHODS.get(method)
-    levels = [n for n in selection.run_at(record, method) if n <= resolution]
-    beside = ""
-    if (row is None or row.dimension == 3) and method != GRID and selection.run_at(record, GRID):
-        levels, beside = [resolution], f" beside those of {title_of(GRID)}"
-    numbers = [count(_first(record, method, n, "surfaces", 1.0)) for n in levels]
-    noun = "lines" if row is not None and row.dimension == 1 else "surfaces"
-    return f"{' + '.join(numbers)} {noun}{beside}"
 
 
 def spent(record: SceneRecord) -> float:

@@ -177,7 +177,12 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
     keys = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
     problems += [f"{key}: unknown key{near(key, keys)}" for key in table if key not in keys]
     if "values" in table:
-        numbers = _listed(table, unit, problems)
+        values = table["values"]
+        values = values if isinstance(values, (list, tuple)) else [values]
+        if len(values) > MOST_STEPS:
+            problems.append(f"expected at most {MOST_STEPS} loads, got {len(values)}")
+            values = []
+        numbers = [_number(load, unit, f"load {i}", problems) for i, load in enumerate(values, 1)]
     else:
         numbers = _spaced(table, unit, problems, order)
     if not problems:
@@ -188,15 +193,6 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
 
 
 _RANGE_KEYS = {"from", "to", "steps", "spacing", "relative_to"}
-
-
-def _listed(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list[float]:
-    values = table["values"]
-    values = values if isinstance(values, (list, tuple)) else [values]
-    if len(values) > MOST_STEPS:
-        problems.append(f"expected at most {MOST_STEPS} loads, got {len(values)}")
-        return []
-    return [_number(load, unit, f"load {i}", problems) for i, load in enumerate(values, 1)]
 
 
 def _spaced(

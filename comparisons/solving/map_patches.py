@@ -60,7 +60,10 @@ def typical_window(heights: NDArray[np.float64], spacing: tuple[float, float]) -
     """
     nx, ny = (min(PATCH_POINTS, n) for n in heights.shape)
     rise = [np.diff(heights, axis=axis) ** 2 / spacing[axis] ** 2 for axis in (0, 1)]
-    starts = [_starts(n, side) for n, side in zip(heights.shape, (nx, ny), strict=True)]
+    starts = []  # of windows along each axis, half a window apart and away from the rim
+    for n, side in zip(heights.shape, (nx, ny), strict=True):
+        rim = min(side // 2, (n - side) // 2)
+        starts.append(np.arange(rim, n - side - rim + 1, max(side // 2, 1)))
     squares = sum(
         _window_sums(part, starts, sides) / (sides[0] * sides[1])
         for part, sides in zip(rise, ((nx - 1, ny), (nx, ny - 1)), strict=True)
@@ -70,12 +73,6 @@ def typical_window(heights: NDArray[np.float64], spacing: tuple[float, float]) -
     place = np.argsort(steps, kind="stable")[(len(steps) - 1) // 2]
     i, j = np.unravel_index(place, (len(starts[0]), len(starts[1])))
     return int(starts[0][i]), int(starts[1][j]), nx, ny
-
-
-def _starts(points: int, side: int) -> NDArray[np.intp]:
-    """Return where windows start along one axis, half a window apart and away from the rim."""
-    rim = min(side // 2, (points - side) // 2)
-    return np.arange(rim, points - side - rim + 1, max(side // 2, 1))
 
 
 def _window_sums(

@@ -110,8 +110,10 @@ class UserMethod:
         if key not in self._plans:
             seconds = min(PLAN_SECONDS, self.origin.seconds)
             outcome = self.ask("plan", scene, seconds=seconds)
-            broken = None if outcome.ok else _broken(f"planning {_failure(outcome)}")
-            self._plans[key] = broken or _checked_plan(outcome.answer)
+            if outcome.ok:
+                self._plans[key] = _checked_plan(outcome.answer)
+            else:
+                self._plans[key] = _broken(f"planning {_failure(outcome)}")
         return self._plans[key]
 
     def ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
@@ -317,18 +319,14 @@ def _text(value: object) -> str:
     return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_TEXT]
 
 
-def _no(reason: str) -> dict[str, Any]:
-    return {"ok": False, "reason": reason}
-
-
 def _broken(reason: str) -> dict[str, Any]:
-    return _no(reason) | {"broken": True}
+    return {"ok": False, "reason": reason, "broken": True}
 
 
 def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
     """Return a plan whose parts are what they should be, or one that refuses."""
     if answer.get("ok") is not True:
-        return _no(_text(answer.get("reason") or "refused without a reason"))
+        return {"ok": False, "reason": _text(answer.get("reason") or "refused without a reason")}
     levels = answer.get("resolutions")
     if not (
         isinstance(levels, list)
@@ -336,16 +334,14 @@ def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
         and all(type(n) is int and 1 <= n <= 2**20 for n in levels)
     ):
         return _broken(f"malformed answer: resolutions are {_text(levels)}")
-    model = _text(answer.get("model", ""))
-    return {"ok": True, "reason": _text(answer.get("reason", "")), "resolutions": levels} | {
-        "model": model
-    }
+    texts = {key: _text(answer.get(key, "")) for key in ("reason", "model")}
+    return {"ok": True, "resolutions": levels, **texts}
 
 
 def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     """Return a solution of known quantities in arrays of the right shape, or say what is wrong."""
-    arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
-    solution = solution_of(arrays)
+    given = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
+    solution = solution_of(given)
     shape = (len(task.realisations), len(task.loads.values))
     for name, values in solution.quantities.items():
         if name not in COMPARABLE:
@@ -364,16 +360,12 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     }
     for row, step in np.argwhere(~solution.converged):
         solution.reasons.setdefault((int(row), int(step)), "no answer, and no reason given")
-    solution.fields = _checked_fields(solution.fields)
+    # a pressure field whose parts fit together is kept; anything else is not shown
+    arrays = {name: np.ravel(solution.fields[name]) for name in FIELDS if name in solution.fields}
+    sizes = {values.size for values in arrays.values()}
+    whole = len(arrays) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
+    numeric = all(values.dtype.kind in "iuf" for values in arrays.values())
+    solution.fields = arrays if whole and numeric else {}
     solution.unknowns = max(0, int(solution.unknowns))
     solution.path = task.loads.is_path
     return solution
-
-
-def _checked_fields(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Keep a pressure field whose parts fit together; anything else is not shown."""
-    arrays = {name: np.ravel(fields[name]) for name in FIELDS if name in fields}
-    sizes = {values.size for values in arrays.values()}
-    numeric = all(values.dtype.kind in "iuf" for values in arrays.values())
-    consistent = len(arrays) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
-    return arrays if consistent and numeric else {}
