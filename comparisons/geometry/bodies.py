@@ -50,8 +50,6 @@ class BodyGeometry(IndenterGeometry):
         The mesh in metres, in the contact frame.
     surface : (k, 2)
         Faces of the potential contact surface.
-    supports : tuple of Support
-    symmetric_parts : int
     origin, axes : (3,), (3, 3)
         The contact frame: a point p of the file has the coordinates ``axes @ (p - origin)``.
     """
@@ -97,7 +95,6 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
 
     Parameters
     ----------
-    scene : Scene
     contact : IndenterGeometry
         The indenter, with its contact on a half-space of the same elastic constants.
     """

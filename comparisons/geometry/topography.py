@@ -70,10 +70,6 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
         height, or are refused; by default they are interpolated below 5 %, and refused above and,
         because a NaN may be a mistake there, in .npy, .csv and .txt.
 
-    Returns
-    -------
-    Map
-
     Examples
     --------
     >>> import tempfile

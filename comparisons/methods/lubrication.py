@@ -49,14 +49,7 @@ PHYSICS = frozenset({"lubrication"})
 
 @dataclass(frozen=True)
 class LubricatedBall:
-    """The ball and the oil of a scene.
-
-    Attributes
-    ----------
-    table : Lubrication
-    radius : float
-    squeeze_speed : float or None
-    """
+    """The ball and the oil of a scene."""
 
     table: Lubrication
     radius: float

@@ -30,9 +30,6 @@ def contact_step(
 
     Parameters
     ----------
-    task : Task
-    body : ParticleHalfSpace
-    contact : ParticleContact
     net : (ndarray, Grid)
         The automata that are cells of the grid of results, and this grid.
     """
@@ -190,15 +187,11 @@ class Mca(McaSolver[IndenterGeometry]):
     """Single contacts: a packing that is scaled to each of them."""
 
     name = "mca"
+    rough = False
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter = needed(scene.indenter, "single contacts only")
-
-    @classmethod
-    def takes(cls, scene: Scene) -> bool:
-        """Rigid indenters."""
-        return not scene.rough
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Automata per contact radius: seconds for the three, or some ten."""
@@ -267,11 +260,7 @@ class McaPatch(McaSolver[RoughGeometry]):
     """A rough patch, an automaton of the surface below each of its points."""
 
     name = "mca"
-
-    @classmethod
-    def takes(cls, scene: Scene) -> bool:
-        """Rough surfaces."""
-        return scene.rough
+    rough = True
 
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Points of the surface, and twice as many where that is affordable."""

@@ -50,8 +50,6 @@ def run(
 
     Parameters
     ----------
-    solver : Solver
-    task : Task
     span : float, optional
         Largest ratio of contact radii on one grid, in place of the solver's own.
     reason : callable

@@ -63,10 +63,6 @@ class Solver(Generic[G]):
     the tables of its `physics`. It overrides `resolutions`, unless nothing is discretised, and one
     of `solve` (all loads at once), `steps` (load after load) and `rows` (the same, with a set-up).
 
-    Attributes
-    ----------
-    scene : Scene
-
     Class attributes
     ----------------
     name, title, dimension
@@ -77,6 +73,8 @@ class Solver(Generic[G]):
         The tables that it covers all together, such as {"viscoelastic", "sliding"}.
     bodies : bool
         Whether it takes a finite [body] with supports, too.
+    rough : bool or None
+        Whether its scenes have rough surfaces, or indenters; None: either.
     named_only : bool
         Whether only scenes that name it in `compare.methods` have it in their plans.
     depths : bool
@@ -97,6 +95,7 @@ class Solver(Generic[G]):
     dimension: ClassVar[int] = 3
     physics: ClassVar[frozenset[str]] = frozenset()
     bodies: ClassVar[bool] = False
+    rough: ClassVar[bool | None] = None
     named_only: ClassVar[bool] = False
     depths: ClassVar[bool] = False
     note: str = ""
@@ -113,7 +112,7 @@ class Solver(Generic[G]):
     @classmethod
     def takes(cls, scene: Scene) -> bool:
         """Whether this one of several solvers of a method is the one for such scenes."""
-        return True
+        return cls.rough in (None, scene.rough)
 
     @classmethod
     def planned(cls, scene: Scene) -> Solver[G]:

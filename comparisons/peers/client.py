@@ -115,7 +115,6 @@ def press(
     Parameters
     ----------
     peer : {"tamaas", "contactmechanics"}
-    problem : Problem
     violation : float
         Largest relative violation, as `tolerance` of our solvers.
     limits : Limits

@@ -141,7 +141,6 @@ class Advice:
     ----------
     quantities : tuple of str
         What has to be within the tolerance.
-    tolerance : float
     settings : tuple of Setting
         Everything that was measured, fastest first.
     sentence : str

@@ -69,7 +69,6 @@ class EnsembleRecord(Header):
         The scene, as TOML in SI units.
     control : str
         The prescribed quantity.
-    loads : list of float
     surfaces : int
         Number of the whole ensemble.
     part : str
@@ -78,7 +77,6 @@ class EnsembleRecord(Header):
         Digest of roughline's own source.
     missing : list of str
         Setting and range of the surfaces that are not solved.
-    settings : list of SettingRecord
     runs : list of dict
         The runs that were merged.
     """

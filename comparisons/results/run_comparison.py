@@ -41,8 +41,6 @@ class Change:
 
     Attributes
     ----------
-    scene, method : str
-    resolution : int
     kinds : tuple of str
         Everything that is true of it: "moved", "lost", "slower" ...; ("same",) where nothing is.
     quantity : str
@@ -91,7 +89,6 @@ class RunComparison:
 
     Attributes
     ----------
-    before, after : StudyRecord
     changes : tuple of Change
         One for every solve of both runs.
     notes : tuple of str
@@ -116,15 +113,10 @@ def compare_runs(
 
     Parameters
     ----------
-    before, after : StudyRecord
     moved : float
         Relative change of a quantity (on a path, relative to its largest value) that counts.
     slower : float
         Ratio of times that counts; times of different machines are told, never judged.
-
-    Returns
-    -------
-    RunComparison
     """
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}

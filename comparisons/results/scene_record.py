@@ -34,7 +34,6 @@ def record_scene(
 
     Parameters
     ----------
-    plan : Plan
     solved : dict
         (method, resolution) -> Solution.
     fields : mapping, optional

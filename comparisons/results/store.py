@@ -126,7 +126,6 @@ class SceneRecord:
 
     Attributes
     ----------
-    name, title : str
     text : str
         The scene as TOML, with every quantity in SI units.
     control : str
@@ -137,8 +136,6 @@ class SceneRecord:
         What was compared.
     tolerance : float
         The relative error asked for.
-    plan : PlanRecord
-    reference : Reference
     verdicts : tuple of Verdict
         Of every setting, at each equal load.
     answer : str
@@ -242,7 +239,6 @@ class StudyRecord:
         ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
     versions : dict
         Package name -> version.
-    scenes : tuple of SceneRecord
     interrupted : bool
         True where the run was stopped before all solves were done.
     source : str
@@ -251,7 +247,6 @@ class StudyRecord:
         "K/N" where only this part of the tasks was solved here.
     runs : tuple of Run
         The runs that were merged.
-    directory : Path
     """
 
     created: str

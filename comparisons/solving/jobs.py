@@ -23,7 +23,6 @@ class Kind:
     ----------
     scene, method : str
         What is solved and how; of a measurement that is no scene, the claim and the experiment.
-    resolution, realisations : int
     """
 
     scene: str = ""
@@ -43,7 +42,6 @@ class Archive:
 
     Attributes
     ----------
-    suffix : str
     save : callable
         ``save(path, answer)``, atomically.
     load : callable
@@ -96,7 +94,6 @@ class Done:
 
     Attributes
     ----------
-    job : Job
     value : object
         What the work returned.
     seconds : float

@@ -70,10 +70,8 @@ class PlanRecord:
 
     Attributes
     ----------
-    methods : tuple of MethodPlan
     left_out, switched_on : tuple of (str, str)
         Effects that are not modelled, with the reason; physics, with its model.
-    notes : tuple of str
     measured : Measured, optional
     roughness : Roughness, optional
         Of a rough surface, where its results are recorded.

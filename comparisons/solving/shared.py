@@ -78,7 +78,6 @@ class Shared(Generic[P, R]):
 
     Parameters
     ----------
-    function : callable
     maxsize : int
         Results that stay in the memory of a process.
     """

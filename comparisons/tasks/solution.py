@@ -95,7 +95,6 @@ class Solution:
         follow (`tasks.stresses`); not part of the solve.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
-    unknowns : int
     machine : str
         Where it was solved, in one short text; " + " between the machines of several blocks.
     seconds, setup_seconds, compile_seconds, memory : float
@@ -159,7 +158,6 @@ class Solution:
 
         Parameters
         ----------
-        task : Task
         quantities : mapping
             Name -> (realisations, steps), or (steps,) of a single realisation, or one number that
             belongs to the whole path and stands in every step.

@@ -88,7 +88,6 @@ def derived(
     ----------
     computed : mapping
         Quantity -> values that a method computed.
-    scene : Contact
     is_round : bool
         Whether the contact is a circle.
     """

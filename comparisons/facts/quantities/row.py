@@ -104,7 +104,6 @@ class Quantity:
         It passes zero, so that relative changes of it mean nothing.
     only : str
         Why who asks for it may ask in vain.
-    derived : Derived or None
     bins : Bins or None
         It is a distribution over the surface, in these bins; of rough surfaces only.
     """

@@ -29,12 +29,10 @@ def contact_step(
 
     Parameters
     ----------
-    task : Task
     body : CondensedBody
         Whose points the pressures stand at.
     gap : (n,) ndarray
         Initial gap there.
-    contact : NodalContact
     area : float
         Best estimate of the contact area.
     body_fields : callable

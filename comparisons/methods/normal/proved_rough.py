@@ -34,7 +34,6 @@ class RoughProof:
 
     Attributes
     ----------
-    geometry : RoughGeometry
     modulus : float
         E*.
     finer : float

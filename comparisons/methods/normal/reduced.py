@@ -37,7 +37,6 @@ class Bed:
 
     Attributes
     ----------
-    profile : Profile
     modulus : float
         E* of all springs; of a graded body that of the springs at its depth c0.
     springs, note : str
@@ -121,6 +120,7 @@ class ProfileSolver(Solver[IndenterGeometry]):
     """An equivalent profile on springs, whatever happens to it: what all physics share."""
 
     bodies = True
+    rough = False  # rough surfaces become lines
     depths = True
     # What the physics adds to the model, in words.
     beside = ""
@@ -141,11 +141,6 @@ class ProfileSolver(Solver[IndenterGeometry]):
         self.note = "; ".join(filter(None, [_rule(self.indenter, rule), self.bed.note]))
         if scene.body is not None:
             self.note = "treats the [body] as a half-space; its error includes this approximation"
-
-    @classmethod
-    def takes(cls, scene: Scene) -> bool:
-        """Indenters: rough surfaces become lines."""
-        return not scene.rough
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Springs per contact radius."""

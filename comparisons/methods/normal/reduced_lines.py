@@ -87,6 +87,7 @@ class Lines(NamedTuple):
 class LineSolver(Solver[RoughGeometry]):
     """Rough lines on springs, whatever happens to them: what all physics share."""
 
+    rough = True
     depths = True
     # What the physics adds to the model, in words.
     beside = ""
@@ -110,11 +111,6 @@ class LineSolver(Solver[RoughGeometry]):
         self.note = f"rough line with C1D = pi q C2D (19.26), area rule (19.29){reading}"
         self.spectrum, self.points = options.spectrum, options.line_points
         self.length = options.line_length  # in sides of the surface
-
-    @classmethod
-    def takes(cls, scene: Scene) -> bool:
-        """Rough surfaces."""
-        return scene.rough
 
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Points per side of the surface's grid.

@@ -68,7 +68,6 @@ def loads_of(scene: Scene, unit: float | None = None) -> AbsoluteLoads:
 
     Parameters
     ----------
-    scene : Scene
     unit : float, optional
         What its normal loads are multiplied by (`Loading.unit`), on a rough surface; default: the
         area of a flat face under a pressure, else 1.
