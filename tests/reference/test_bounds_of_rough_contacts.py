@@ -100,6 +100,7 @@ def test_force_of_a_rough_patch_is_enclosed():
     assert 3.0 * Patch(heights, 1.0, 4).on_grid(depth) in fine
 
 
+@pytest.mark.slow
 def test_energy_and_stiffness_of_a_rough_patch_are_enclosed():
     """A cell solver on four times as many cells lies inside, and so does what theorems relate.
 

@@ -37,6 +37,7 @@ def projected_gauss_seidel(matrix, gap, depth, sweeps=200_000):
 
 
 @given(st.integers(1, 8), st.integers(0, 10**6))
+@pytest.mark.slow
 def test_a_contact_is_that_of_projected_gauss_seidel(n, seed):
     """Both solve symmetric problems; 1e-8: the oracle stops at changes, not at errors, of 1e-14."""
     matrix, gap, start = body(n, seed)

@@ -96,7 +96,6 @@ def test_refusals():
 
 
 def test_prescribed_forces_are_those_of_the_prescribed_displacements():
-    """The forces that a path of depths and shifts had, prescribed, give it back."""
     depth, shift = path(5)
     body = frictional_body(1.0, Material(2.4, 0.2), elements=2)
     gap = (body.points**2).sum(axis=1) / 2

@@ -266,6 +266,7 @@ def test_multigrid_solves_what_the_factorisation_does(name, hold, tmp_path):
     np.testing.assert_allclose(fields[1], fields[0], atol=1e-7 * np.abs(fields[0]).max(), rtol=0)
 
 
+@pytest.mark.slow
 def test_only_points_that_may_touch_take_a_column():
     mesh = block("tetra10", [np.linspace(0.0, 1.0, 7)] * 3)
     iterative = both(mesh, on_its_bottom(mesh))[1]

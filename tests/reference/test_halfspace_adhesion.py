@@ -78,6 +78,7 @@ def test_a_disc_pulls_off_as_kendall_says(control):
     assert abs(errors[1]) < abs(errors[0]) < 0.05
 
 
+@pytest.mark.slow
 def test_a_ball_pulls_off_as_johnson_kendall_roberts_say():
     """Printed rule, pull-off with 10 and 19 cells per radius: +17 % and +9 %, as dx."""
     jkr = AdhesiveForm(closed_form.paraboloid(1.0, 1.0), W)
@@ -164,6 +165,7 @@ def test_pull_off_of_a_constant_tension_is_maugis_under_both_controls():
     assert -1.25 * reach < path.snap_in()[0] < -reach
 
 
+@pytest.mark.slow
 def test_the_path_keeps_the_energy():
     """F = d/dd of elastic and surface energy, on stable and unstable parts alike.
 

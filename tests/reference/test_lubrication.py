@@ -146,6 +146,7 @@ def test_oil_from_a_meniscus_on_is_sheared_there_alone():
     assert 0 < starved.shear < flooded.shear
 
 
+@pytest.mark.slow
 def test_a_soft_ball_rides_on_the_film_of_hamrock_and_dowson():
     """At the fastest speed of the fit, within what fits of computed films scatter."""
     fit = formulas.SoftFit(0.01, 1e6, 1.0, 0.2)

@@ -72,6 +72,7 @@ def test_tractions_are_those_of_sweeps_point_by_point(seed):
     assert np.abs(answer.traction - expected).max() < 1e-8 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 10**6),
     twisted=st.sampled_from([0.0, 0.05]),

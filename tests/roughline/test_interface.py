@@ -63,7 +63,6 @@ def test_every_name_that_is_promised_is_there_and_documented():
 
 
 def test_a_scene_is_the_same_from_tables_text_file_and_scene(tmp_path):
-    """Four ways in, one scene: tables, TOML text, a file, and a scene itself."""
     scene = roughline.load_scene(BALL)
     (tmp_path / "ball.toml").write_text(scene.text, encoding="utf-8")
     again = [scene.text, tmp_path / "ball.toml", str(tmp_path / "ball.toml"), scene]

@@ -320,7 +320,6 @@ def test_cells_that_would_lock_are_refused(tmp_path):
 
 
 def test_material_may_stand_in_the_body(tmp_path):
-    """It is that of the same body; the scene is the same."""
     write(tmp_path / "block.msh")
     data = tables("block.msh")
     data["body"] |= data.pop("half_space")

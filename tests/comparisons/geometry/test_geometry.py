@@ -134,7 +134,6 @@ def test_relative_force_of_a_synthetic_surface(rough):
 
 
 def test_relative_force_of_a_surface_given_by_its_height(rough):
-    """The same surface described by its rms slope or its rms height carries the same force."""
     first = rough(points=[32, 16], size=["2 um", "1 um"])
     heights = prepare(first)[0].heights(0, 32)
     rms = float(np.sqrt(np.mean(heights**2)))

@@ -75,7 +75,6 @@ def test_units_that_the_file_states_are_taken_and_not_overruled(tmp_path, rough)
 
 
 def test_points_in_any_order_and_missing_ones(tmp_path, rough):
-    """Shuffled lines are the same map; a missing one is an undefined point."""
     table = points_of(rough)
     np.random.default_rng(1).shuffle(table)
     np.savetxt(tmp_path / "scan.xyz", table[1:])

@@ -248,6 +248,7 @@ def called(strange):
     parent._end_waiting()
 
 
+@pytest.mark.slow
 def test_a_kept_process_answers_again_and_ends_when_told(called):
     """Python and the packages are started once, not for every resolution."""
     first, second = called("counts").answer, called("counts").answer

@@ -82,8 +82,6 @@ def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
 
 
 def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch):
-    """It is called again for halves of the loads, until the one that raises stands alone."""
-
     class Shallow(ReducedProfile):
         def solve(self, task):
             if task.loads.values[-1] > 5e-6:

@@ -132,6 +132,7 @@ RUBBER = {"youngs_modulus": "30 GPa", "poisson_ratio": -0.2}
 BOTH = {"methods": {"mca": {"coupling": "automata"}}}
 
 
+@pytest.mark.slow
 def test_two_bodies_of_automata_have_the_force_of_the_sum_of_their_compliances():
     """1/E* is nowhere in their equations; Hertz' force is, within the error of two automata."""
     pair, plan = solved(scene(BALL, counter_body=RUBBER, **BOTH), 2)

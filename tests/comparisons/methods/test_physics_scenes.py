@@ -9,9 +9,12 @@ import pytest
 
 from comparisons.geometry.prepare import prepare
 from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import (
+    SUITES,
     SceneError,
     builtin_folder,
+    builtin_names,
     load_scene,
     make_scene,
 )
@@ -59,30 +62,33 @@ def test_a_history_is_divided_in_load_and_time_alike(scene):
     assert loads.values == pytest.approx([0, 5e-7, 1e-6, 5e-7, 0], abs=1e-22)
 
 
-def test_an_adhesive_path_may_pull_and_turn_back(scene):
-    loads = loads_of(scene(adhesion=GLUE, loading={"force": ["1 N", "-1 mN", 0]}))
-    assert loads.axis == "step"
-    assert loads.values == pytest.approx([1.0, -1e-3, 0.0], rel=1e-14)
+SPEEDS = {"from": "1 mm/s", "to": "1 m/s", "steps": 4, "spacing": "log"}
+MASS = {"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}
 
 
-def test_speeds_are_swept_at_one_normal_load(scene):
-    tables = {"sliding": {"speed": {"from": "1 mm/s", "to": "1 m/s", "steps": 4, "spacing": "log"}}}
-    loads = loads_of(
-        scene(viscoelastic=RUBBER, loading={"force": "2 N"}, half_space=SOFT, **tables)
-    )
-    assert (loads.axis, loads.is_path) == ("speed", False)
-    assert loads.values == pytest.approx([1e-3, 1e-2, 0.1, 1.0], rel=1e-14)
-
-
-def test_an_impact_needs_no_loads(ball):
-    loads = loads_of(ball(dynamics={"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}))
-    assert (loads.axis, loads.values.tolist()) == ("velocity", [0.01, 1.0])
-
-
-def test_a_force_history_moves_a_mass_at_rest(ball):
-    loading = {"time": [0, 1], "force": [0, 1]}
-    loads = loads_of(ball(dynamics={"mass": "10 g", "velocity": 0}, loading=loading))
-    assert (loads.control, loads.axis) == ("force", "time")
+@pytest.mark.parametrize(
+    ("tables", "axis", "values"),
+    [
+        ({"adhesion": GLUE, "loading": {"force": ["1 N", "-1 mN", 0]}}, "step", [1.0, -1e-3, 0.0]),
+        (
+            {"viscoelastic": RUBBER, "sliding": {"speed": SPEEDS}, "loading": {"force": "2 N"}},
+            "speed",
+            [1e-3, 1e-2, 0.1, 1.0],
+        ),
+        ({"dynamics": MASS}, "velocity", [0.01, 1.0]),
+        (
+            {"dynamics": MASS | {"velocity": 0}, "loading": {"time": [0, 1], "force": [0, 1]}},
+            "time",
+            [0.0, 1.0],
+        ),
+    ],
+)
+def test_loads_are_what_the_physics_varies(ball, tables, axis, values):
+    """A path that may pull and turn back, a sweep at one load, impacts, a mass at rest."""
+    loads = loads_of(ball(**tables))
+    assert loads.axis == axis
+    assert loads.is_path == (axis in ("step", "time"))
+    assert loads.values == pytest.approx(values, rel=1e-14)
 
 
 @pytest.fixture
@@ -116,8 +122,6 @@ def test_viscosities_and_relaxation_times_say_the_same(scene, table):
 
 
 def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
-    from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
-
     body = Viscoelastic(model="kelvin_voigt", shear_moduli="1 MPa", relaxation_times="2 ms")
     assert (body.branches, body.dashpot_viscosity) == ((), 2e3)
     assert body.instantaneous_modulus == math.inf
@@ -125,8 +129,6 @@ def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
 
 def test_the_bound_on_the_creep_of_a_fluid_is_that_of_maxwell():
     """J(t) = (1 + t/tau)/G for one Maxwell element, so the bound is the creep itself."""
-    from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
-
     body = Viscoelastic(model="maxwell", shear_moduli=2e6, relaxation_times=0.5)
     assert body.softest_modulus(3.0) == pytest.approx(2e6 / (1 + 3.0 / 0.5), rel=1e-14)
 
@@ -307,8 +309,6 @@ def test_the_plan_says_that_springs_leave_out_the_drag_of_pressing_but_for_rubbe
 
 
 def test_built_in_scenes_with_physics_are_a_suite():
-    from comparisons.scene.scene import SUITES, builtin_names
-
     scenes = {name: load_scene(name) for name in builtin_names()}
     layered = {name for name, scene in scenes.items() if not scene.half_space.uniform}
     assert {name for name, scene in scenes.items() if scene.physics} | layered == set(

@@ -43,6 +43,7 @@ def test_springs_and_half_space_meet_on_rubber(scene):
     assert other.violation.max() <= 1e-6
 
 
+@pytest.mark.slow
 def test_coupling_is_what_the_springs_leave_out(scene):
     """Rigid ball on nu = 0: without coupling the same, with it some 10 % and more apart."""
     apart = {}

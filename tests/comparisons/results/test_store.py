@@ -333,7 +333,6 @@ def test_tables_edited_by_hand_are_refused_in_words(record, name, change, said):
 
 
 def test_whole_numbers_stay_whole_beside_a_refused_method():
-    """A method that refused a scene has no iterations."""
     table = pd.DataFrame({"scene": ["a", "a"], "step": [0, 1], "iterations": [12, np.nan]})
     assert Rows.of(table).frame().to_csv(index=False) == "scene,step,iterations\na,0,12\na,1,\n"
 

@@ -185,6 +185,7 @@ def test_processes_have_one_thread_each():
     assert {done.value for done in collection.values()} == {"1"}
 
 
+@pytest.mark.slow
 def test_processes_end_when_the_work_is_left_in_the_middle():
     """An interrupt must not leave processes that burn on."""
     executor = ProcessExecutor(2)

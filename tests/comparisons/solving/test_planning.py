@@ -434,7 +434,6 @@ def test_no_patch_where_none_is_needed(map_scene):
 
 
 def test_the_tolerance_decides_the_finite_element_mesh(scene):
-    """Ever finer meshes for ever smaller tolerances."""
     finest = [
         planned(scene(compare={"tolerance": wanted}), "fem").resolutions[-1]
         for wanted in (1e-2, 1e-3, 1e-4, 1e-5)

@@ -181,7 +181,6 @@ def test_creep_against_a_dashpot_is_of_second_order_on_graded_times():
 
 
 def test_force_and_depth_control_are_inverse():
-    """The depths found under a force carry it, retreat included."""
     t = np.linspace(0, 3, 31)
     force = 0.02 * np.interp(t, [0, 1, 2, 3], [0.0, 1.0, 1.0, 0.2])
     there = indent_in_time(RelaxingSprings(BALL, SOLID), t, LoadPath("force", force))

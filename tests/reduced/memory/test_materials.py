@@ -135,7 +135,6 @@ def test_fit_with_a_dashpot_recovers_kelvin_voigt():
 
 @given(noise=st.integers(0, 10_000))
 def test_a_fit_to_noisy_data_is_passive(noise):
-    """Whatever the data, no coefficient is negative."""
     rng = np.random.default_rng(noise)
     w = np.geomspace(1e-2, 1e2, 15)
     data = SOLID.complex_modulus(w) * rng.uniform(0.3, 3.0, 15)

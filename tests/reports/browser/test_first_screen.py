@@ -67,7 +67,6 @@ def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolera
 
 
 def test_without_the_worst_quantity_a_scene_is_judged_by_the_rest(followed, study):
-    """Contact area is outside, all else within: without it the scene is within."""
     page = followed().page
     before = rows_of(page)
     page.locator("input[name=counts][value=contact_area]").uncheck()

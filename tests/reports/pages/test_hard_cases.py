@@ -225,7 +225,6 @@ def test_without_a_solution_there_is_no_plot(record):
 
 
 def test_names_and_reasons_cannot_inject_html(record):
-    """Methods from outside choose their names and reasons; nothing of it becomes markup."""
     evil = '<script>alert(1)</script>"onload="x'
     page = hard_cases_page(
         record(

@@ -183,7 +183,6 @@ def test_setup_is_taken_off_at_the_hollow_marker(study):
 
 
 def test_no_setting_lies_below_the_front(study):
-    """At the time of every setting the front is at most as high as its error."""
     for scene in study.scenes:
         for figure in speed.speed(scene):
             (front,) = traces(figure, "Pareto front")

@@ -38,9 +38,8 @@ def solved(periodic, loading=None, cells=64):
     return solve_scene(scene, "bem_fft", cells).columns()
 
 
-@pytest.mark.parametrize(
-    ("periodic", "width"), [pytest.param(False, 0.2, marks=pytest.mark.slow), (True, 0.15)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("periodic", "width"), [(False, 0.2), (True, 0.15)])
 def test_penetration_at_a_force_and_force_at_that_penetration_are_enclosed(periodic, width):
     """The half-space on 64 x 64 cells lies between bounds on 32 x 32.
 

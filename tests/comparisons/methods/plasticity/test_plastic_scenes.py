@@ -141,6 +141,7 @@ def test_a_cone_has_a_force_though_no_first_yield(scene):
     assert np.isnan(solution.quantities.get("first_yield", [[np.nan]])[0]).all()
 
 
+@pytest.mark.slow
 def test_a_dent_that_is_not_found_costs_no_force(scene, monkeypatch):
     def fails(*_):
         raise ConvergenceError("no dent")

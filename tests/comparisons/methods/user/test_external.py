@@ -168,7 +168,6 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
 
 @pytest.mark.slow
 def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
-    """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
     add_methods([bad], Limits(seconds=15, memory=6e8))
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
     result = {
