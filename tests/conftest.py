@@ -1,6 +1,10 @@
 """Fixtures that tests of several rooms share."""
 
+import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -28,6 +32,25 @@ def _solve_once():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(execution, "REPEATS", 1)
         yield
+
+
+@pytest.fixture(scope="session")
+def python():
+    """Run Python on our packages in a process of its own; more of its environment may be given."""
+    ours = {"PYTHONPATH": str(Path(__file__).parents[1])}
+
+    def run(*arguments, cwd=None, timeout=1800, **environment):
+        return subprocess.run(
+            [sys.executable, *map(str, arguments)],
+            cwd=cwd,
+            env=os.environ | ours | environment,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
+        )
+
+    return run
 
 
 @pytest.fixture

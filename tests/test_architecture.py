@@ -1,8 +1,6 @@
 """The walls of the house: who may import whom, and that the house is ours."""
 
 import ast
-import os
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -98,17 +96,11 @@ HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy"
 @pytest.mark.parametrize(
     "what", ["--help", "list", "list scenes", "list claims", "list methods", "problems"]
 )
-def test_nothing_heavy_is_imported_for_a_list(what):
+def test_nothing_heavy_is_imported_for_a_list(python, what):
     """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
     code = "import sys; from roughline.commands.app import run_command; "
     code += f"run_command({what.split()!r})"
-    done = subprocess.run(
-        [sys.executable, "-c", f"{code}; print(*sys.modules, file=sys.stderr)"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    done = python("-c", f"{code}; print(*sys.modules, file=sys.stderr)")
     assert done.returncode == 0
     assert "roughline.commands.app" in done.stderr.split()
     assert not HEAVY & set(done.stderr.split())
@@ -136,19 +128,8 @@ def test_the_check_itself_imports_nothing_heavy():
     assert names <= set(sys.stdlib_module_names)
 
 
-def run_from(folder, *, path):
-    return subprocess.run(
-        [sys.executable, "-m", "roughline", "list", "methods"],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-
-
 @pytest.mark.parametrize("layout", ["package", "module", "namespace"])
-def test_a_foreign_package_of_our_name_is_named_with_both_places(tmp_path, layout):
+def test_a_foreign_package_of_our_name_is_named_with_both_places(python, tmp_path, layout):
     """As in a folder with somebody's reference/ in it, from where the program is started.
 
     A folder without __init__.py is shadowed by a regular package anywhere later on the path, so
@@ -162,7 +143,7 @@ def test_a_foreign_package_of_our_name_is_named_with_both_places(tmp_path, layou
         where.mkdir()
         if layout == "package":
             (where / "__init__.py").write_text("raise RuntimeError('imported')\n")
-    done = run_from(tmp_path, path=str(ROOT))
+    done = python("-m", "roughline", "list", "methods", cwd=tmp_path)
     if layout == "namespace":
         assert done.returncode == 0
         return
@@ -194,16 +175,10 @@ def test_an_installed_package_has_all_its_files():
 
 
 @pytest.mark.slow
-def test_what_a_first_installation_leaves_behind_hides_no_package(tmp_path):
+def test_what_a_first_installation_leaves_behind_hides_no_package(python, tmp_path):
     """The README's second command in the folder of the first: folders of compiled code remain."""
     for package in ("reduced", "reference/halfspace", "comparisons"):
         (tmp_path / package / "__pycache__").mkdir(parents=True)
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", "import reference.halfspace.kernels, reduced, comparisons"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
+    code = "import reference.halfspace.kernels, reduced, comparisons"
+    done = python("-P", "-c", code, cwd=tmp_path, PYTHONPATH=str(tmp_path))
     assert done.returncode == 0, done.stderr

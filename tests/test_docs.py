@@ -190,49 +190,24 @@ def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
         assert (told.effort, told.verdict) == ("full", claim.expected)
 
 
-def method_examples() -> dict:
-    """Return what the two examples of the page define, as a file of a user would."""
-    names: dict = {}
-    for code in blocks(ROOT / "docs" / "adding-a-method.md", "python"):
-        exec(code, names)
-    return names
-
-
-def curve(name: str, quantity: str) -> tuple:
-    """Return plan and values of one quantity of a method on the paraboloid."""
-    (plan, *_) = plan_scene(load_scene("paraboloid"))
-    task = Task(plan.scene, plan.geometry, plan.loads, name, 40, (quantity,))
-    solution = execute(task)
-    assert solution.converged.all(), solution.reasons
-    return plan, solution.quantities[quantity][0]
-
-
 def test_the_function_of_the_page_is_the_shipped_example():
     (function, *_) = blocks(ROOT / "docs" / "adding-a-method.md", "python")
     assert function == (ROOT / "docs" / "examples" / "winkler.py").read_text(encoding="utf-8")
 
 
 @pytest.mark.usefixtures("methods_restored")
-def test_the_function_of_the_page_runs_as_printed():
-    """A Winkler foundation of stiffness E*/a under a paraboloid: F = E*/a * pi R d^2.
-
-    The sum over cells errs by the ragged edge, where the pressure vanishes: below 1 % here.
-    """
-    add_class(method_examples()["winkler"])
-    plan, force = curve("winkler", "force")
-    d, radius, a = plan.loads.values, plan.scene.indenter.radius, plan.geometry.contact_radius
-    exact = plan.scene.effective_modulus / a * np.pi * radius * d**2
-    np.testing.assert_allclose(force[-1], exact[-1], rtol=0.01)
-
-
-@pytest.mark.usefixtures("methods_restored")
 def test_the_class_of_the_page_runs_as_printed():
     """A disc as wide as the overlap of a paraboloid: F = 2 E* sqrt(2 R d) d."""
-    add_class(method_examples()["Disc"])
-    plan, force = curve("disc", "force")
+    page: dict = {}
+    for code in blocks(ROOT / "docs" / "adding-a-method.md", "python"):
+        exec(code, page)
+    add_class(page["Disc"])
+    (plan, *_) = plan_scene(load_scene("paraboloid"))
+    solution = execute(Task(plan.scene, plan.geometry, plan.loads, "disc", 40, ("force",)))
+    assert solution.converged.all(), solution.reasons
     d, radius = plan.loads.values, plan.scene.indenter.radius
     exact = 2 * plan.scene.effective_modulus * np.sqrt(2 * radius * d) * d
-    np.testing.assert_allclose(force, exact, rtol=1e-12)
+    np.testing.assert_allclose(solution.quantities["force"][0], exact, rtol=1e-12)
 
 
 def test_the_shipped_map_is_the_one_its_script_makes():

@@ -1,10 +1,7 @@
 """The documentation site: complete, built without a warning, readable without a network."""
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -33,19 +30,13 @@ def test_the_page_of_a_method_has_equations_validity_failures_and_sources(method
 
 
 @pytest.mark.slow
-def test_the_site_builds_without_a_warning_and_without_a_network(tmp_path):
+def test_the_site_builds_without_a_warning_and_without_a_network(python, tmp_path):
     """In a copy, so that the gallery's pages are not written into the repository."""
     pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
     source, out = tmp_path / "docs", tmp_path / "site"
     shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("_build", "gallery"))
-    done = subprocess.run(
-        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(source), str(out)],
-        env=os.environ | {"ROUGHLINE_ROOT": str(ROOT)},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    words = ("-m", "sphinx", "-W", "--keep-going", "-q", source, out)
+    done = python(*words, ROUGHLINE_ROOT=str(ROOT))
     assert done.returncode == 0, done.stderr
     for page in ("index", "python", "claims", *METHODS):
         assert (out / f"{page}.html").exists()

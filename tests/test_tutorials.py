@@ -1,10 +1,7 @@
 """The tutorials run as a reader would run them, and what their prose says is asserted in them."""
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,18 +14,10 @@ TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.py"))
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
-def test_a_tutorial_runs_from_any_folder(path, tmp_path):
+def test_a_tutorial_runs_from_any_folder(path, python, tmp_path):
     """In a process and a folder of its own; it leaves nothing behind there."""
     (tmp_path / "temporary").mkdir()
-    done = subprocess.run(
-        [sys.executable, str(path)],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "temporary")},
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    done = python(path, cwd=tmp_path, TMPDIR=str(tmp_path / "temporary"))
     assert done.returncode == 0, done.stderr
     assert done.stdout
     assert [item.name for item in tmp_path.iterdir()] == ["temporary"]

@@ -1,10 +1,7 @@
 """Figures and tables for papers: sizes, fonts, colours, the same bytes, hostile results inert."""
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from pathlib import Path
@@ -146,16 +143,12 @@ def small(study, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def folder(small, tmp_path_factory):
+def folder(small, python, tmp_path_factory):
     """Return a folder that the command wrote, in another process than this one."""
     out = tmp_path_factory.mktemp("paper") / "figures"
-    command = [sys.executable, "-m", "roughline", "paper", str(small.directory)]
-    subprocess.run(
-        [*command, "--out", str(out), "--format", "pdf,svg", "--figures", ",".join(FIGURES)],
-        check=True,
-        cwd=ROOT,
-        env=os.environ | {"PYTHONHASHSEED": "1"},
-    )
+    words = ("--out", out, "--format", "pdf,svg", "--figures", ",".join(FIGURES))
+    done = python("-m", "roughline", "paper", small.directory, *words, PYTHONHASHSEED="1")
+    assert done.returncode == 0, done.stderr
     return out
 
 
@@ -315,14 +308,12 @@ def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsy
     assert not (tmp_path / "out").exists()
 
 
-def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
+def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, python, tmp_path):
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
         "from roughline.commands.app import run_command\n"
         f"sys.exit(run_command(['paper', {str(study.directory)!r}, '--out', {str(tmp_path)!r}]))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False
-    )
+    done = python("-c", code)
     assert done.returncode == 2
     assert done.stderr.strip() == "figures need matplotlib: pip install 'roughline[paper]'"

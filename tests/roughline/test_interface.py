@@ -1,8 +1,6 @@
 """The Python interface: its names, what they return, and what a notebook shows of it."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -41,12 +39,11 @@ def results(tmp_path_factory):
 # --- the package ------------------------------------------------------------------------------
 
 
-def test_importing_the_package_imports_nothing_heavy():
+def test_importing_the_package_imports_nothing_heavy(python):
     """Under 0.3 s is asked for; what is certain on any machine is what has not been imported."""
     code = "import roughline, sys; print(sorted(sys.modules))"
-    loaded = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
-    ).stdout
+    loaded = python("-c", code).stdout
+    assert "'roughline'" in loaded
     for heavy in ("numpy", "pandas", "pydantic", "numba", "matplotlib", "comparisons", "reports"):
         assert f"'{heavy}'" not in loaded, heavy
 

@@ -1,9 +1,6 @@
 """The fixture for other people's suites: writes baselines, passes what stayed, names what moved."""
 
-import os
 import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -19,37 +16,29 @@ def test_my_model(roughline_check):
 """
 
 
-def pytest_run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run a suite as its owner would, with roughline importable but not its tests' settings."""
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "roughline.pytest_plugin"]
-    # Installed, roughline registers the plugin itself; naming it twice is an error.
-    command += ["-p", "no:roughline", "--rootdir", str(folder), *arguments]
-    paths = f"{ROOT}:{folder}"
-    return subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        cwd=folder,
-        check=False,
-        env={**os.environ, "PYTHONPATH": paths},
-    )
-
-
 @pytest.mark.slow
-def test_a_model_is_regression_tested_in_its_owners_suite(tmp_path):
+def test_a_model_is_regression_tested_in_its_owners_suite(python, tmp_path):
     """Missing baseline, baseline written, unchanged, and a model that is 1 % stiffer."""
+
+    def suite(*arguments):
+        """Run the suite as its owner would, without the settings of our tests."""
+        # Installed, roughline registers the plugin itself; naming it twice is an error.
+        command = ("-m", "pytest", "-q", "-p", "roughline.pytest_plugin", "-p", "no:roughline")
+        paths = f"{ROOT}:{tmp_path}"
+        return python(*command, "--rootdir", tmp_path, *arguments, cwd=tmp_path, PYTHONPATH=paths)
+
     shutil.copy(ROOT / "docs" / "examples" / "winkler.py", tmp_path)
     (tmp_path / "test_mine.py").write_text(SUITE)
-    missing = pytest_run(tmp_path)
+    missing = suite()
     assert missing.returncode == 1
     assert "--roughline-update writes baselines" in missing.stdout
-    assert pytest_run(tmp_path, "--roughline-update").returncode == 0
-    assert pytest_run(tmp_path).returncode == 0
+    assert suite("--roughline-update").returncode == 0
+    assert suite().returncode == 0
     model = tmp_path / "winkler.py"
     text = model.read_text()
     assert "* overlap.sum()" in text
     model.write_text(text.replace("* overlap.sum()", "* 1.01 * overlap.sum()"))
-    moved = pytest_run(tmp_path)
+    moved = suite()
     assert moved.returncode == 1
     assert "paraboloid: Winkler foundation moved: force by +1.0" in moved.stdout
 
@@ -58,7 +47,7 @@ def test_a_model_is_regression_tested_in_its_owners_suite(tmp_path):
 
 
 @pytest.fixture
-def installed(tmp_path):
+def installed(python, tmp_path):
     """Return a runner of a suite in an environment that has roughline installed.
 
     The entry point is the one that pyproject.toml declares.
@@ -70,20 +59,14 @@ def installed(tmp_path):
     lines = [f"{name} = {value}" for name, value in entries["pytest11"].items()]
     (info / "entry_points.txt").write_text("\n".join(["[pytest11]", *lines, ""]))
 
-    def run(suite: str) -> subprocess.CompletedProcess[str]:
+    def run(suite: str):
         project = tmp_path / "project"
         for package in ("comparisons", "reports", "reduced", "reference"):
             (project / package).mkdir(parents=True)
             (project / package / "__init__.py").write_text("OWN = True\n")
         (project / "test_own.py").write_text(suite)
-        return subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "--rootdir", str(project), str(project)],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            check=False,
-            env={**os.environ, "PYTHONPATH": f"{info.parent}:{ROOT}"},
-        )
+        words = ("-m", "pytest", "-q", "--rootdir", project, project)
+        return python(*words, cwd=tmp_path, PYTHONPATH=f"{info.parent}:{ROOT}")
 
     return run
 

@@ -156,7 +156,6 @@ def test_absolute_loads_stay_as_they_are(rough):
     _, loads = prepare(rough(loading={"mean_gap": ["1 nm", "2 nm"]}))
     assert loads.control == "mean_gap"
     assert loads.values.tolist() == [1e-9, 2e-9]
-    assert loads.control == "mean_gap"
 
 
 # --- identity -------------------------------------------------------------------------------

@@ -1,8 +1,6 @@
 """An impact as a scene, from the file to the report: springs against the closed form."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -57,12 +55,13 @@ def test_a_viscoelastic_impact_is_another_physics():
 
 
 @pytest.mark.slow
-def test_the_command_line_solves_runs_and_reports_it(hit, tmp_path):
+def test_the_command_line_solves_runs_and_reports_it(hit, python, tmp_path):
     """Every command of the contract on one scene with physics, as a user types them."""
 
     def roughline(*words):
-        command = [sys.executable, "-m", "roughline", *words]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        done = python("-m", "roughline", *words)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
 
     source, out = hit(), tmp_path / "out"
     document = json.loads(roughline("solve", source, "--method", "reduced", "--json"))

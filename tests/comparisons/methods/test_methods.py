@@ -238,21 +238,6 @@ def test_scenes_scaled_by_powers_of_two_are_bit_identical(scene, method, source)
         np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name], name)
 
 
-@pytest.mark.parametrize("method", ["reduced", "bem_dense"])
-def test_rough_scenes_scaled_by_powers_of_two_are_bit_identical(rough, scene, method):
-    """Heights scale with the side, forces with E* L^2."""
-    length, modulus = 2.0**24, 2.0**-30
-    level = 64 if method == "reduced" else 16
-    plain = solved(rough(), method, level)
-    stiff = {"effective_modulus": rough().effective_modulus * modulus}
-    table = rough().surface.model_dump(exclude_none=True) | {"size": 1e-6 * length}
-    force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
-    other = solved(scene(surface=table, half_space=stiff, loading={"force": force}), method, level)
-    for name in ("penetration", "force", "contact_area"):
-        m, n = DIMENSIONS[name]
-        np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name])
-
-
 # --- definitions of the contract ------------------------------------------------------------
 
 

@@ -14,18 +14,13 @@ import pytest
 from comparisons.errors import InputError, LostWorkError
 from comparisons.questions.study import Study
 from comparisons.results.store import RESULTS, load_study
+from comparisons.solving import cluster
 from comparisons.solving.executors import executor_for
 from comparisons.solving.jobs import Job
 from comparisons.solving.planning import plan_scene
 
-CLOCK = [
-    "seconds",
-    "setup_seconds",
-    "seconds_all",
-    "setup_seconds_all",
-    "compile_seconds",
-    "memory",
-]
+TIMES = ["seconds", "setup_seconds", "seconds_all", "setup_seconds_all", "compile_seconds"]
+CLOCK = [*TIMES, "memory"]
 
 
 def results(directory):
@@ -33,8 +28,6 @@ def results(directory):
 
 
 def test_without_dask_the_message_says_what_to_install(monkeypatch):
-    from comparisons.solving import cluster
-
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'roughline\[cluster\]'"):
         cluster._connected("tcp://127.0.0.1:1")
@@ -47,8 +40,8 @@ distributed = pytest.importorskip("distributed", reason="needs the extra 'cluste
 def address():
     """Start two workers with one thread each."""
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with distributed.LocalCluster(**options) as cluster:
-        yield cluster.scheduler_address
+    with distributed.LocalCluster(**options) as local:
+        yield local.scheduler_address
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +65,6 @@ def pids(address):
 
 
 def test_nobody_at_the_address_is_an_input_error(monkeypatch):
-    from comparisons.solving import cluster
-
     monkeypatch.setattr(cluster, "CONNECT", 0.5)
     with pytest.raises(InputError, match="no scheduler answers there"):
         executor_for(scheduler="tcp://127.0.0.1:9")
@@ -87,22 +78,18 @@ def test_what_is_no_address_makes_no_client(address, monkeypatch):
 
 
 def test_what_differs_is_listed():
-    from comparisons.solving.cluster import differences
-
     here = {"numpy": "2.4", "scipy": "1.17", "method own": "abc"}
     there = {"numpy": "2.3", "scipy": "1.17", "tamaas": "2.9"}
-    assert differences(here, there) == [
+    assert cluster.differences(here, there) == [
         "numpy: 2.3, here 2.4",
         "method own: nothing, here abc",
         "tamaas: 2.9, here nothing",
     ]
-    assert differences(here, dict(here)) == []
+    assert cluster.differences(here, dict(here)) == []
 
 
 @pytest.mark.slow
 def test_other_versions_are_refused_before_anything_is_solved(address, monkeypatch):
-    from comparisons.solving import cluster
-
     monkeypatch.setattr(cluster, "source_digest", lambda: "edited here")
     cluster.identity.cache_clear()
     with pytest.raises(InputError, match=r"worker tcp:.*roughline's source: \w+, here edited here"):
@@ -112,8 +99,6 @@ def test_other_versions_are_refused_before_anything_is_solved(address, monkeypat
 
 @pytest.mark.slow
 def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, monkeypatch):
-    from comparisons.solving import cluster
-
     executor = executor_for(scheduler=address)
     monkeypatch.setattr(executor, "_expected", executor._expected | {"numpy": "99"})
     executor.add([Job("one", pow, (2, 2))])
@@ -126,8 +111,8 @@ def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, mon
 def test_workers_with_more_threads_are_refused():
     options = {"n_workers": 1, "threads_per_worker": 2, "dashboard_address": ":0"}
     refused = pytest.raises(InputError, match="has 2 threads, expected one")
-    with distributed.LocalCluster(**options) as cluster, refused:
-        executor_for(scheduler=cluster.scheduler_address)
+    with distributed.LocalCluster(**options) as local, refused:
+        executor_for(scheduler=local.scheduler_address)
 
 
 @pytest.mark.slow
@@ -174,8 +159,6 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
 def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
     """Planning or a refinement may take long: the client has given up by then, or not yet."""
-    from comparisons.solving import cluster
-
     monkeypatch.setattr(cluster, "CONNECT", 1.0)
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
     with distributed.LocalCluster(**options) as lost:
@@ -191,14 +174,14 @@ def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
     ensemble, tmp_path, run_apart, serial
 ):
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
-    cluster = distributed.LocalCluster(**options)
+    local = distributed.LocalCluster(**options)
 
     def stop(campaign, last):
         if campaign.counts[0] == 3:
-            threading.Thread(target=cluster.close, daemon=True).start()
+            threading.Thread(target=local.close, daemon=True).start()
             time.sleep(1.0)
 
-    executor = executor_for(scheduler=cluster.scheduler_address)
+    executor = executor_for(scheduler=local.scheduler_address)
     plans, out = list(ensemble), tmp_path / "out"
     with pytest.raises(LostWorkError, match=r"the scheduler tcp:.* is gone"):
         Study(plans, out, effort="full", executor=executor, watch=stop).run()

@@ -1,8 +1,6 @@
 """The first screen and the tables under it: verdicts, cheapest methods, times, stability."""
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -151,18 +149,12 @@ def test_numbers_in_tables_are_saved_with_eight_digits(study):
 
 
 @pytest.mark.slow
-def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solvers():
+def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solvers(python):
     """`roughline report` took fits, whose files bring their own rows, for a user's methods."""
-    told = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "from comparisons.results import decisions, selection\n"
-            "selection.methods = lambda record: ['reduced', 'kogut_etsion']\n"
-            "print(decisions.judged_methods(None))",
-        ],
-        capture_output=True,
-        text=True,
-        check=True,
+    told = python(
+        "-c",
+        "from comparisons.results import decisions, selection\n"
+        "selection.methods = lambda record: ['reduced', 'kogut_etsion']\n"
+        "print(decisions.judged_methods(None))",
     )
     assert told.stdout.strip() == "['reduced']"

@@ -423,13 +423,6 @@ def test_solve_questions_a_doubtful_scene(roughline, tmp_path, ball):
     assert "check the units of the scene: E* = 231" in result.err
 
 
-def test_solve_prints_a_table_for_people(roughline, ball):
-    result = roughline("solve", ball, "--method", "closed_form")
-    assert result.code == 0
-    assert "Steel ball on a half-space: closed_form" in result.out
-    assert "penetration depth d / µm" in result.out
-
-
 def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_path):
     asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
     (tmp_path / "ball.toml").write_text(asked)
