@@ -99,7 +99,6 @@ def test_a_jump_and_a_retreat():
     np.testing.assert_allclose(result.contact_radius, exact.contact_radius, rtol=1e-6)
 
 
-@pytest.mark.slow
 def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     """A retreat that slows down: on springs the contact grows again, Ting's theory has to stop."""
     slower = np.array([0.0, 1.0, 1.0, 0.65, 0.6]) * 0.01

@@ -125,7 +125,6 @@ def problems_of(tmp_path, **body):
 # --- files ----------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
     """As Abaqus/CAE writes them: the same faces, and the same force, as the node set of the top.

@@ -109,7 +109,6 @@ def test_the_chapters_rule_stands_for_another_body():
     np.testing.assert_allclose(behind, 0.75 * 0.3 * r**4, rtol=QUADRATURE)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("profile", [*SMOOTH, cylinder(1.0)], ids=lambda p: p.name)
 @given(st.floats(1e-12, 1.0))
 def test_contact_radius_inverts_the_height(profile, fraction):

@@ -52,7 +52,6 @@ def parabola(depth, length, radius=1.0):
     return 4 * (force(end) - force(begin)), 4 * (friction(end) - friction(begin))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("length", [1e-6, 1e-3, 0.1, 1.0, 100.0])
 def test_parabola_on_kelvin_voigt_springs_as_in_closed_form(length):
     """Order 2 in dx: only the line between its points is approximated."""
@@ -300,7 +299,6 @@ def at_rest(line, load):
     return line.max() - contact.penetration.item()
 
 
-@pytest.mark.slow
 def test_printed_start_touches_nothing_on_a_line_below_three_rms():
     line = rough()[0]
     assert line.max() < 3 * line.std()
