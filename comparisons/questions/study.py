@@ -16,7 +16,7 @@ from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports
-from comparisons.results.folder import PAGE, Layout
+from comparisons.results.folder import MAILED, PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import (
@@ -65,7 +65,7 @@ class Study(Campaign[Plan, StudyRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE), FIELDS)
+    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS)
 
     def __init__(
         self,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from comparisons.errors import ResultsError
 
-PAGE = "report.html"
+PAGE, MAILED = "report.html", "report-static.html"
 # Held by the process that writes the folder, whom it names.
 LOCK = ".roughline.lock"
 # What tells a folder of one command from those of the others.

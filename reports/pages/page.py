@@ -51,6 +51,7 @@ def render(
     drawn: Mapping[str, Figure | dict[str, Any]],
     *,
     data: Mapping[str, Any] | None = None,
+    static: bool = False,
     **values: Any,
 ) -> str:
     """Return a page as text.
@@ -63,15 +64,17 @@ def render(
         Figures (or plotly data and layout) by the key of their canvas.
     data : mapping, optional
         What the page's program reads, by name.
+    static : bool
+        Without any script.
     values
         Further variables of the template.
     """
-    script, library = page_script(), get_plotlyjs()
+    script, library = ("", "") if static else (page_script(), get_plotlyjs())
     return (
         environment()
         .get_template(template)
         .render(
-            policy=content_policy([library, script]),
+            policy=content_policy(list(filter(None, [library, script]))),
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
             script=Markup(script),  # noqa: S704  our own files
             library=Markup(library),  # noqa: S704  the plotly package's own file
@@ -116,7 +119,7 @@ def _json(value: Any) -> str:
 def content_policy(scripts: list[str]) -> str:
     """Return the content security policy: our scripts by hash, no external content."""
     hashes = (base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts)
-    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes) or "'none'"
     return (
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from contextlib import nullcontext
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -66,6 +67,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     part: str | None = None,
     resume: Flag = False,
     pictures: bool = True,
+    static: Flag = False,
     fields: Literal["shown", "all"] = "shown",
     verbose: Verbose = False,
     workers: Workers = ALONE,
@@ -106,6 +108,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
         Continue an interrupted run.
     pictures
         Render 3-D pictures for the report.
+    static
+        Beside the report, write report-static.html for mail: no scripts, below 1 MB (needs
+        matplotlib: roughline[paper]).
     fields
         "all": those of every setting as VTU files, too, for ParaView; default: what pages show.
     verbose
@@ -118,6 +123,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from roughline.commands import terminal
     from roughline.commands.progress import watched
 
+    if static:  # without matplotlib that is told before anything is solved
+        import_module("reports.paper.mailed")
     brought = method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
@@ -141,13 +148,13 @@ def run(  # noqa: PLR0913 (the options on the command line)
     )
     with held(directory):
         record = watched(study, lambda: _write_page(directory, pictures=False))
-        _write_page(directory, pictures)
+        _write_page(directory, pictures, static)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
     return FAILED if lost or asked_in_vain(record.scenes) else FINE
 
 
-def report(directory: Path, *, pictures: bool = True) -> int:
+def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> int:
     """Rewrite the report of a results folder.
 
     Parameters
@@ -156,15 +163,17 @@ def report(directory: Path, *, pictures: bool = True) -> int:
         A folder written by `roughline run`.
     pictures
         Render 3-D pictures.
+    static
+        Beside it, write report-static.html for mail (see `roughline run`).
     """
     from comparisons.results.folder import held
 
     with held(directory) if directory.is_dir() else nullcontext():
-        say(_write_page(directory, pictures))
+        say(_write_page(directory, pictures, static))
     return FINE
 
 
-def _write_page(directory: Path, pictures: bool) -> Path:
+def _write_page(directory: Path, pictures: bool, static: bool = False) -> Path:
     from comparisons.questions.claims.record import RECORD, load_claims_record
     from comparisons.questions.hard_cases import record as hard
     from comparisons.results.store import STUDY, load_study
@@ -179,7 +188,12 @@ def _write_page(directory: Path, pictures: bool) -> Path:
     if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
         write_hard_cases_report(hard.load_record(directory), path)
         return path
-    write_report(load_study(directory), path, pictures=pictures)
+    record = load_study(directory)
+    write_report(record, path, pictures=pictures)
+    if static:
+        from reports.paper.mailed import write_mailed
+
+        write_mailed(record, directory)
     return path
 
 
