@@ -117,7 +117,7 @@ _PER_DECADE, _FEWEST = 10, 12
 
 def static_scene(scene: Scene, penetration: np.ndarray) -> Scene:
     """Return the same contact without a mass, pressed slowly to the given penetrations."""
-    data = scene.model_dump(exclude_defaults=True, by_alias=True)
+    data = scene.model_dump(exclude_defaults=True)
     data["directory"] = scene.directory
     data["loading"] = {"penetration": {"values": penetration.tolist()}}
     data["compare"] = data.get("compare", {}) | {"quantities": ["force"]}

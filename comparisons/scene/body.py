@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
-from comparisons.scene.fields import FiniteLength, fail
+from comparisons.scene.fields import FiniteLength, SceneTable, fail
 from comparisons.scene.units import LENGTH, to_si
 
 AXES = "xyz"
@@ -45,7 +45,7 @@ def _supports(value: Any) -> Any:
 Support = Annotated[str, BeforeValidator(_support)]
 
 
-class Body(BaseModel):
+class Body(SceneTable):
     """A mesh from a file: what presses on it where, and what holds it.
 
     length_unit: of the coordinates in the file, which itself does not know.
@@ -57,7 +57,6 @@ class Body(BaseModel):
     symmetric_parts: of how many equal parts the mesh is one; forces and areas are those of all.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     file: Annotated[str, Field(min_length=1, max_length=4096)]
     length_unit: Annotated[str, BeforeValidator(_length_unit)]
     contact_surface: Name

@@ -7,7 +7,7 @@ import sys
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator, ValidationInfo
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from comparisons.facts.methods import METHODS, is_known
@@ -15,6 +15,12 @@ from comparisons.reasons import near
 from comparisons.scene.units import LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
+
+
+class SceneTable(BaseModel):
+    """A table of a scene file: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 def fail(expected: str, came: Any = _NOTHING) -> PydanticCustomError:

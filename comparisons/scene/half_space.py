@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ValidationInfo, model_validator
 
-from comparisons.scene.fields import Length, Modulus, fail, flagged
+from comparisons.scene.fields import Length, Modulus, SceneTable, fail, flagged
 
 FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].
@@ -42,34 +42,28 @@ def _exponent(value: Any) -> float:
 PoissonRatio = Annotated[float, BeforeValidator(_poisson)]
 
 
-class Layer(BaseModel):
+class Layer(SceneTable):
     """One elastic layer, bonded to what lies below."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     thickness: Length
     youngs_modulus: Modulus
     poisson_ratio: PoissonRatio
 
 
-class Grading(BaseModel):
+class Grading(SceneTable):
     """A modulus E (z/depth)^exponent, E that of the table, at all depths z."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     exponent: Annotated[float, BeforeValidator(_exponent)]
     depth: Length
 
 
-class HalfSpace(BaseModel):
+class HalfSpace(SceneTable):
     """Elastic half-space: E and nu, or G and nu, or E* alone.
 
     layers: on top of it, from the surface down, bonded.
     thickness: of a layer on a rigid base in place of the half-space, bonded.
     grading: the modulus as a power of the depth.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     youngs_modulus: Modulus | None = None
     shear_modulus: Modulus | None = None

@@ -11,11 +11,11 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.reasons import near
-from comparisons.scene.fields import Measured, excerpt, fail, flagged, quantity
+from comparisons.scene.fields import Measured, SceneTable, excerpt, fail, flagged, quantity
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
 
 Control = Literal[
@@ -42,10 +42,9 @@ PATH = "path"
 Order = Literal["loads", "path", "times"]
 
 
-class LoadRange(BaseModel):
+class LoadRange(SceneTable):
     """Loads of one control: the values (SI, or relative), in order."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     values: tuple[float, ...]
     relative_to: Literal["E* A0 h'"] | None = None
 
@@ -59,7 +58,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
     return Measured(read, dimension=dimension)
 
 
-class Loading(BaseModel):
+class Loading(SceneTable):
     """Exactly one of penetration, force, pressure, mean_gap; beside it a tangential path, or times.
 
     pressure: the nominal one, force over the apparent area of a rough surface or a flat face.
@@ -69,7 +68,6 @@ class Loading(BaseModel):
     substeps: into how many equal steps each stretch of a path is divided.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     penetration: Annotated[LoadRange | None, ranged(LENGTH)] = None
     force: Annotated[LoadRange | None, ranged(FORCE)] = None
     pressure: Annotated[LoadRange | None, ranged(PRESSURE)] = None

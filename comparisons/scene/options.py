@@ -7,18 +7,16 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from comparisons.scene.fields import Finite, Positive
+from comparisons.scene.fields import Finite, Positive, SceneTable
 
 # The options that have been read, by class and key, while somebody records them.
 _read: ContextVar[set[tuple[type, str]] | None] = ContextVar("read", default=None)
 
 
-class Options(BaseModel):
+class Options(SceneTable):
     """Base of all options: unknown keys are errors."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     def __getattribute__(self, name: str) -> Any:
         """Return an attribute; where options are recorded (`recorded`) it counts as read."""

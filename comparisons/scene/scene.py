@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tomli_w
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     create_model,
@@ -29,7 +27,7 @@ from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
 from comparisons.reasons import near
 from comparisons.scene.body import Body, with_material
-from comparisons.scene.fields import KnownMethod, Positive, fail
+from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
@@ -62,11 +60,7 @@ class SceneError(InputError):
         return type(self), (self.source, self.problems)
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class Compare(_Table):
+class Compare(SceneTable):
     """What is compared, how well, and by which methods."""
 
     quantities: tuple[Literal[COMPARABLE], ...] = DEFAULT  # type: ignore[valid-type]
@@ -92,7 +86,7 @@ class Compare(_Table):
         return value if value is None or isinstance(value[0], str) else tuple(sorted(value))
 
 
-class _Bodies(_Table):
+class _Bodies(SceneTable):
     """What touches."""
 
     name: str

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Discriminator,
     Field,
     StrictBool,
@@ -17,12 +15,8 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.scene.fields import Finite, Length, Positive, fail
+from comparisons.scene.fields import Finite, Length, Positive, SceneTable, fail
 from comparisons.scene.trends import trend_problem
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 def _pair(value: Any) -> Any:
@@ -39,7 +33,7 @@ PointsPair = Annotated[tuple[Points, Points], BeforeValidator(_pair)]
 SizePair = Annotated[tuple[Length, Length], BeforeValidator(_pair)]
 
 
-class SelfAffine(_Table):
+class SelfAffine(SceneTable):
     """A synthetic self-affine surface, (19.22) with fixed amplitudes and random phases."""
 
     kind: Literal["self_affine"]
@@ -79,7 +73,7 @@ class SelfAffine(_Table):
         return self
 
 
-class MeasuredMap(_Table):
+class MeasuredMap(SceneTable):
     """A measured surface, read and treated by comparisons.geometry.topography.
 
     Without `detrend` a plane is subtracted; of a periodic map the mean (geometry.trends).

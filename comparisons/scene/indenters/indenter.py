@@ -6,13 +6,12 @@ from types import ModuleType
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
+
+from comparisons.scene.fields import SceneTable
 
 
-class Indenter(BaseModel):
+class Indenter(SceneTable):
     """What every shape has; its subclasses in this room are the catalogue."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
 
     shape: str
 

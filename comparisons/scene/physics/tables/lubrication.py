@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Finite, Length, fail, quantity
+from comparisons.scene.fields import Finite, Length, SceneTable, fail, quantity
 from comparisons.scene.loading import PRESCRIBED, Control, LoadRange, ranged
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
@@ -17,11 +17,7 @@ from comparisons.scene.units import LENGTH, SPEED, VISCOSITY
 MOST_WAVES = 16
 
 
-class _Rough(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Waviness(_Rough):
+class Waviness(SceneTable):
     """A wave on the ball, with a crest in its middle, across the flow or along it."""
 
     amplitude: Length
@@ -29,7 +25,7 @@ class Waviness(_Rough):
     crests: Literal["across", "along"] = "across"
 
 
-class Roughness(_Rough):
+class Roughness(SceneTable):
     """Self-affine waves on the ball, from the longest to the shortest."""
 
     rms_height: Length

@@ -6,15 +6,14 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict
-
+from comparisons.scene.fields import SceneTable
 from comparisons.scene.loading import Control
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
 
 
-class PhysicsTable(BaseModel):
+class PhysicsTable(SceneTable):
     """A table that switches on physics beyond frictionless elastic contact.
 
     A subclass with a `key` is a table of scenes, its fields are the table's keys; unknown ones are
@@ -40,7 +39,6 @@ class PhysicsTable(BaseModel):
         With it the properties of two elastic bodies do not add up to one E*.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     key: ClassVar[str] = ""
     place: ClassVar[float] = math.inf
     compared: ClassVar[tuple[str, ...]] = ()
