@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from comparisons.scene.scene import Scene, make_scene
+from comparisons.solving.planning import plan_scene
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 BALL = {"shape": "paraboloid", "radius": "10 mm"}
@@ -53,6 +54,17 @@ def rough(scene):
         )
 
     return make
+
+
+@pytest.fixture(scope="session")
+def planned():
+    """Return a function from a scene to what its first plan says of each method, by name."""
+
+    def methods(scene, effort="quick"):
+        (plan, *_) = plan_scene(scene, effort)
+        return {method.method: method for method in plan.methods}
+
+    return methods
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,5 @@
 """Stress below a half-space under pressures on cells: Hertz, waves, equilibrium."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -265,10 +265,9 @@ def test_the_surface_itself_is_part_of_the_gap(tmp_path):
 # --- plans ----------------------------------------------------------------------------------
 
 
-def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
+def test_half_space_methods_say_that_the_body_is_finite(planned, tmp_path):
     write(tmp_path / "block.msh")
-    (plan,) = plan_scene(scene(tmp_path))
-    plans = {method.method: method for method in plan.methods}
+    plans = planned(scene(tmp_path))
     assert plans["fem"].resolutions == (1, 2)
     assert "held by its supports; no far field" in plans["fem"].modelled
     for name in ("closed_form", "bem_dense", "bem_fft"):
@@ -308,12 +307,11 @@ def test_a_large_body_is_solved_by_multigrid_and_the_plan_says_so(tmp_path, monk
     assert "nu above 0.2: many steps" in solver.model(geometry)
 
 
-def test_cells_that_would_lock_are_refused(tmp_path):
+def test_cells_that_would_lock_are_refused(planned, tmp_path):
     """A displacement form on hexahedra goes to 0.4999, whatever their order."""
     write(tmp_path / "block.msh")
     data = tables("block.msh") | {"half_space": {"shear_modulus": E, "poisson_ratio": 0.49995}}
-    (plan,) = plan_scene(make_scene(data, "test", tmp_path))
-    (fem,) = [method for method in plan.methods if method.method == "fem"]
+    fem = planned(make_scene(data, "test", tmp_path))["fem"]
     assert not fem.supported
     assert "0.4999" in fem.reason
 

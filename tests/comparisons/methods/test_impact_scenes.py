@@ -40,18 +40,17 @@ def test_an_impact_whose_energy_underflows_is_refused(hit):
         plan_scene(scene)
 
 
-def test_a_viscoelastic_impact_is_another_physics():
+def test_a_viscoelastic_impact_is_another_physics(planned):
     data = {
         "name": "soft",
         "indenter": {"shape": "paraboloid", "radius": 0.01},
         "viscoelastic": {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3},
         "dynamics": {"mass": 0.01, "velocity": 1.0},
     }
-    (plan,) = plan_scene(make_scene(data, "soft.toml", Path()))
-    refused = {method.method: method.reason for method in plan.methods}
-    assert refused["tamaas"] == "does not model [viscoelastic] and [dynamics]"
+    refused = planned(make_scene(data, "soft.toml", Path()))
+    assert refused["tamaas"].reason == "does not model [viscoelastic] and [dynamics]"
     # FFT BEM has both, but not together.
-    assert refused["bem_fft"] == "does not model [viscoelastic] and [dynamics] in one scene"
+    assert refused["bem_fft"].reason == "does not model [viscoelastic] and [dynamics] in one scene"
 
 
 @pytest.mark.slow

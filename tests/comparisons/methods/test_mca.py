@@ -227,14 +227,14 @@ def test_bodies_of_too_many_automata_are_refused_before_any_is_made():
     assert "across the narrow side" in planned.reason
 
 
-def test_it_runs_only_where_it_is_named():
+def test_it_runs_only_where_it_is_named(planned):
     """A load takes seconds; the plan of a scene that names no methods says so."""
     for name in ("mca", "ngsolve"):
-        planned = [m for m in plan_scene(load_scene("paraboloid"))[0].methods if m.method == name]
-        if planned[0].reason.startswith("not installed"):
+        method = planned(load_scene("paraboloid"))[name]
+        if method.reason.startswith("not installed"):
             continue
-        assert not planned[0].supported
-        assert planned[0].reason == "takes seconds per load: runs only if named"
+        assert not method.supported
+        assert method.reason == "takes seconds per load: runs only if named"
 
 
 def test_particles_go_into_files_and_pictures():

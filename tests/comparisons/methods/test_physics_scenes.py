@@ -284,11 +284,10 @@ def test_a_creeping_contact_is_estimated_with_the_softest_modulus(scene):
     assert geometry.contact_radius == pytest.approx(radius, rel=1e-3)
 
 
-def test_every_method_without_the_physics_says_what_it_lacks(scene):
-    (plan,) = plan_scene(scene(adhesion=GLUE, loading=PULL, **FRICTION))
-    reasons = {method.method: method.reason for method in plan.methods}
-    assert not any(method.supported for method in plan.methods)
-    assert reasons["tamaas"] == "does not model [friction] and [adhesion]"
+def test_every_method_without_the_physics_says_what_it_lacks(planned, scene):
+    methods = planned(scene(adhesion=GLUE, loading=PULL, **FRICTION))
+    assert not any(method.supported for method in methods.values())
+    assert methods["tamaas"].reason == "does not model [friction] and [adhesion]"
 
 
 def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):

@@ -7,8 +7,7 @@ import tomli_w
 from comparisons.methods.dynamics import static_scene
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
-from comparisons.scene.scene import make_scene, parse_scene
-from comparisons.solving.planning import plan_scene
+from comparisons.scene.scene import make_scene
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 BALL = {"shape": "paraboloid", "radius": "10 mm"}
@@ -99,17 +98,9 @@ def test_what_a_method_cannot_do_is_said():
     timed = impact(dynamics={"mass": "10 g", "velocity": "1 m/s"}, loading={"time": [0, "50 us"]})
     assert "time history" in solver_for("fem", timed).reason
     rough = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 16, "rms_slope": 0.1}
-    surface = parse_scene(
-        "\n".join(
-            [
-                'name = "rough-hit"\n[half_space]\neffective_modulus = "1 GPa"\n[surface]',
-                *(f"{key} = {value!r}" for key, value in rough.items()),
-                '[dynamics]\nmass = "1 ng"\nvelocity = "1 m/s"',
-            ]
-        ),
-        "test",
-        ".",
-    )
+    surface = tables(surface=rough)
+    del surface["indenter"]
+    surface = make_scene(surface, "test", ".")
     for name in ("reduced", "closed_form", "bem_fft", "bem_dense", "fem"):
         assert "rough surface" in solver_for(name, surface).reason
     nodal = impact(
@@ -127,9 +118,9 @@ def test_the_slow_contact_of_an_impact_has_no_mass():
     assert slow.indenter == impact().indenter
 
 
-def test_the_plan_says_how_each_method_strikes():
-    (plan,) = plan_scene(impact())
-    modelled = {method.method: method.modelled for method in plan.methods if method.supported}
+def test_the_plan_says_how_each_method_strikes(planned):
+    methods = planned(impact())
+    modelled = {name: method.modelled for name, method in methods.items() if method.supported}
     assert "by its energy" in modelled["reduced"]
     assert "along its load curve" in modelled["bem_fft"]
     assert set(modelled) >= {"closed_form", "reduced", "bem_dense", "bem_fft", "fem"}

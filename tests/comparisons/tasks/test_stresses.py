@@ -1,7 +1,5 @@
 """Peak pressure and stresses inside, as every method gives them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Errors along a sweep: what differs is the axis."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -19,10 +19,15 @@ ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]
 SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 
 
-def plan_of(shape: str, options: str = ""):
-    text = f'name = "face"\n[half_space]\neffective_modulus = 1.0\n[indenter]\n{shape}\n'
+def plan_of(shape: str, options: str = "", body: str = "effective_modulus = 1.0"):
+    text = f'name = "face"\n[half_space]\n{body}\n[indenter]\n{shape}\n'
     text += f"[loading]\npenetration = [1e-3]\n{options}"
     return plan_scene(parse_scene(text, "face", Path()))[0]
+
+
+def fem_of(plan):
+    (fem,) = (method for method in plan.methods if method.method == "fem")
+    return fem
 
 
 def polygon(corners) -> str:
@@ -58,8 +63,7 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     """The plane x = 0 is one of symmetry: half of the unknowns, the same stiffness."""
     plan = plan_of(polygon(TRIANGLE))
     assert plan.geometry.indenter.even == (True, False)
-    (fem,) = (method for method in plan.methods if method.method == "fem")
-    assert fem.modelled.startswith("half of a block")
+    assert fem_of(plan).modelled.startswith("half of a block")
     half, few = stiffness(plan, 5)
     grid = punch_mesh.face_grid(plan.geometry, 5)
     mirrored = np.concatenate([-grid.x[:0:-1], grid.x])
@@ -77,16 +81,8 @@ def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
     grid = punch_mesh.face_grid(plan.geometry, 5)
     assert (grid.order, grid.symmetry) == (1, "quarter")
     assert grid.unknowns < 70_000
-    text = 'name = "face"\n[half_space]\nyoungs_modulus = 1.0\npoisson_ratio = 0.5\n'
-    text += f"[indenter]\n{needle}"
-    (fem,) = (
-        method
-        for method in plan_scene(
-            parse_scene(text + "\n[loading]\npenetration = [1e-3]", "face", Path())
-        )[0].methods
-        if method.method == "fem"
-    )
-    assert "incompressible" in fem.reason
+    rubber = "youngs_modulus = 1.0\npoisson_ratio = 0.5"
+    assert "incompressible" in fem_of(plan_of(needle, body=rubber)).reason
 
 
 @pytest.mark.parametrize(
@@ -118,7 +114,7 @@ def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
 def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeypatch):
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=5.5e7))
     for shape in ('shape = "paraboloid"\nradius = 1.0', polygon(ANGLE)):
-        (fem,) = (method for method in plan_of(shape).methods if method.method == "fem")
+        fem = fem_of(plan_of(shape))
         assert "needs about" in fem.reason
         assert "0.1 GB are free" in fem.reason
         assert len(fem.resolutions) < 3
@@ -132,9 +128,5 @@ def test_penalty_at_quadrature_points_is_an_option_of_the_scene():
         assert stiffness(plan_of(shape, options), 3)[0] == pytest.approx(
             stiffness(plan_of(shape), 3)[0], rel=3e-3
         )
-    (fem,) = (
-        method
-        for method in plan_of(shape, '[methods.fem]\npoints = "quadrature"').methods
-        if method.method == "fem"
-    )
-    assert 'takes contact = "penalty" only' in fem.reason
+    alone = plan_of(shape, '[methods.fem]\npoints = "quadrature"')
+    assert 'takes contact = "penalty" only' in fem_of(alone).reason

@@ -181,13 +181,14 @@ def test_out_of_range_is_refused_with_the_reason(scene):
 @pytest.mark.parametrize(
     ("poisson_ratio", "narrow", "why"), [(0.5, "5 mm", "poisson"), (0.3, "1 um", "slenderness")]
 )
-def test_ellipses_without_a_formula_are_left_to_other_methods(scene, poisson_ratio, narrow, why):
+def test_ellipses_without_a_formula_are_left_to_other_methods(
+    planned, scene, poisson_ratio, narrow, why
+):
     oval = {"shape": "ellipsoid", "radius_x": "10 m", "radius_y": narrow}
     body = {"youngs_modulus": "210 GPa", "poisson_ratio": poisson_ratio}
-    methods = plan_scene(yielding(scene, 0.1, indenter=oval, half_space=body))[0].methods
-    planned = {method.method: method for method in methods}
-    assert why in planned["closed_form"].reason
-    assert planned["reduced"].supported
+    methods = planned(yielding(scene, 0.1, indenter=oval, half_space=body))
+    assert why in methods["closed_form"].reason
+    assert methods["reduced"].supported
 
 
 def test_wrong_tables_are_told_together(scene):
