@@ -7,6 +7,7 @@ from comparisons.geometry.map_files.heights import read_heights
 from comparisons.geometry.reading import FileError
 from comparisons.scene.surface import MeasuredMap
 
+h5py = pytest.importorskip("h5py")
 HEIGHTS = np.arange(12.0).reshape(3, 4)
 STATED = MeasuredMap(kind="map", file="surface.h5", size=(3e-6, 4e-6), height_unit="um")
 
@@ -17,8 +18,6 @@ def stated(**options):
 
 @pytest.fixture
 def written(tmp_path):
-    h5py = pytest.importorskip("h5py")
-
     def write(**datasets):
         path = tmp_path / "surface.h5"
         with h5py.File(path, "w") as file:
@@ -60,7 +59,6 @@ def test_what_is_no_map_is_refused_with_the_reason(written, datasets, surface, p
 
 def test_a_link_to_another_file_is_no_map(written, tmp_path):
     """A file from elsewhere must not open others of this machine."""
-    h5py = pytest.importorskip("h5py")
     written(surface=HEIGHTS)
     with h5py.File(tmp_path / "link.h5", "w") as file:
         file["surface"] = h5py.ExternalLink("surface.h5", "surface")
@@ -70,7 +68,6 @@ def test_a_link_to_another_file_is_no_map(written, tmp_path):
 
 def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path):
     """A map in a group used to be overlooked: beside another one, that one was taken unasked."""
-    h5py = pytest.importorskip("h5py")
     path = tmp_path / "surface.h5"
     with h5py.File(path, "w") as file:
         file["run/heights"] = HEIGHTS
@@ -83,7 +80,6 @@ def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path
 
 
 def test_a_file_that_is_no_hdf5_is_refused(tmp_path):
-    pytest.importorskip("h5py")
     (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
     with pytest.raises(FileError, match="not a readable HDF5 file"):
         read_heights(tmp_path / "surface.h5", STATED)

@@ -59,17 +59,9 @@ def study(tmp_path, *, factor=1.0, seconds=0.1, verdict="within", converged=True
         disagreements=(),
         rows=Rows.of(pd.DataFrame(rows)),
     )
-    record = StudyRecord(
-        directory=tmp_path,
-        created="2026-01-01T00:00:00+00:00",
-        command="roughline run",
-        effort="quick",
-        seconds=1.0,
-        machine={"processor": "one"},
-        versions={"numpy": "2.0"},
-        scenes=(scene,),
-    )
-    return replace(record, **more)
+    told = {"machine": {"processor": "one"}, "versions": {"numpy": "2.0"}} | more
+    when = ("2026-01-01T00:00:00+00:00", "roughline run", "quick", 1.0)
+    return StudyRecord(*when, **told, scenes=(scene,), directory=tmp_path)
 
 
 def reduced_change(before, after, **more):

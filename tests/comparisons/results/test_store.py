@@ -142,13 +142,7 @@ def test_tables_are_plain_comma_separated_text(record):
 
 def test_a_study_without_any_scene_comes_back(record, tmp_path):
     """What an interrupt before the first solve leaves."""
-    empty = StudyRecord(
-        **{name: getattr(record, name) for name in ("created", "command", "effort", "seconds")},
-        directory=tmp_path / "empty",
-        machine={},
-        versions={},
-        scenes=(),
-    )
+    empty = replace(record, directory=tmp_path / "empty", machine={}, versions={}, scenes=())
     save_study(empty)
     assert load_study(empty.directory).scenes == ()
 
@@ -198,15 +192,18 @@ def test_torn_and_foreign_array_files_are_refused(tmp_path):
             read_arrays(tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["../secret.npz", "/etc/passwd", "fields/../../secret.npz"])
-def test_field_files_outside_the_folder_are_refused(record, name):
+def reloaded(record, change):
+    """Load the study whose document was changed on disk."""
     save_study(record)
     study = record.directory / STUDY
-    document = json.loads(study.read_text())
-    document["scenes"][0]["fields"] = [["bem_fft", 8, name]]
-    study.write_text(json.dumps(document))
+    study.write_text(json.dumps(change(json.loads(study.read_text())), indent=1))
+    return load_study(record.directory)
+
+
+@pytest.mark.parametrize("name", ["../secret.npz", "/etc/passwd", "fields/../../secret.npz"])
+def test_field_files_outside_the_folder_are_refused(record, name):
     with pytest.raises(ResultsError, match="leads out of"):
-        load_study(record.directory)
+        reloaded(record, lambda d: scene(d, fields=[["bem_fft", 8, name]]))
 
 
 def test_a_link_that_leads_outside_is_refused(record, tmp_path):
@@ -255,20 +252,14 @@ def scene(document, **changes):
 
 @pytest.mark.parametrize("damage", WRONG)
 def test_a_study_of_the_wrong_form_is_refused(record, damage):
-    save_study(record)
-    study = record.directory / STUDY
-    study.write_text(json.dumps(WRONG[damage](json.loads(study.read_text()))))
     with pytest.raises(ResultsError, match="damaged results"):
-        load_study(record.directory)
+        reloaded(record, WRONG[damage])
 
 
 def test_a_study_of_another_version_is_no_damage(record):
-    save_study(record)
-    study = record.directory / STUDY
-    other = json.loads(study.read_text()) | {"source": "0" * 64, "effort": "thorough"}
-    study.write_text(json.dumps(other, indent=1))
+    other = {"source": "0" * 64, "effort": "thorough"}
     with pytest.raises(ResultsError, match=r"written by another version of roughline \(.*effort"):
-        load_study(record.directory)
+        reloaded(record, lambda d: d | other)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """The page as a whole: offline, inert against hostile text, complete, and right in its verdicts."""
 
+import base64
+import hashlib
 import json
 import math
 import re
@@ -97,9 +99,6 @@ def test_plotly_is_embedded_exactly_once(source, parsed):
 
 def test_the_policy_names_the_hash_of_every_program(source, parsed):
     """A browser would refuse a script whose hash is wrong; compute it as the standard says."""
-    import base64
-    import hashlib
-
     for attributes, text in parsed.scripts:
         if "type" not in attributes:
             digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
