@@ -31,7 +31,7 @@ _WIDEST_SEAM = 2.0
 
 
 @dataclass(frozen=True)
-class Map:
+class TreatedMap:
     """A measured surface, ready for every method.
 
     Attributes
@@ -53,7 +53,7 @@ class Map:
     periodic: bool = False
 
 
-def read_map(path: Path, surface: MeasuredMap) -> Map:
+def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     """Read a measured map as stated in the scene: crop, invert, detrend, fill.
 
     Detrending and interpolation fit and use the defined points only. Inversion comes before the
@@ -118,7 +118,7 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
         )
     treatment += _seams(heights) if periodic else ()
     heights.setflags(write=False)
-    return Map(
+    return TreatedMap(
         heights=heights,
         size=file.size,
         treatment=tuple(treatment),

@@ -139,16 +139,12 @@ def solver_of(task: Task) -> Solver[Any]:
 def _maker(name: str, scene: Scene) -> Maker:
     tables = set(scene.physics)
     able = sorted((m for m in SOLVERS[name] if m.physics >= tables), key=lambda m: len(m.physics))
-    if not able:
-        raise Refused(_missing(name, scene))
+    if not able:  # which tables it does not model, or not together
+        load()
+        physics = [maker.physics for maker in SOLVERS[name]]
+        fewest, all_of_them = min(physics, key=len), frozenset[str]().union(*physics)
+        missing = " and ".join(f"[{table}]" for table in scene.physics if table not in fewest)
+        raise Refused(
+            f"does not model {missing}" + (" in one scene" if all_of_them >= tables else "")
+        )
     return next((m for m in able if m.physics == tables and m.takes(scene)), able[0])
-
-
-def _missing(name: str, scene: Scene) -> str:
-    """Return which tables of a scene a method does not model, or not together."""
-    load()
-    makers = SOLVERS[name]
-    physics = min((maker.physics for maker in makers), key=len)
-    missing = " and ".join(f"[{table}]" for table in scene.physics if table not in physics)
-    apart = frozenset[str]().union(*(m.physics for m in makers)) >= set(scene.physics)
-    return f"does not model {missing}" + (" in one scene" if apart else "")

@@ -25,11 +25,11 @@ class Peer(Protocol):
     def surface(self, gap: np.ndarray) -> None:
         """Set a new surface: its gap (nx, ny), +inf where contact is impossible."""
 
-    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
+    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> PeerAnswer:
         """Solve one load from an initial pressure; `depth` is a rough guess of the penetration."""
 
 
-class Step:
+class PeerAnswer:
     """A pressure with the peer's number of iterations (0: unknown), or a reason for failure."""
 
     def __init__(self, pressure: np.ndarray | None, iterations: int = 0, reason: str = "") -> None:

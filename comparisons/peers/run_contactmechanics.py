@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.peers.driver import Problem, Step, drive
+from comparisons.peers.driver import PeerAnswer, Problem, drive
 
 MOST_ITERATIONS = 10_000
 
@@ -51,7 +51,7 @@ class ContactMechanicsPeer:
         self.mean_gap = float(gap.mean())
         self.topography = self.Topography(heights, self.size, periodic=self.periodic)
 
-    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
+    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> PeerAnswer:
         """Solve one load; the tolerances are absolute, for lengths and for forces on a cell."""
         force = float(start.sum()) * self.cell
         control = {"offset": self.mean_gap - load if self.control == "mean_gap" else load}
@@ -71,6 +71,6 @@ class ContactMechanicsPeer:
             **control,
         )
         if not result.success:
-            return Step(None, reason=f"ContactMechanics: {result.message}")
+            return PeerAnswer(None, reason=f"ContactMechanics: {result.message}")
         pressure = np.ma.filled(result.jac, 0.0)[: self.shape[0], : self.shape[1]] / self.cell
-        return Step(np.asarray(pressure), int(result.nit))
+        return PeerAnswer(np.asarray(pressure), int(result.nit))

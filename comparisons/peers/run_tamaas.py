@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.peers.driver import Problem, Step, drive
+from comparisons.peers.driver import PeerAnswer, Problem, drive
 
 MOST_ITERATIONS = 10_000
 # Largest number of steps in the search for a penetration; four or five are typical.
@@ -47,7 +47,7 @@ class TamaasPeer:
         finite = np.isfinite(gap)
         self.gap = np.where(finite, gap, 10 * gap[finite].max() + 10)
 
-    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
+    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> PeerAnswer:
         """Solve one load."""
         if self.control == "force":
             return self._at_force(load, tolerance, start)
@@ -56,14 +56,14 @@ class TamaasPeer:
             return self._at_mean_gap(mean, tolerance)
         return self._at_penetration(load, tolerance, start)
 
-    def _at_force(self, force: float, tolerance: float, start: np.ndarray) -> Step:
+    def _at_force(self, force: float, tolerance: float, start: np.ndarray) -> PeerAnswer:
         self.model.traction[:] = start  # rescaled to the prescribed mean
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance)
         if self.free:
             solver.setIntegralOperator(_FREE)
         return self._finish(solver, force / (self.size[0] * self.size[1]), tolerance)
 
-    def _at_mean_gap(self, mean: float, tolerance: float) -> Step:
+    def _at_mean_gap(self, mean: float, tolerance: float) -> PeerAnswer:
         kind = self.tamaas.PolonskyKeerRey.gap
         self.model.traction[:] = 0.0
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
@@ -73,14 +73,14 @@ class TamaasPeer:
             answer.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
         return answer
 
-    def _finish(self, solver: Any, target: float, tolerance: float) -> Step:
+    def _finish(self, solver: Any, target: float, tolerance: float) -> PeerAnswer:
         solver.max_iter = MOST_ITERATIONS
         error = solver.solve(target)
         if not error <= tolerance:
-            return Step(None, reason=f"Tamaas stopped at an error of {error:.1e}")
-        return Step(np.array(self.model.traction))
+            return PeerAnswer(None, reason=f"Tamaas stopped at an error of {error:.1e}")
+        return PeerAnswer(np.array(self.model.traction))
 
-    def _at_penetration(self, depth: float, tolerance: float, start: np.ndarray) -> Step:
+    def _at_penetration(self, depth: float, tolerance: float, start: np.ndarray) -> PeerAnswer:
         """Search for the force in logarithms, in which F(d) is nearly straight."""
         cell = self.size[0] * self.size[1] / start.size
         force, slope = start.sum() * cell, 1.5
@@ -97,7 +97,7 @@ class TamaasPeer:
                 slope = np.log(force / last[0]) / np.log(penetration / last[1])
             last = (force, penetration)
             force *= (depth / penetration) ** np.clip(slope, 0.5, 4.0)
-        return Step(None, reason=f"the penetration was not reached in {MOST_STEPS} solves")
+        return PeerAnswer(None, reason=f"the penetration was not reached in {MOST_STEPS} solves")
 
     def _penetration(self) -> float:
         """Return the penetration d; Tamaas' displacements are relative to the body, u - d."""

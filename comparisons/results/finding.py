@@ -73,7 +73,7 @@ def family(record: SceneRecord) -> str:
 
 
 @dataclass(frozen=True)
-class Row:
+class FamilyRow:
     """One row.
 
     Attributes
@@ -130,14 +130,14 @@ def methods_of(records: Sequence[SceneRecord]) -> list[str]:
     return sorted(named, key=lambda name: name != MODEL)
 
 
-def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[Row]:
+def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyRow]:
     """Return where a method holds, where not, and what to use there."""
     standings = [
         _standing(record, method) for record in records if method in judged_methods(record)
     ]
     families = [item.family for item in standings]
     return [
-        Row(
+        FamilyRow(
             _named(group, families),
             uses[0] if len(uses) == 1 else IN_PART,
             _largest(group),

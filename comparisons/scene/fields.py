@@ -44,13 +44,13 @@ Sign = Literal["positive", "not negative", "any"]
 
 
 @dataclass(frozen=True, slots=True)
-class Measured(BeforeValidator):
+class WithUnit(BeforeValidator):
     """A pydantic validator that knows the dimension of what it reads."""
 
     dimension: Dimension = NUMBER
 
 
-def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "number") -> Measured:
+def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "number") -> WithUnit:
     """Return a validator for a finite quantity of one dimension."""
 
     def check(value: Any) -> float:
@@ -66,7 +66,7 @@ def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "numb
             raise fail(f"expected a {kind} of at least {sys.float_info.min:.2g}", value)
         return number
 
-    return Measured(check, dimension=dimension)
+    return WithUnit(check, dimension=dimension)
 
 
 Length = Annotated[float, quantity(LENGTH, kind="length")]

@@ -15,7 +15,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.reasons import near
-from comparisons.scene.fields import Measured, SceneTable, excerpt, fail, flagged, quantity
+from comparisons.scene.fields import SceneTable, WithUnit, excerpt, fail, flagged, quantity
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, SPEED, TIME, Dimension, to_si
 
 Control = Literal[
@@ -55,7 +55,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
     def read(value: Any, info: ValidationInfo) -> Any:
         return read_range(value, dimension, order or ("path" if flagged(info, PATH) else "loads"))
 
-    return Measured(read, dimension=dimension)
+    return WithUnit(read, dimension=dimension)
 
 
 class Loading(SceneTable):

@@ -16,7 +16,7 @@ from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results import selection
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
-from comparisons.scene.fields import Measured
+from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
@@ -129,7 +129,7 @@ def _unit(field: Any) -> str:
     waiting = [*field.metadata, field.annotation]
     while waiting:
         part = waiting.pop()
-        if isinstance(part, Measured):
+        if isinstance(part, WithUnit):
             return READABLE.get(str(part.dimension), str(part.dimension))
         waiting += [*getattr(part, "__metadata__", ()), *get_args(part)]
     return ""

@@ -17,17 +17,6 @@ if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
 
 
-def _velocities(value: Any) -> Any:
-    """Let a velocity of zero stand alone: a mass at rest that a force moves."""
-    if value in ({"values": [0.0]}, {"values": (0.0,)}):  # as the text of a scene writes it
-        value = 0.0
-    try:
-        at_rest = not isinstance(value, (dict, list, LoadRange)) and to_si(value, SPEED) == 0.0
-    except ValueError:
-        at_rest = False
-    return LoadRange(values=(0.0,)) if at_rest else value
-
-
 class Dynamics(PhysicsTable):
     """A rigid mass that hits the surface.
 
@@ -44,10 +33,18 @@ class Dynamics(PhysicsTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _velocity_list(cls, value: Any) -> Any:
-        if isinstance(value, dict) and "velocity" in value:
-            return value | {"velocity": _velocities(value["velocity"])}
-        return value
+    def _velocity_list(cls, table: Any) -> Any:
+        """Let a velocity of zero stand alone: a mass at rest that a force moves."""
+        if not isinstance(table, dict) or "velocity" not in table:
+            return table
+        value = table["velocity"]
+        if value in ({"values": [0.0]}, {"values": (0.0,)}):  # as the text of a scene writes it
+            value = 0.0
+        try:
+            at_rest = not isinstance(value, (dict, list, LoadRange)) and to_si(value, SPEED) == 0.0
+        except ValueError:
+            at_rest = False
+        return table | {"velocity": LoadRange(values=(0.0,)) if at_rest else value}
 
     @classmethod
     def misfits(cls, data: Mapping[str, Any], loading: Mapping[str, Any]) -> Iterator[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import model_validator
 
 from comparisons.formatting import unpadded
-from comparisons.scene.fields import Measured, Sign, fail, quantity
+from comparisons.scene.fields import Sign, WithUnit, fail, quantity
 from comparisons.scene.physics.tables.physics_table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
@@ -31,7 +31,7 @@ def _listed(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
             raise fail(f"expected a {kind}, or a list of them, got an empty list")
         return tuple(check(entry) for entry in listed)
 
-    return Measured(read, dimension=dimension)
+    return WithUnit(read, dimension=dimension)
 
 
 class Viscoelastic(PhysicsTable):
