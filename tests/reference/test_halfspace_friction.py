@@ -59,6 +59,11 @@ def test_cell_integrals_to_all_digits(sides):
             assert np.abs(gap).max() < 1e-13 * largest
 
 
+def paths(**loads):
+    """Return the loads as paths, in their order."""
+    return [LoadPath(control, values) for control, values in loads.items()]
+
+
 def body_of(points: int, width: float, nu: float, **options) -> NormalAndTangential:
     return NormalAndTangential(
         (points,) * 2, (width / points,) * 2, Compliance.of(1.0, nu), **options
@@ -137,8 +142,7 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     path = np.concatenate([[first], goal[:1]])
     *_, last = sweep(
         FrictionalPress(body, gap, MU, coupled=False),
-        LoadPath("force", force),
-        LoadPath("tangential_force", path),
+        *paths(force=force, tangential_force=path),
         tolerance=1e-7,
     )
 
@@ -173,8 +177,7 @@ def test_cattaneo_force_converges():
             gap = (x[:, None] ** 2 + y**2) / 2
             (step,) = sweep(
                 FrictionalPress(body, gap, MU, coupled=False),
-                LoadPath("penetration", 1.0),
-                LoadPath("tangential_displacement", [u]),
+                *paths(penetration=1.0, tangential_displacement=[u]),
             )
             result.append(step.tangential_force / exact - 1)
         errors.append(np.sqrt(np.mean(np.square(result))))
@@ -212,8 +215,7 @@ def test_every_condition_holds_on_a_coupled_path(coupled):
     lost = 0.0
     for step in sweep(
         FrictionalPress(body, gap, MU, coupled=coupled),
-        LoadPath("penetration", normal),
-        LoadPath("tangential_displacement", shift),
+        *paths(penetration=normal, tangential_displacement=shift),
     ):
         scale = MU * step.penetration * 2.5
         assert (np.hypot(*step.traction) <= MU * step.pressure * (1 + 1e-9)).all()
@@ -259,8 +261,7 @@ def test_spence_stick_radius_under_normal_load():
         depths = np.geomspace(0.02, 1.0, steps)
         *_, last = sweep(
             FrictionalPress(body, gap, share * beta),
-            LoadPath("penetration", depths),
-            LoadPath("tangential_displacement", 0.0),
+            *paths(penetration=depths, tangential_displacement=0.0),
         )
         radii.append(np.sqrt(last.sticking.sum() / (last.pressure > 0).sum()))
     exact = brentq(lambda c: np.arctanh(c) / c - share * ellipkm1(c * c), 0.1, 0.99)
@@ -281,8 +282,7 @@ def test_the_force_tends_to_sliding_as_slip_turns_into_its_direction():
     for share in (0.9999, 0.999999):
         (step,) = sweep(
             FrictionalPress(body, (x[:, None] ** 2 + x**2) / 2, 0.3),
-            LoadPath("force", limit / 0.3),
-            LoadPath("tangential_force", [share * limit]),
+            *paths(force=limit / 0.3, tangential_force=[share * limit]),
         )
         assert not step.sticking.any()
         assert step.error < 1e-6
@@ -302,8 +302,7 @@ def test_errors_are_relative_to_what_moves_even_where_nothing_slips():
     x = (np.arange(40) - 19.6) * 0.055
     (step,) = sweep(
         FrictionalPress(body, (x[:, None] ** 2 + x**2) / 2, 1e6),
-        LoadPath("penetration", 1.0),
-        LoadPath("tangential_force", [0.1]),
+        *paths(penetration=1.0, tangential_force=[0.1]),
     )
     exact = 0.1 / (2 * body.compliance.tangential_modulus)
     assert step.tangential_displacement == pytest.approx(exact, rel=5e-3)
@@ -320,8 +319,7 @@ def test_units_change_no_digit(exponent):
         body = NormalAndTangential((20, 20), (0.12 * s,) * 2, Compliance.of(s, 0.3))
         (step,) = sweep(
             FrictionalPress(body, gap * s, MU, coupled=True),
-            LoadPath("force", 2.0 * s**3),
-            LoadPath("tangential_force", [0.5 * s**3]),
+            *paths(force=2.0 * s**3, tangential_force=[0.5 * s**3]),
         )
         result.append(step)
     assert np.array_equal(result[1].traction, result[0].traction * unit)
@@ -336,18 +334,8 @@ def test_refusals():
     with pytest.raises(ValueError, match="one of penetration, force, not 'tangential_force'"):
         sweep(FrictionalPress(body, gap, MU), *[LoadPath("tangential_force", 1.0)] * 2)
     with pytest.raises(ValueError, match="same number of steps"):
-        sweep(
-            FrictionalPress(body, gap, MU),
-            LoadPath("force", [1.0, 2.0]),
-            LoadPath("tangential_force", [0.0] * 3),
-        )
+        sweep(FrictionalPress(body, gap, MU), *paths(force=[1.0, 2.0], tangential_force=[0.0] * 3))
     with pytest.raises(ConvergenceError, match="full sliding"):
-        next(
-            sweep(
-                FrictionalPress(body, gap, MU),
-                LoadPath("force", 1.0),
-                LoadPath("tangential_force", [0.5]),
-            )
-        )
+        next(sweep(FrictionalPress(body, gap, MU), *paths(force=1.0, tangential_force=[0.5])))
     with pytest.raises(ValueError, match=r"shear_modulus.*poisson_ratio"):
         Compliance.of(0.0, 0.7)

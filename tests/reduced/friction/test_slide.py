@@ -17,6 +17,15 @@ E, G, MU = 1.3, 0.9, 0.4
 paths = st.lists(st.floats(-1, 1), min_size=1, max_size=12).map(np.array)
 
 
+def pulled(body, **loads):
+    """Slide springs, or rough lines, under a normal load, along a tangential path."""
+    (control, load), (along, path) = loads.items()
+    loads = Load(control, load), LoadPath(along, path)
+    if isinstance(body, Springs):
+        return slide(body, Friction(G, MU), *loads)
+    return slide_lines(body, E, Friction(G, MU), *loads)
+
+
 def rough_line(seed: int, points: int = 48) -> np.ndarray:
     """Return a rough line; its knots are exact for both laws, so no smoothness is needed."""
     return np.random.default_rng(seed).standard_normal(points)
@@ -33,11 +42,10 @@ def test_ratio_of_stiffness_is_mindlins():
 def test_cattaneo_mindlin_to_rounding(share):
     """The cubic through the springs is the parabola itself: rounding, at any offset."""
     d, force = 0.9, 4 / 3 * E * 0.9**1.5
-    sliding = slide(
+    sliding = pulled(
         Springs(paraboloid(1.0), E, per_radius=11, offset=0.3),
-        Friction(G, MU),
-        Load("force", force),
-        LoadPath("tangential_force", [share * MU * force]),
+        force=force,
+        tangential_force=[share * MU * force],
     )
     left = 1 - share
     u = 3 * MU * force / (4 * np.sqrt(d) * G) * (1 - left ** (2 / 3))
@@ -49,11 +57,8 @@ def test_cattaneo_mindlin_to_rounding(share):
 def test_flat_punch_sticks_whole_and_slips_whole():
     """G* u = mu E* d everywhere at once: linear up to mu F."""
     full = MU * E * 0.2 / G
-    sliding = slide(
-        Springs(cylinder(2.0), E),
-        Friction(G, MU),
-        Load("penetration", 0.2),
-        LoadPath("tangential_displacement", [0.9 * full, 9]),
+    sliding = pulled(
+        Springs(cylinder(2.0), E), penetration=0.2, tangential_displacement=[0.9 * full, 9]
     )
     assert sliding.tangential_force == pytest.approx([0.9 * MU * sliding.force, MU * sliding.force])
     assert sliding.stick_length == pytest.approx([4.0, 0.0])
@@ -97,11 +102,10 @@ def test_partial_slip_force_converges(profile, edges, order):
     for springs in (10, 20, 40):
         options = [(rng.uniform(), rng.uniform(0.9, 1.1)) for _ in range(60)]
         result = [
-            slide(
+            pulled(
                 Springs(profile, E, spacing=stretch / springs, offset=offset, edges=edges),
-                Friction(G, MU),
-                Load("penetration", d),
-                LoadPath("tangential_displacement", [u]),
+                penetration=d,
+                tangential_displacement=[u],
             ).tangential_force[0]
             / truth
             - 1
@@ -123,12 +127,8 @@ def test_memory_of_branches_is_what_single_springs_do(periodic, path, depth, see
     """
     line = rough_line(seed)
     u = path * 2 * MU * E * depth / G
-    fast = slide_lines(
-        RoughLines(line, 0.5, periodic=periodic),
-        E,
-        Friction(G, MU),
-        Load("penetration", depth),
-        LoadPath("tangential_displacement", u),
+    fast = pulled(
+        RoughLines(line, 0.5, periodic=periodic), penetration=depth, tangential_displacement=u
     )
     slow = StickingLine(line.max() - line, 0.5, E, Friction(G, MU), periodic=periodic).follow(
         np.full(u.size + 1, depth), np.concatenate([[0.0], u])
@@ -148,19 +148,11 @@ def test_force_control_inverts_displacement_control(path, seed):
     line = rough_line(seed)
     normal = 3.0
     given_forces = 0.99 * path * MU * normal
-    there = slide_lines(
+    there = pulled(RoughLines(line, 0.5), force=normal, tangential_force=given_forces)
+    back = pulled(
         RoughLines(line, 0.5),
-        E,
-        Friction(G, MU),
-        Load("force", normal),
-        LoadPath("tangential_force", given_forces),
-    )
-    back = slide_lines(
-        RoughLines(line, 0.5),
-        E,
-        Friction(G, MU),
-        Load("force", normal),
-        LoadPath("tangential_displacement", there.tangential_displacement[0]),
+        force=normal,
+        tangential_displacement=there.tangential_displacement[0],
     )
     assert np.abs(back.tangential_force[0] - given_forces).max() < 1e-8 * MU * normal
     assert back.dissipation[0, -1] == pytest.approx(
@@ -172,12 +164,7 @@ def test_closed_loop_is_forgotten_and_symmetric():
     """Masing: a loop between +-f returns to its start and its halves mirror each other."""
     amplitude = 0.7 * MU * 2.0
     path = amplitude * np.array([1, 0.5, -0.2, 0.5, 1, -1, 1, -1])
-    sliding = slide(
-        Springs(paraboloid(1.0), E),
-        Friction(G, MU),
-        Load("force", 2.0),
-        LoadPath("tangential_force", path),
-    )
+    sliding = pulled(Springs(paraboloid(1.0), E), force=2.0, tangential_force=path)
     u = sliding.tangential_displacement
     assert u[4] == pytest.approx(u[0], rel=1e-13)  # inner loop left no trace
     assert u[5] == pytest.approx(-u[4], rel=1e-13)
@@ -193,12 +180,7 @@ def test_loss_of_a_cycle_is_mindlins():
     """
     share, normal = 0.6, 2.0
     path = share * MU * normal * np.array([1, -1, 1])
-    sliding = slide(
-        Springs(paraboloid(1.0), E),
-        Friction(G, MU),
-        Load("force", normal),
-        LoadPath("tangential_force", path),
-    )
+    sliding = pulled(Springs(paraboloid(1.0), E), force=normal, tangential_force=path)
     a = (0.75 * normal / E) ** (1 / 3)
     left = 1 - share
     bracket = 1 - left ** (5 / 3) - 5 / 6 * share * (1 + left ** (2 / 3))
@@ -266,12 +248,7 @@ def test_units_change_no_digit(exponent):
     unit = 2.0**exponent
     path = np.array([0.3, -0.1, 0.35])
     one, other = (
-        slide(
-            Springs(paraboloid(s), E),
-            Friction(G, MU),
-            Load("penetration", 0.9 * s),
-            LoadPath("tangential_displacement", path * s),
-        )
+        pulled(Springs(paraboloid(s), E), penetration=0.9 * s, tangential_displacement=path * s)
         for s in (1.0, unit)
     )
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
@@ -289,12 +266,7 @@ def test_arguments_are_refused_together():
     with pytest.raises(ValueError, match=r"tangential_modulus.*coefficient"):
         Friction(-1, np.nan)
     with pytest.raises(ValueError, match="full sliding"):
-        slide(
-            Springs(paraboloid(1.0), E),
-            Friction(G, MU),
-            Load("force", 1.0),
-            LoadPath("tangential_force", [0.41]),
-        )
+        pulled(Springs(paraboloid(1.0), E), force=1.0, tangential_force=[0.41])
     springs, friction = Springs(paraboloid(1.0), E), Friction(G, MU)
     with pytest.raises(ValueError, match="'tangential_displacement', 'tangential_force', got 'f"):
         slide(springs, friction, Load("force", 1.0), LoadPath("force", 1.0))

@@ -32,15 +32,19 @@ def elastic(d):
     return 4 / 3 * np.sqrt(2.0) * d**1.5
 
 
+def pressed(springs, times, depths):
+    return indent_in_time(springs, times, LoadPath("penetration", depths))
+
+
+def loaded(springs, times, forces):
+    return indent_in_time(springs, times, LoadPath("force", forces))
+
+
 @pytest.mark.parametrize("springs", [3, 17, 40])
 def test_relaxation_after_a_jump(springs):
     """F = (16/3) sqrt(R) G(t) d^1.5 (Lee & Radok 1960): any springs, any steps."""
     t = np.array([0.0, 0.1, 0.11, 3.0, 50.0])
-    indentation = indent_in_time(
-        RelaxingSprings(BALL, SOLID, per_radius=springs),
-        t,
-        LoadPath("penetration", np.full(5, 0.01)),
-    )
+    indentation = pressed(RelaxingSprings(BALL, SOLID, per_radius=springs), t, np.full(5, 0.01))
     np.testing.assert_allclose(
         indentation.force, 4 * SOLID.relaxation(t) * elastic(0.01), rtol=ROUNDING
     )
@@ -62,10 +66,8 @@ def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
         np.concatenate([np.linspace(0, 0.2, steps + 1), np.linspace(0.2, 0.3, steps + 1)])
     )
     d = speed * (0.2 - np.abs(t - 0.2))
-    indentation = indent_in_time(
-        RelaxingSprings(profile, kelvin_voigt(0.25, 0.25 * tau), per_radius=23),
-        t,
-        LoadPath("penetration", d),
+    indentation = pressed(
+        RelaxingSprings(profile, kelvin_voigt(0.25, 0.25 * tau), per_radius=23), t, d
     )
     coming = slice(1, steps + 1)
     there = indent(Springs(profile, 1.0), Load("penetration", d[coming]))
@@ -82,11 +84,9 @@ def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
 def test_time_steps_leave_no_error():
     """Ramp, rest, retreat, rest: the same digits with one step per piece or a hundred."""
     knots, depths = np.array([0.0, 1.0, 2.0, 2.6, 3.0]), np.array([0.0, 1.0, 1.0, 0.7, 0.7]) * 0.01
-    few = indent_in_time(RelaxingSprings(BALL, SOLID), knots, LoadPath("penetration", depths))
+    few = pressed(RelaxingSprings(BALL, SOLID), knots, depths)
     fine = np.unique(np.concatenate([knots, np.linspace(0, 3, 301)]))
-    many = indent_in_time(
-        RelaxingSprings(BALL, SOLID), fine, LoadPath("penetration", np.interp(fine, knots, depths))
-    )
+    many = pressed(RelaxingSprings(BALL, SOLID), fine, np.interp(fine, knots, depths))
     at = np.searchsorted(fine, knots)
     np.testing.assert_allclose(many.force[at], few.force, rtol=1e-11)
     np.testing.assert_allclose(many.contact_radius[at], few.contact_radius, rtol=1e-11)
@@ -100,9 +100,7 @@ def test_time_steps_leave_no_error():
 def test_elastic_material_is_the_elastic_contact(profile):
     """A spring alone: `foundation.indent` with E* = 4 G, to what the cells leave (exact: 1e-12)."""
     d = np.array([0.002, 0.005, 0.009, 0.006])
-    indentation = indent_in_time(
-        RelaxingSprings(profile, prony(0.25)), np.arange(4.0), LoadPath("penetration", d)
-    )
+    indentation = pressed(RelaxingSprings(profile, prony(0.25)), np.arange(4.0), d)
     expected = indent(Springs(profile, 1.0), Load("penetration", np.sort(d)))
     exact = profile.name in ("paraboloid", "cone", "cylinder")
     # elsewhere the cell's parabola: fourth order in cells of a/40, less at tips and kinks
@@ -131,11 +129,7 @@ def test_springs_converge_to_lee_and_radok():
     errors = np.array(
         [
             abs(
-                indent_in_time(
-                    RelaxingSprings(BALL, SOLID, per_radius=n),
-                    [0, 1],
-                    LoadPath("penetration", [0, 0.01]),
-                ).force[1]
+                pressed(RelaxingSprings(BALL, SOLID, per_radius=n), [0, 1], [0, 0.01]).force[1]
                 - exact
             )
             for n in springs
@@ -153,10 +147,8 @@ def test_creep_after_a_jump_of_force_is_of_second_order(material):
     errors = []
     for n in steps:
         t = np.linspace(0, 2, n + 1)
-        indentation = indent_in_time(
-            RelaxingSprings(BALL, material, per_radius=640),
-            t,
-            LoadPath("force", np.full(n + 1, force)),
+        indentation = loaded(
+            RelaxingSprings(BALL, material, per_radius=640), t, np.full(n + 1, force)
         )
         errors.append(abs(indentation.penetration[-1] / exact - 1))
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.8
@@ -170,10 +162,8 @@ def test_creep_against_a_dashpot_is_of_second_order_on_graded_times():
     errors = []
     for n in steps:
         t = graded_times(2.0, n)
-        indentation = indent_in_time(
-            RelaxingSprings(BALL, material, per_radius=20),
-            t,
-            LoadPath("force", np.full(n + 1, force)),
+        indentation = loaded(
+            RelaxingSprings(BALL, material, per_radius=20), t, np.full(n + 1, force)
         )
         errors.append(abs(indentation.penetration[-1] / exact - 1))
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.9
@@ -183,12 +173,8 @@ def test_creep_against_a_dashpot_is_of_second_order_on_graded_times():
 def test_force_and_depth_control_are_inverse():
     t = np.linspace(0, 3, 31)
     force = 0.02 * np.interp(t, [0, 1, 2, 3], [0.0, 1.0, 1.0, 0.2])
-    there = indent_in_time(RelaxingSprings(BALL, SOLID), t, LoadPath("force", force))
-    back = indent_in_time(
-        RelaxingSprings(BALL, SOLID, spacing=there.spacing),
-        t,
-        LoadPath("penetration", there.penetration),
-    )
+    there = loaded(RelaxingSprings(BALL, SOLID), t, force)
+    back = pressed(RelaxingSprings(BALL, SOLID, spacing=there.spacing), t, there.penetration)
     np.testing.assert_allclose(back.force[1:], force[1:], rtol=1e-11)
     np.testing.assert_allclose(back.contact_radius, there.contact_radius, rtol=1e-11)
 
@@ -204,9 +190,7 @@ def test_imprint_recovers_and_is_touched_again_where_it_is():
     back = [0.002, 0.008]  # depths at wait + 1 and wait + 3
     t = np.array([0.0, wait, wait, wait + 1.0, wait + 3.0])
     path = np.array([d, d, -d, back[0], back[1]])
-    indentation = indent_in_time(
-        RelaxingSprings(cylinder(0.3), material), t, LoadPath("penetration", path)
-    )
+    indentation = pressed(RelaxingSprings(cylinder(0.3), material), t, path)
     assert indentation.force[2] == indentation.force[3] == 0
 
     def surface(time):
@@ -231,9 +215,7 @@ def test_a_fluid_keeps_its_imprint():
     depth = 0.01
     left = depth * -np.expm1(-1.0)  # viscous part of the strain after one relaxation time
     path = np.array([depth, depth, 0.0, 0.0, left + 1e-3])
-    indentation = indent_in_time(
-        RelaxingSprings(cylinder(0.3), material), t, LoadPath("penetration", path)
-    )
+    indentation = pressed(RelaxingSprings(cylinder(0.3), material), t, path)
     assert indentation.force[3] == 0
     assert indentation.force[4] == pytest.approx(4 * 2 * 0.3 * 1e-3, rel=1e-11)
 
@@ -255,9 +237,7 @@ def test_springs_never_pull_and_never_give_energy(material, depths, profile):
     knots = 0.01 * np.array([0.0, *(np.array(depths) / deepest).clip(-0.1), -0.1])
     t = np.linspace(0, knots.size - 1, 50 * (knots.size - 1) + 1)
     path = np.interp(t, np.arange(knots.size), knots)
-    indentation = indent_in_time(
-        RelaxingSprings(profile, material, per_radius=10), t, LoadPath("penetration", path)
-    )
+    indentation = pressed(RelaxingSprings(profile, material, per_radius=10), t, path)
     assert (indentation.force >= 0).all()
     reach = float(profile.contact_radius(knots.max()))
     assert (indentation.contact_radius <= reach * (1 + 1e-9)).all()
@@ -279,14 +259,10 @@ def test_units_and_rounding_move_nothing(units, ulps):
     metre, second, pascal = units
     t = np.linspace(0.0, 4.0, 22)
     d = np.interp(t, [0.0, 1.0, 2.4, 3.0, 4.0], [0.0, 0.01, 0.01, 0.006, 0.008])
-    here = indent_in_time(RelaxingSprings(BALL, SOLID), t, LoadPath("penetration", d))
+    here = pressed(RelaxingSprings(BALL, SOLID), t, d)
     material = prony(pascal, [3.0 * pascal, 2.0 * pascal], [0.3 * second, 5.0 * second])
     rounded = d * metre * (1 + np.finfo(float).eps * np.array(ulps))
-    there = indent_in_time(
-        RelaxingSprings(paraboloid(2.0 * metre), material),
-        t * second,
-        LoadPath("penetration", rounded),
-    )
+    there = pressed(RelaxingSprings(paraboloid(2.0 * metre), material), t * second, rounded)
     np.testing.assert_allclose(there.force, here.force * pascal * metre**2, rtol=1e-11)
     np.testing.assert_allclose(there.contact_radius, here.contact_radius * metre, rtol=1e-11)
 
@@ -301,9 +277,7 @@ def test_harmonic_stiffness_is_what_the_springs_answer():
     per_period, periods = 200, 16
     t = np.arange(per_period * periods + 1) * (2 * np.pi / w / per_period)
     path = d + 0.1 * d * np.sin(w * t)
-    indentation = indent_in_time(
-        RelaxingSprings(cylinder(radius), material), t, LoadPath("penetration", path)
-    )
+    indentation = pressed(RelaxingSprings(cylinder(radius), material), t, path)
     last = slice(-per_period, None)
     basis = np.column_stack([np.ones(per_period), np.sin(w * t[last]), np.cos(w * t[last])])
     _, real, imaginary = np.linalg.lstsq(basis, indentation.force[last])[0] / (0.1 * d)
@@ -313,10 +287,8 @@ def test_harmonic_stiffness_is_what_the_springs_answer():
 
 def test_nodal_springs_are_the_printed_sum():
     """F = 4 dx sum G(t) (d - g_i) over whole springs; contact radius a count of them."""
-    indentation = indent_in_time(
-        RelaxingSprings(BALL, SOLID, edges="nodal", per_radius=7),
-        [0.0, 1.0],
-        LoadPath("penetration", [0.01, 0.01]),
+    indentation = pressed(
+        RelaxingSprings(BALL, SOLID, edges="nodal", per_radius=7), [0.0, 1.0], [0.01, 0.01]
     )
     dx = indentation.spacing
     x = dx * (np.arange(20) + 0.5)
@@ -330,13 +302,9 @@ def test_nodal_springs_are_the_printed_sum():
 
 def test_bad_histories_are_refused_with_every_fault():
     with pytest.raises(ValueError, match="dashpot"):
-        indent_in_time(
-            RelaxingSprings(BALL, kelvin_voigt(1.0, 1.0)),
-            [0.0, 1.0],
-            LoadPath("penetration", [0.1, 0.1]),
-        )
+        pressed(RelaxingSprings(BALL, kelvin_voigt(1.0, 1.0)), [0.0, 1.0], [0.1, 0.1])
     with pytest.raises(ValueError, match=r"time must.*force must"):
-        indent_in_time(RelaxingSprings(BALL, SOLID), [1.0, 0.0], LoadPath("force", [1.0, -1.0]))
+        loaded(RelaxingSprings(BALL, SOLID), [1.0, 0.0], [1.0, -1.0])
     with pytest.raises(ValueError, match=r"poisson_ratio.*spacing.*per_radius.*edges"):
         RelaxingSprings(BALL, SOLID, 0.6, edges="x", per_radius=0, spacing=-1.0)
     with pytest.raises(ValueError, match="one of 'penetration', 'force', got 'speed'"):
