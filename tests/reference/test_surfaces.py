@@ -8,6 +8,11 @@ from hypothesis import strategies as st
 from reference import surfaces
 
 
+def synthesis(points, size, seed=0, realisation=0, **recipe):
+    spectrum = surfaces.SelfAffine(**recipe)
+    return surfaces.self_affine(points, size, spectrum, seed=seed, realisation=realisation)
+
+
 def modes(height, size):
     """Amplitudes and wavenumbers of a map by plain numpy."""
     nx, ny = height.shape
@@ -27,12 +32,8 @@ def modes(height, size):
 def test_every_realisation_has_exactly_the_prescribed_slope(points, hurst, seed, short):
     """h'^2 = sum |q|^2 |B|^2 = <|grad h|^2>: amplitudes are fixed, only phases are random."""
     size = (1.0, 1.4)
-    height = surfaces.self_affine(
-        points,
-        size,
-        surfaces.SelfAffine(hurst=hurst, rms_slope=0.2, short_cutoff=short),
-        seed=seed,
-        realisation=1,
+    height = synthesis(
+        points, size, hurst=hurst, rms_slope=0.2, short_cutoff=short, seed=seed, realisation=1
     )
     amplitude, wavenumber = modes(height, size)
     assert np.sqrt(((wavenumber * amplitude) ** 2).sum()) == pytest.approx(0.2, rel=1e-12)
@@ -45,12 +46,8 @@ def test_every_realisation_has_exactly_the_prescribed_slope(points, hurst, seed,
 def test_spectrum_follows_the_power_law_between_circular_cutoffs(points):
     """C2D ~ B^2 ~ q^(-2(1+H)) up to the cutoff circle, constant above the roll-off wavelength."""
     size = (1.0, 1.0)
-    height = surfaces.self_affine(
-        points,
-        size,
-        surfaces.SelfAffine(hurst=0.7, rms_slope=0.1, long_cutoff=0.25, short_cutoff=0.1),
-        seed=5,
-        realisation=0,
+    height = synthesis(
+        points, size, hurst=0.7, rms_slope=0.1, long_cutoff=0.25, short_cutoff=0.1, seed=5
     )
     amplitude, q = modes(height, size)
     inside = (q > 0) & (q <= 2 * np.pi / 0.1)
@@ -67,13 +64,7 @@ def test_self_conjugate_modes_are_zero_even_when_the_cutoff_lets_them_in():
     assert [B[0, 0], B[4, 0], B[0, 4], B[4, 4]] == [0, 0, 0, 0]
     assert B[4, 1] > 0
     # the Nyquist rows and columns that remain must still give a real surface of the right slope
-    height = surfaces.self_affine(
-        8,
-        1.0,
-        surfaces.SelfAffine(hurst=0.5, rms_slope=1.0, short_cutoff=0.1),
-        seed=1,
-        realisation=0,
-    )
+    height = synthesis(8, 1.0, hurst=0.5, rms_slope=1.0, short_cutoff=0.1, seed=1)
     assert surfaces.rms_gradient_spectral(height, (1 / 8, 1 / 8)) == pytest.approx(1.0, rel=1e-12)
 
 
@@ -84,12 +75,8 @@ def test_phases_are_uniform_and_independent_between_realisations():
     """
     stack = np.array(
         [
-            surfaces.self_affine(
-                32,
-                1.0,
-                surfaces.SelfAffine(hurst=0.0, rms_height=1.0, long_cutoff=0.0625),
-                seed=9,
-                realisation=k,
+            synthesis(
+                32, 1.0, hurst=0.0, rms_height=1.0, long_cutoff=0.0625, seed=9, realisation=k
             ).ravel()
             for k in range(64)
         ]
@@ -117,13 +104,7 @@ def test_streams_are_those_of_the_scene_format():
 def test_surface_scales_with_its_units():
     """Lengths times a power of two: heights too, bit for bit (slope is dimensionless)."""
     metre, small = (
-        surfaces.self_affine(
-            16,
-            unit,
-            surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=unit / 2),
-            seed=0,
-            realisation=0,
-        )
+        synthesis(16, unit, hurst=0.8, rms_slope=0.1, long_cutoff=unit / 2, seed=0)
         for unit in (1.0, 2.0**-30)
     )
     np.testing.assert_allclose(small, metre * 2.0**-30, rtol=1e-13)
@@ -166,13 +147,7 @@ def test_a_subdivided_map_is_the_function_at_the_middles_of_finer_cells(factor):
 
 def test_difference_gradient_converges_to_the_spectral_one():
     """Forward differences of a smooth map lose (q dx)^2/24 of the slope: second order."""
-    coarse = surfaces.self_affine(
-        16,
-        1.0,
-        surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=0.25),
-        seed=2,
-        realisation=0,
-    )
+    coarse = synthesis(16, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=0.25, seed=2)
     errors = []
     for factor in (4, 8, 16):
         fine = surfaces.refine(coarse, factor)

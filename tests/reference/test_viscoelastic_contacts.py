@@ -30,6 +30,12 @@ DEPTHS = np.array([0.0, 1.0, 1.0, 0.65, 0.5]) * 0.01
 BALL = closed_form.paraboloid(1.0, 1.0)
 
 
+def on_springs(times, depths, profile=None, **line):
+    """Indent springs of the same solid by a ball of radius one, or another profile."""
+    springs = RelaxingSprings(profile or paraboloid(1.0), SOLID_SPRINGS, **line)
+    return indent_in_time(springs, times, LoadPath("penetration", depths))
+
+
 def test_ramp_is_radok_by_adaptive_quadrature():
     """F = (16/3) sqrt R int G(t - s) d[(v s)^1.5], with s = w^2 so that nothing is singular."""
     speed, t = 0.01, 0.8
@@ -65,11 +71,7 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
     assert (exact.error <= 1e-9 * exact.force).all()
     springs, errors = np.array([10, 20, 40, 80, 160]), []
     for n in springs:
-        result = indent_in_time(
-            RelaxingSprings(profile, SOLID_SPRINGS, per_radius=n),
-            HISTORY,
-            LoadPath("penetration", DEPTHS),
-        )
+        result = on_springs(HISTORY, DEPTHS, profile, per_radius=n)
         force = np.abs(result.force[1:] - exact.force).max() / exact.force.max()
         radius = np.abs(result.contact_radius[1:] / exact.contact_radius - 1).max()
         errors.append([force, radius])
@@ -90,11 +92,7 @@ def test_a_jump_and_a_retreat():
     exact = indentation(BALL, 1.0, SOLID, History("penetration", t, depth), t)
     held = 16 / 3 * 0.01**1.5 * SOLID.relaxation(t[:2])
     np.testing.assert_allclose(exact.force[:2], held, rtol=1e-13)
-    result = indent_in_time(
-        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=320),
-        t,
-        LoadPath("penetration", depth),
-    )
+    result = on_springs(t, depth, per_radius=320)
     np.testing.assert_allclose(result.force, exact.force, rtol=1e-6)
     np.testing.assert_allclose(result.contact_radius, exact.contact_radius, rtol=1e-6)
 
@@ -105,9 +103,7 @@ def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     t = np.array([0.0, 1.0, 2.0, 2.4, 2.6])
     with pytest.raises(ValueError, match="grows again"):
         indentation(BALL, 1.0, SOLID, History("penetration", t, slower), t)
-    result = indent_in_time(
-        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS), t, LoadPath("penetration", slower)
-    )
+    result = on_springs(t, slower)
     assert result.contact_radius[4] > result.contact_radius[3]
 
 
@@ -190,11 +186,7 @@ def test_surface_that_recovers_is_touched_again():
     history = np.array([0.0, 0.5, 1.0, 1.2, 2.0, 2.3])
     depth = np.array([0.0, 1.0, 1.0, 0.3, 0.3, 0.9]) * 0.01
     half_space = ball_force(64, 30, depth, history)
-    springs = indent_in_time(
-        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160),
-        history,
-        LoadPath("penetration", depth),
-    ).force[1:]
+    springs = on_springs(history, depth, per_radius=160).force[1:]
     # where most of the imprint has no contact, the few cells that have make the error
     np.testing.assert_allclose(half_space, springs, rtol=2e-3, atol=2e-3 * springs.max())
     assert springs[3] > 2 * springs[2]  # the surface came up against a resting body

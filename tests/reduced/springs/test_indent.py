@@ -22,6 +22,14 @@ D = np.geomspace(1e-3, 0.4, 9)
 EXACT = 1e-14
 
 
+def pressed(springs, depths):
+    return indent(springs, Load("penetration", depths))
+
+
+def loaded(springs, forces):
+    return indent(springs, Load("force", forces))
+
+
 def power_force(n, c, d):
     """F = 2 E* n/(n+1) d a with d = kappa_n c a^n; kappa from Popov & Hess 2015."""
     kappa = {1: np.pi / 2, 2: 2.0, 3: 3 * np.pi / 4, 4: 8 / 3}[n]
@@ -34,9 +42,7 @@ def power_force(n, c, d):
 def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, springs):
     """Monotone cubics through heights and slopes hold x, x^2, x^3: only rounding is left."""
     force, radius = power_force(n, 0.3, D)
-    contact = indent(
-        Springs(power_law(n, 0.3), 1.0, per_radius=springs, offset=offset), Load("penetration", D)
-    )
+    contact = pressed(Springs(power_law(n, 0.3), 1.0, per_radius=springs, offset=offset), D)
     np.testing.assert_allclose(contact.force, force, rtol=EXACT * 10)
     np.testing.assert_allclose(contact.contact_radius, radius, rtol=EXACT * 10)
 
@@ -45,7 +51,7 @@ def test_hertz():
     """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (2/5) F d."""
     modulus, radius = 7e10, 0.01
     d = np.array([1e-6, 3e-6, 8e-6])
-    contact = indent(Springs(paraboloid(radius), modulus), Load("penetration", d))
+    contact = pressed(Springs(paraboloid(radius), modulus), d)
     force = 4 / 3 * modulus * np.sqrt(radius) * d**1.5
     np.testing.assert_allclose(contact.force, force, rtol=EXACT)
     np.testing.assert_allclose(contact.contact_radius, np.sqrt(radius * d), rtol=EXACT)
@@ -58,9 +64,7 @@ def test_hertz():
 @given(offset=st.floats(0, 0.999), springs=st.integers(1, 50))
 def test_flat_punch_is_exact_for_any_alignment(offset, springs):
     """F = 2 E* b d, U = E* b d^2."""
-    contact = indent(
-        Springs(cylinder(0.7), 2.0, per_radius=springs, offset=offset), Load("penetration", D)
-    )
+    contact = pressed(Springs(cylinder(0.7), 2.0, per_radius=springs, offset=offset), D)
     np.testing.assert_allclose(contact.force, 2 * 2.0 * 0.7 * D, rtol=EXACT)
     np.testing.assert_allclose(contact.energy, 2.0 * 0.7 * D**2, rtol=EXACT)
     np.testing.assert_array_equal(contact.contact_radius, 0.7)
@@ -81,9 +85,8 @@ def random_errors(make, exact_force, largest, springs, edges, rng):
     for _ in range(60):
         a = largest * rng.uniform(0.6, 1.0)
         d = [float(make.height(np.array(a))), float(make.height(np.array(largest)))]
-        contact = indent(
-            Springs(make, 1.0, per_radius=springs, edges=edges, offset=rng.uniform(0, 1)),
-            Load("penetration", d),
+        contact = pressed(
+            Springs(make, 1.0, per_radius=springs, edges=edges, offset=rng.uniform(0, 1)), d
         )
         errors.append([contact.force[0] / exact_force(a) - 1, contact.contact_radius[0] / a - 1])
     return np.sqrt(np.mean(np.square(errors), axis=0))
@@ -143,16 +146,11 @@ def test_springs_much_wider_than_the_contact_still_carry_the_right_order():
     d = np.geomspace(1e-12, 1.0, 13)
     for n in (1, 2, 3):
         exact, _ = power_force(n, 0.5, d)
-        force = indent(Springs(power_law(n, 0.5), 1.0), Load("penetration", d)).force
+        force = pressed(Springs(power_law(n, 0.5), 1.0), d).force
         np.testing.assert_allclose(force, exact, rtol=1e-12)
     exact, _ = power_force(4, 0.5, d)
     # x^4 inside the first cell is a cubic there: at most a tenth of a decade off
-    assert np.all(
-        np.abs(
-            np.log10(indent(Springs(power_law(4, 0.5), 1.0), Load("penetration", d)).force / exact)
-        )
-        < 1
-    )
+    assert np.all(np.abs(np.log10(pressed(Springs(power_law(4, 0.5), 1.0), d).force / exact)) < 1)
 
 
 TABLE = tabulated(np.linspace(0, 2, 21), np.linspace(0, 2, 21) ** 2 / 4)
@@ -172,11 +170,11 @@ def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edge
     """
     options = {"offset": offset, "per_radius": springs, "edges": edges}
     forces = np.geomspace(1e-2, 0.3, 7)
-    contact = indent(Springs(profile, 1.0, **options), Load("force", forces))
+    contact = loaded(Springs(profile, 1.0, **options), forces)
     top = float(profile.height(np.array(contact.spacing * springs)))
     below = contact.penetration < (top if top > 0 else np.inf)
     loads = [*contact.penetration[below], top] if top > 0 else contact.penetration
-    again = indent(Springs(profile, 1.0, **options), Load("penetration", loads))
+    again = pressed(Springs(profile, 1.0, **options), loads)
     assert again.spacing == pytest.approx(contact.spacing, rel=1e-14)
     count = np.count_nonzero(below)
     np.testing.assert_allclose(again.force[:count], forces[:count], rtol=1e-11)
@@ -191,9 +189,7 @@ def test_energy_is_the_work_of_the_force(profile, edges):
     first load is bounded by F d.
     """
     d = np.linspace(1e-4, 0.4, 4001)
-    contact = indent(
-        Springs(profile, 3.0, per_radius=15, edges=edges, offset=0.37), Load("penetration", d)
-    )
+    contact = pressed(Springs(profile, 3.0, per_radius=15, edges=edges, offset=0.37), d)
     work = np.sum((contact.force[1:] + contact.force[:-1]) / 2 * np.diff(d))
     assert contact.energy[-1] - contact.energy[0] == pytest.approx(work, rel=1e-6)
     assert contact.energy[0] <= contact.force[0] * d[0]
@@ -205,16 +201,13 @@ def test_energy_is_the_work_of_the_force(profile, edges):
 def test_units_by_powers_of_two_are_bit_identical(edges, k, m):
     length, modulus = 2.0**k, 2.0**m
     for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
-        one = indent(
-            Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3), Load("penetration", D)
-        )
-        two = indent(
+        one = pressed(Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3), D)
+        two = loaded(
             Springs(make(2.0 * length), 3.0 * modulus, edges=edges, per_radius=9, offset=0.3),
-            Load("force", one.force[one.force > 0] * (length**2 * modulus)),
+            one.force[one.force > 0] * (length**2 * modulus),
         )
-        again = indent(
-            Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3),
-            Load("force", one.force[one.force > 0]),
+        again = loaded(
+            Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3), one.force[one.force > 0]
         )
         np.testing.assert_array_equal(two.penetration, again.penetration * length)
         np.testing.assert_array_equal(two.energy, again.energy * (length**3 * modulus))
@@ -223,10 +216,7 @@ def test_units_by_powers_of_two_are_bit_identical(edges, k, m):
 def test_whole_numbers_are_numbers():
     """A radius of 2 is one of 2.0."""
     for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
-        one, two = (
-            indent(Springs(make(r), 1, edges="sub_cell"), Load("penetration", [1]))
-            for r in (2, 2.0)
-        )
+        one, two = (pressed(Springs(make(r), 1, edges="sub_cell"), [1]) for r in (2, 2.0))
         np.testing.assert_array_equal(one.force, two.force)
 
 
@@ -234,8 +224,8 @@ def test_long_tables_cost_what_their_nodes_cost():
     """A parabola in 400 points under forces is the parabola, and is no matter of minutes."""
     r = np.linspace(0, 2, 401)
     force = np.geomspace(1e-2, 3.0, 5)
-    table = indent(Springs(tabulated(r, r**2 / 4), 1.0), Load("force", force))
-    exact = indent(Springs(paraboloid(2.0), 1.0), Load("force", force))
+    table = loaded(Springs(tabulated(r, r**2 / 4), 1.0), force)
+    exact = loaded(Springs(paraboloid(2.0), 1.0), force)
     # Cubics with estimated slopes: third order at the first node, better elsewhere.
     np.testing.assert_allclose(table.penetration, exact.penetration, rtol=2e-4)
 
@@ -245,9 +235,9 @@ def test_bad_arguments_are_all_named():
         Springs(cone(1.0), 0.0, per_radius=0, edges="cell", offset=1.0)
     for spacing in (-1.0, np.nan, 2.0):
         with pytest.raises(ValueError, match="spacing"):
-            indent(Springs(cone(1.0), 1.0, spacing=spacing), Load("penetration", [1.0]))
+            pressed(Springs(cone(1.0), 1.0, spacing=spacing), [1.0])
     with pytest.raises(ValueError, match="one of 'penetration', 'force', got 'mean_gap'"):
         indent(Springs(cone(1.0), 1.0), Load("mean_gap", 1.0))
     for loads in ([], [0.0, 1.0], [2.0, 1.0], [np.nan], [[1.0]]):
         with pytest.raises(ValueError, match="penetration"):
-            indent(Springs(cone(1.0), 1.0), Load("penetration", loads))
+            pressed(Springs(cone(1.0), 1.0), loads)
