@@ -71,7 +71,6 @@ def test_faces_of_the_same_seed_are_no_copies():
     assert np.mean(ratios) == pytest.approx(1.0, rel=0.1)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("method", ["bem_fft", "bem_dense", "fem"])
 def test_which_body_is_above_is_no_matter(method):
     """Faces and moduli exchanged: the solvers see the same gap and E*, but for rounding."""

@@ -63,7 +63,6 @@ def test_the_bar_of_a_load_curve_holds_its_error(solved):
     assert (error <= solution.solution.truncation + 1e-4).all()
 
 
-@pytest.mark.slow
 def test_a_course_in_time_passes_through_the_impact(solved):
     """Springs in steps against Runge and Kutta on the closed form: contact, release, flight."""
     scene = {

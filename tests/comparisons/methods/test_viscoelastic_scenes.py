@@ -94,7 +94,6 @@ def test_a_force_ramp_from_nothing():
     assert errors["bem_fft", "penetration"] < 3e-3
 
 
-@pytest.mark.slow
 def test_a_history_without_a_closed_form_is_told_so():
     again = {"time": [0.0, 0.1, 0.2, 0.3], "penetration": [0.0, 1e-4, 5e-5, 1e-4]}
     assert "falls once" in reasons(planned(again))["closed_form"]

@@ -27,6 +27,10 @@ ORDERS = {
 }
 
 
+def run(blocks, v0, step, steps, **how):
+    return integrate(blocks, v0, Stepping(step, steps), **how)
+
+
 @given(load=st.floats(-0.99, 0.99), limit=st.floats(1e-6, 1e6), speed=st.floats(1e-9, 1e3))
 def test_the_creep_carries_its_load(load, limit, speed):
     """The law at the creep speed is the load; tan near its pole loses the digits of 1 - |F|."""
@@ -54,9 +58,7 @@ def test_a_block_on_a_slope_creeps_where_coulombs_law_rests(scheme):
     """
     v0 = 1e-3
     step = 0.4 * stable_step(2.0, 3.0, v0, 1.8, scheme) if scheme in EXPLICIT else 0.01
-    motion = integrate(
-        Blocks(2.0, 3.0, load=1.8), v0, Stepping(step, 400), scheme=scheme, velocity=0.0
-    )
+    motion = run(Blocks(2.0, 3.0, load=1.8), v0, step, 400, scheme=scheme, velocity=0.0)
     expected = v0 * np.tan(0.3 * np.pi)
     way = motion.position[-1, 0] - motion.position[200, 0]
     assert way / (200 * step) == pytest.approx(expected, rel=1e-3)
@@ -71,10 +73,11 @@ def test_explicit_steps_are_stable_up_to_the_limit_of_theory(scheme, load):
     limit_step = stable_step(1.5, limit, v0, load * limit, scheme)
     start = creep + 1e-4 * v0
     for factor, grows in ((0.99, False), (1.01, True)):
-        motion = integrate(
+        motion = run(
             Blocks(1.5, limit, load=load * limit),
             v0,
-            Stepping(factor * limit_step, 200),
+            factor * limit_step,
+            200,
             scheme=scheme,
             velocity=start,
         )
@@ -86,9 +89,7 @@ def test_beyond_the_limit_euler_chatters_at_a_known_amplitude(ratio):
     """The velocity flips at each step, (h L/m)(2/pi) arctan(v/v0) = 2 v: bounded, not at rest."""
     v0, limit, mass = 1e-3, 2.0, 1.0
     step = ratio * stable_step(mass, limit, v0)
-    motion = integrate(
-        Blocks(mass, limit), v0, Stepping(step, 20000), scheme="explicit_euler", velocity=v0 / 7
-    )
+    motion = run(Blocks(mass, limit), v0, step, 20000, scheme="explicit_euler", velocity=v0 / 7)
     v = abs(motion.velocity[-1, 0])
     assert motion.velocity[-1, 0] == pytest.approx(-motion.velocity[-2, 0], rel=1e-9)
     assert step * friction(v, limit, v0) / mass == pytest.approx(2 * v, rel=1e-9)
@@ -123,9 +124,7 @@ def test_orders_where_the_law_is_smooth(scheme):
     ]
     errors = []
     for steps in (80, 160):
-        motion = integrate(
-            system, 0.5, Stepping(4 / steps, steps), scheme=scheme, position=[1, 0], velocity=[0, 1]
-        )
+        motion = run(system, 0.5, 4 / steps, steps, scheme=scheme, position=[1, 0], velocity=[0, 1])
         errors.append(np.abs(motion.position[-1] - exact).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[scheme], abs=0.15)
 
@@ -135,7 +134,7 @@ def test_implicit_steps_become_coulombs_as_the_speed_vanishes():
 
     The sled's speed 2.001 is no multiple of h L/m = 0.005, where the law needs sqrt(v0) to rest.
     """
-    motion = integrate(Blocks(1.0, 0.5), 1e-14, Stepping(0.01, 800), velocity=2.001)
+    motion = run(Blocks(1.0, 0.5), 1e-14, 0.01, 800, velocity=2.001)
     expected = np.maximum(2.001 - 0.005 * np.arange(801), 0)
     np.testing.assert_allclose(motion.velocity[:, 0], expected, atol=1e-12)
     assert motion.position[-1, 0] == pytest.approx(0.01 * expected[1:].sum(), rel=1e-12)
@@ -150,7 +149,7 @@ def test_implicit_steps_become_coulombs_as_the_speed_vanishes():
 )
 def test_an_implicit_step_obeys_its_own_law(v0, step, velocity, load):
     """Momentum: m (v+ - v)/h = F - F_R(v+), to the rounding of the largest term."""
-    motion = integrate(Blocks(2.0, 1.0, load=load), v0, Stepping(step, 1), velocity=velocity)
+    motion = run(Blocks(2.0, 1.0, load=load), v0, step, 1, velocity=velocity)
     new = motion.velocity[1, 0]
     terms = [2 * new, -2 * velocity, -step * load, step * float(friction(new, 1.0, v0))]
     # one unit in the last place of v+ moves the impulse by up to (2/pi) h/v0 times it
@@ -163,10 +162,11 @@ def test_units_change_no_digit(scheme):
     """Length, mass and time scaled by powers of two: bit-identical."""
     length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
     force = mass * length / time**2
-    plain = integrate(
+    plain = run(
         Blocks(1.0, 0.7, stiffness=3.0, belt=0.2, load=0.1),
         1e-2,
-        Stepping(0.003, 300),
+        0.003,
+        300,
         scheme=scheme,
         position=0.3,
     )
@@ -177,12 +177,8 @@ def test_units_change_no_digit(scheme):
         belt=0.2 * length / time,
         load=0.1 * force,
     )
-    scaled = integrate(
-        system,
-        1e-2 * length / time,
-        Stepping(0.003 * time, 300),
-        scheme=scheme,
-        position=0.3 * length,
+    scaled = run(
+        system, 1e-2 * length / time, 0.003 * time, 300, scheme=scheme, position=0.3 * length
     )
     np.testing.assert_array_equal(scaled.position / length, plain.position)
 
@@ -193,6 +189,6 @@ def test_wrong_arguments_are_all_named():
     with pytest.raises(ValueError, match="step must be finite and positive"):
         Stepping(0.0, 1)
     with pytest.raises(ValueError, match=r"characteristic_speed must be.*scheme must be"):
-        integrate(Blocks(1.0, 1.0), 0.0, Stepping(1.0, 1), scheme="euler")
+        run(Blocks(1.0, 1.0), 0.0, 1.0, 1, scheme="euler")
     with pytest.raises(ValueError, match="below the limit"):
         creep_speed(1.0, 1.0, 1.0)

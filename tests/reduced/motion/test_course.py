@@ -29,6 +29,10 @@ def duration_number(exponent: float) -> float:
     return 2 * float(beta(1 / p, 0.5)) / p
 
 
+def moved(contact, mass, step, steps, *push, **scheme):
+    return move(contact, mass, Stepping(step, steps), *push, **scheme)
+
+
 @pytest.mark.parametrize(
     ("profile", "exponent", "tolerance"),
     [
@@ -86,11 +90,8 @@ def test_steps_in_time_reach_the_impact_by_energy(profile, scheme):
     contact = spring_contact(Springs(profile, 1.0), impact_depth(profile, 1.0, 2e-4))
     counts, errors = np.array([50, 100, 200, 400]), []
     for n in counts:
-        motion = move(
-            contact,
-            Mass(1.0, velocity=0.02),
-            Stepping(exact.duration[0] / (n - 0.37), n + 2),
-            scheme=scheme,
+        motion = moved(
+            contact, Mass(1.0, velocity=0.02), exact.duration[0] / (n - 0.37), n + 2, scheme=scheme
         )
         errors.append(abs(motion.release()[0] / exact.duration[0] - 1))
         # sampled at the steps: off by at most (w h)^2/8 of the force's crest, w T < 5
@@ -110,13 +111,9 @@ def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
     exact = float(strike(Springs(paraboloid(1.0), 1.0), 1.0, [0.02]).duration[0])
     held, struck = [], []
     for n in counts:
-        run = move(
-            punch, Mass(1.0, position=6.0), Stepping(10 / n, n), Push(load=5.0), scheme="yoshida"
-        )
+        run = moved(punch, Mass(1.0, position=6.0), 10 / n, n, Push(load=5.0), scheme="yoshida")
         held.append(abs(run.position[-1] - 5 - math.cos(10)))
-        run = move(
-            ball, Mass(1.0, velocity=0.02), Stepping(exact / (n + 0.5), n + 3), scheme="yoshida"
-        )
+        run = moved(ball, Mass(1.0, velocity=0.02), exact / (n + 0.5), n + 3, scheme="yoshida")
         struck.append(abs(run.release()[0] / exact - 1))
     slopes = [-np.polyfit(np.log(counts), np.log(errors), 1)[0] for errors in (held, struck)]
     assert slopes[0] == pytest.approx(4, abs=0.1)
@@ -130,9 +127,7 @@ def test_an_elastic_impact_gives_back_its_energy_whatever_the_step(steps, mass, 
     """Restitution 1 with the energy-conserving step, even with two steps per impact: to 1e-11."""
     exact = strike(Springs(paraboloid(1.0), 1.0), mass, [speed])
     contact = spring_contact(Springs(paraboloid(1.0), 1.0), 2 * exact.penetration[0])
-    motion = move(
-        contact, Mass(mass, velocity=speed), Stepping(exact.duration[0] / steps, 3 * steps + 3)
-    )
+    motion = moved(contact, Mass(mass, velocity=speed), exact.duration[0] / steps, 3 * steps + 3)
     assert motion.release()[1] == pytest.approx(-speed, rel=1e-11)
 
 
@@ -144,9 +139,7 @@ def test_verlet_is_stable_up_to_two_over_the_frequency():
         (2.01, "verlet", False),
         (20.0, "energy", True),
     ):
-        motion = move(
-            punch, Mass(1.0, position=5.001), Stepping(step, 200), Push(load=5.0), scheme=scheme
-        )
+        motion = moved(punch, Mass(1.0, position=5.001), step, 200, Push(load=5.0), scheme=scheme)
         assert (np.abs(motion.position - 5).max() < 0.05) == stays
 
 
@@ -158,9 +151,7 @@ def test_small_vibrations_have_the_contact_resonance(scheme):
     """
     ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.3)
     step = 2 * math.pi / 400
-    motion = move(
-        ball, Mass(1.0, position=0.25025), Stepping(step, 9000), Push(load=1 / 6), scheme=scheme
-    )
+    motion = moved(ball, Mass(1.0, position=0.25025), step, 9000, Push(load=1 / 6), scheme=scheme)
     v = motion.velocity
     k = np.flatnonzero(v[1:-1] * v[2:] < 0)[39] + 1
     zero = motion.time[k] + step * v[k] / (v[k] - v[k + 1])
@@ -182,9 +173,7 @@ def test_a_mass_bounces_under_its_weight_to_its_height(scheme):
     Energy of Verlet's step oscillates as (w h)^2 within an impact, and is back after it.
     """
     contact = spring_contact(Springs(paraboloid(1.0), 1.0), 0.02)
-    motion = move(
-        contact, Mass(1.0, position=-1e-3), Stepping(0.02, 8000), Push(load=1e-4), scheme=scheme
-    )
+    motion = moved(contact, Mass(1.0, position=-1e-3), 0.02, 8000, Push(load=1e-4), scheme=scheme)
     after = motion.position[motion.position.argmax() :]
     assert after.min() == pytest.approx(-1e-3, rel=1e-3)
 
@@ -200,10 +189,11 @@ def test_units_change_no_digit():
     assert float(scaled.duration[0] / time) == float(plain.duration[0])
     for scheme in SCHEMES:
         runs = [
-            move(
+            moved(
                 spring_contact(Springs(paraboloid(r), e), 0.02 * r),
                 Mass(m, velocity=0.01 * r / t),
-                Stepping(0.1 * t, 400),
+                0.1 * t,
+                400,
                 scheme=scheme,
             )
             for r, e, m, t in ((1.0, 1.0, 3.0, 1.0), (length, modulus, 3 * mass, time))
@@ -218,12 +208,8 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
     Second order: (0.005)^2 of the motion, and cubics between the records.
     """
     punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
-    run = move(
-        punch,
-        Mass(1.0),
-        Stepping(0.005, 2000),
-        Push(history=([0.0, 4.0], [0.0, 4.0])),
-        scheme=scheme,
+    run = moved(
+        punch, Mass(1.0), 0.005, 2000, Push(history=([0.0, 4.0], [0.0, 4.0])), scheme=scheme
     )
     early = np.linspace(0, 4, 33)
     x, v = run.at(early)
@@ -246,17 +232,13 @@ def test_what_cannot_be_done_is_said():
     with pytest.raises(ValueError, match=r"step must be.*multiple of stride = 2"):
         Stepping(0.0, 3, stride=2)
     with pytest.raises(ValueError, match="scheme must be one of"):
-        move(ball, Mass(1.0), Stepping(0.1, 1), scheme="euler")
+        moved(ball, Mass(1.0), 0.1, 1, scheme="euler")
     with pytest.raises(ValueError, match="history must be increasing"):
         Push(history=([1.0, 0.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="sub_cell"):
-        move(
-            spring_contact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1),
-            Mass(1.0),
-            Stepping(0.1, 1),
-        )
+        moved(spring_contact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1), Mass(1.0), 0.1, 1)
     with pytest.raises(ConvergenceError, match="did not leave"):
-        move(ball, Mass(1.0, velocity=0.1), Stepping(0.1, 1)).release()
+        moved(ball, Mass(1.0, velocity=0.1), 0.1, 1).release()
 
 
 def test_any_law_with_energy_can_be_struck():

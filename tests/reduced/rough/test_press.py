@@ -74,6 +74,10 @@ def joined(pieces, n, periodic):
     return [end - start for start, end in runs]
 
 
+def pressed(line, spacing, load, edges, periodic):
+    return press(RoughLines(line, spacing, periodic=periodic), 1.0, load, edges=edges)
+
+
 def compare(contact, row, line, spacing, edges, periodic):
     modulus = MODULUS
     for k, d in enumerate(contact.penetration[row]):
@@ -129,9 +133,7 @@ def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic,
     depth = line.max() - line.mean()
     top = 3 * np.ptp(line) * line.size if control == "force" else 0.999 * depth
     loads = np.sort(top * rng.uniform(0, 1, 6) ** 3 + 1e-6 * top)
-    contact = press(
-        RoughLines(line, 1.0, periodic=periodic), 1.0, Load(control, loads), edges=edges
-    )
+    contact = pressed(line, 1.0, Load(control, loads), edges, periodic)
     for k, d in enumerate(contact.penetration[0]):
         force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
         result, scale = (force, depth * line.size) if control == "force" else (gap, depth)
@@ -150,9 +152,7 @@ def test_mean_gaps_keep_their_digits_up_to_full_contact(edges, periodic, points)
     """
     line = np.random.default_rng(8).normal(size=points)
     goals = (line.max() - line.mean()) * np.geomspace(1e-12, 1e-1, 12)
-    d = press(
-        RoughLines(line, 1.0, periodic=periodic), 1.0, Load("mean_gap", goals), edges=edges
-    ).penetration[0]
+    d = pressed(line, 1.0, Load("mean_gap", goals), edges, periodic).penetration[0]
     turned, depth = RoughLines(-line, 1.0, periodic), Load("penetration", np.ptp(line) - d)
     # Nodal gaps are those of one spring at last, linear in that distance.
     rounding = np.spacing(np.ptp(line))
@@ -218,9 +218,7 @@ def test_short_and_long_lines_invert_alike(edges, periodic, points):
         ("force", np.geomspace(1e-4, 1, 9) * depth * points),
         ("mean_gap", np.array([1e-3, 0.1, 0.5, 0.9]) * depth),
     ):
-        contact = press(
-            RoughLines(line, 1.0, periodic=periodic), 1.0, Load(control, loads), edges=edges
-        )
+        contact = pressed(line, 1.0, Load(control, loads), edges, periodic)
         for k, d in enumerate(contact.penetration[0]):
             force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
             result = force if control == "force" else gap
@@ -281,7 +279,7 @@ def test_everything_grows_with_load_up_to_one_full_contact(edges, periodic):
     line = rough(1024, np.random.default_rng(2))[0]
     length = 1024 * 0.5
     force = np.geomspace(1e-3, 5 * length * np.ptp(line), 60)
-    c = press(RoughLines(line, 0.5, periodic=periodic), 1.0, Load("force", force), edges=edges)
+    c = pressed(line, 0.5, Load("force", force), edges, periodic)
     for grows in (c.penetration, c.contact_area, c.contact_length, c.energy, c.longest_contact):
         assert np.all(np.diff(grows[0]) >= -1e-13 * grows[0, 1:])
     assert np.all(np.diff(c.mean_gap[0]) <= 0)
@@ -353,12 +351,7 @@ def test_fine_line_through_a_parabola_converges_to_hertz(edges):
             x = (np.arange(-n - 3, n + 4) + rng.uniform(0, 1)) / n
             # The highest point of the sampled line lies below the apex; press to the same plane.
             d = a**2 - np.min(x**2)
-            c = press(
-                RoughLines(-(x**2), 1 / n, periodic=False),
-                1.0,
-                Load("penetration", [d]),
-                edges=edges,
-            )
+            c = pressed(-(x**2), 1 / n, Load("penetration", [d]), edges, False)
             hertz = indent(Springs(paraboloid(1.0), 1.0), Load("penetration", [a**2])).force[0]
             radius = np.sqrt(c.contact_area[0, 0] / np.pi)
             samples.append([c.force[0, 0] / hertz - 1, radius / a - 1])
