@@ -42,6 +42,11 @@ def paraboloid(body):
     return 0.5 * (body.points**2).sum(axis=1)
 
 
+def indented(body, gap, depth):
+    """Return the scaled body and its contact at one depth."""
+    return next(indent(body, gap, Load("penetration", depth)))
+
+
 def hertz_error(body, step):
     """Relative error against F = 4/3 E* sqrt(R) d^1.5 (Johnson 1985, eq. 4.23), R = 1."""
     return step.force / (4.0 / 3.0 * body.effective_modulus * step.penetration**1.5) - 1.0
@@ -83,9 +88,7 @@ def force_error(body, exponent):
     ``d = kappa_n c a^n`` and ``F = 2 E* n/(n + 1) d a``.
     """
     kappa = np.sqrt(np.pi) / 2 * exponent * gamma(exponent / 2) / gamma((exponent + 1) / 2)
-    _, step = next(
-        indent(body, lambda x, y: np.hypot(x, y) ** exponent / kappa, Load("penetration", 1.0))
-    )
+    _, step = indented(body, lambda x, y: np.hypot(x, y) ** exponent / kappa, 1.0)
     exact = 2.0 * body.effective_modulus * exponent / (exponent + 1)
     return step.force / exact - 1.0
 
@@ -123,7 +126,7 @@ def test_ellipsoid_force_and_area(ratio, nu):
     half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
     body = fitted_body(nu, 4, aspect=half_x / half_y)
     exact = ellipsoid(ratio, 1.0, body.effective_modulus)
-    _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), Load("penetration", 0.1)))
+    _, step = indented(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), 0.1)
     assert step.force == pytest.approx(exact.force(0.1), rel=4e-4)
     assert step.contact_area == pytest.approx(exact.contact_area(0.1), rel=8e-4)
 
@@ -142,12 +145,8 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
     body = fitted_body(sharp=True)
     depth = profile(radius)
     exact = depth * radius - quad(profile, 1.0, radius)[0]
-    _, step = next(
-        indent(
-            body,
-            lambda x, y: 0.5 * np.clip(np.hypot(x, y) - 1.0, 0.0, None) ** 2,
-            Load("penetration", depth),
-        )
+    _, step = indented(
+        body, lambda x, y: 0.5 * np.clip(np.hypot(x, y) - 1.0, 0.0, None) ** 2, depth
     )
     assert step.force == pytest.approx(2.0 * body.effective_modulus * exact, rel=6e-4)
     assert step.contact_area == pytest.approx(np.pi * radius**2, rel=4e-3)
@@ -156,9 +155,7 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
 @pytest.mark.slow
 def test_pressure_peak_and_radius_are_those_of_hertz():
     """At 24 000 unknowns: peak 1e-3, L2 5e-3, contact radius 5e-4 (measured 7e-5, 5e-4, 1e-6)."""
-    fitted, step = next(
-        indent(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", 1.0))
-    )
+    fitted, step = indented(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), 1.0)
     radius = np.hypot(*fitted.points.T)
     peak = 2.0 * fitted.effective_modulus / np.pi
     exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
@@ -366,10 +363,10 @@ def test_fixed_meshes_refuse_and_report():
     with pytest.raises(ConvergenceError, match="overflows"):
         next(press(body, gap, Load("force", 1e300)))
     with pytest.raises(ConvergenceError, match="grows without end"):
-        next(indent(body, lambda x, y: 0.0 * x, Load("penetration", 1.0)))
+        indented(body, lambda x, y: 0.0 * x, 1.0)
     with pytest.raises(ValueError, match="even in x"):
-        next(indent(body, lambda x, y: (x - 0.1) ** 2 + y**2, Load("penetration", 1.0)))
+        indented(body, lambda x, y: (x - 0.1) ** 2 + y**2, 1.0)
     with pytest.raises(ValueError, match="one gap per point"):
-        next(indent(body, lambda x, y: 1.0, Load("penetration", 1.0)))
+        indented(body, lambda x, y: 1.0, 1.0)
     with pytest.raises(ConvergenceError, match="infinite at every size"):
-        next(indent(body, lambda x, y: np.full_like(x, np.inf), Load("penetration", 1.0)))
+        indented(body, lambda x, y: np.full_like(x, np.inf), 1.0)

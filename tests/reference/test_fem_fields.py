@@ -55,14 +55,9 @@ def test_gauss_points_follow_the_contact_as_nodes_do():
     body = half_space_body(RingMesh(1.0, edge=1.0, elements=4), Material(1.0, 0.3))
     soft = Enforcement("penalty", 1e4)
     for depth in (1e-6, 3.0):
+        load = Load("penetration", depth)
         _, step = next(
-            indent(
-                body,
-                lambda x, y: 0.5 * (x**2 + y**2),
-                Load("penetration", depth),
-                soft,
-                points="quadrature",
-            )
+            indent(body, lambda x, y: 0.5 * (x**2 + y**2), load, soft, points="quadrature")
         )
         exact = 4.0 / 3.0 * body.effective_modulus * depth**1.5
         assert step.force == pytest.approx(exact, rel=3e-4)
@@ -72,14 +67,10 @@ def test_gauss_points_follow_the_contact_as_nodes_do():
 def test_rigid_contact_at_gauss_points_is_refused():
     body = half_space_body(RingMesh(1.0, edge=1.0, elements=2), Material(1.0, 0.3))
     points = at_quadrature_points(body)
+    level = np.zeros(len(points.weights))
     for contact in ("active_set", "augmented_lagrangian"):
         with pytest.raises(ValueError, match="must be 'penalty' at quadrature points"):
-            press(
-                points,
-                np.zeros(len(points.weights)),
-                Load("penetration", 1.0),
-                Enforcement(method=contact),
-            )
+            press(points, level, Load("penetration", 1.0), Enforcement(method=contact))
     with pytest.raises(ValueError, match="nodes as candidates"):
         at_quadrature_points(points)
     with pytest.raises(ValueError, match="'nodes' or 'quadrature'"):
@@ -89,16 +80,11 @@ def test_rigid_contact_at_gauss_points_is_refused():
 def test_uniform_gap_gives_uniform_pressure_at_gauss_points():
     """Under a soft penalty the pressure is eps times the overlap, at every point alike (1 %)."""
     lines = np.linspace(0.0, 1.0, 4)
-    body = half_space_body(
-        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.3)
-    )
+    mesh = TensorMesh(lines, lines, symmetry="quarter", order=2)
+    body = half_space_body(mesh, Material(1.0, 0.3))
     points = at_quadrature_points(body, 2)
-    (step,) = press(
-        points,
-        np.zeros(len(points.weights)),
-        Load("penetration", 1.0),
-        Enforcement(method="penalty", penalty=1e-3),
-    )
+    level, soft = np.zeros(len(points.weights)), Enforcement(method="penalty", penalty=1e-3)
+    (step,) = press(points, level, Load("penetration", 1.0), soft)
     assert np.ptp(step.pressure) < 0.01 * step.pressure.mean()
     with pytest.raises(ValueError, match="per_direction"):
         at_quadrature_points(body, 0)
