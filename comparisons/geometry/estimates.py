@@ -172,28 +172,23 @@ def contacts(scene: Scene, profile: Profile, loads: AbsoluteLoads) -> tuple[np.n
                 _known.clear()
             plain = Springs(profile, scene.effective_modulus)
             hertz = indent(plain, Load(loads.control, loads.values)).contact_radius
-            _known[key] = _on_layers(body, profile, loads, hertz)
+            # some loads one by one, between them power laws
+            chosen = np.unique(np.linspace(0, len(hertz) - 1, _SINGLE).round().astype(int))
+            contact = RoundContact(body, profile.height, profile.edge)
+            steps = [
+                contact.at(loads.control, float(value), float(guess), _TOLERANCE)
+                for value, guess in zip(loads.values[chosen], hertz[chosen], strict=True)
+            ]
+            at, few = np.log(loads.values), np.log(loads.values[chosen])
+            depth, radius = (
+                np.exp(np.interp(at, few, np.log([getattr(step, name) for step in steps])))
+                for name in ("penetration", "contact_radius")
+            )
+            _known[key] = depth, radius
         return _known[key]
     if profile.section is None:
         raise ValueError("on a graded half-space expected a body of revolution")
     grading = grading_of(scene)
     springs = Springs(grading.profile(profile.section), grading.spring_modulus)
-    contact = indent(springs, Load(loads.control, loads.values))
-    return contact.penetration, grading.place(contact.contact_radius)
-
-
-def _on_layers(
-    body: Stack, profile: Profile, loads: AbsoluteLoads, guesses: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    values = loads.values
-    chosen = np.unique(np.linspace(0, values.size - 1, _SINGLE).round().astype(int))
-    contact = RoundContact(body, profile.height, profile.edge)
-    steps = []
-    for value, guess in zip(values[chosen], guesses[chosen], strict=True):
-        steps.append(contact.at(loads.control, float(value), float(guess), _TOLERANCE))
-    few = np.log(values[chosen])
-    depth, radius = (
-        np.exp(np.interp(np.log(values), few, np.log([getattr(step, name) for step in steps])))
-        for name in ("penetration", "contact_radius")
-    )
-    return depth, radius
+    pressed = indent(springs, Load(loads.control, loads.values))
+    return pressed.penetration, grading.place(pressed.contact_radius)

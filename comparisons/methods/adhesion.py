@@ -19,7 +19,7 @@ from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reduced.adhesion import Adhesion, State, adhere, pull_off
+from reduced.adhesion import adhere, pull_off
 from reduced.loads import LoadPath
 from reduced.springs.line import Springs
 from reference.closed_form.adhesive import AdhesiveForm
@@ -79,28 +79,22 @@ class ReducedAdhesion(ProfileSolver):
         path = LoadPath(task.loads.control, task.loads.values)
         contact = adhere(springs, self.adhesion.work, path)
         strongest = pull_off(springs, self.adhesion.work).before
+        # the largest pull along the path, between the steps too: steps and jumps tell it, but for
+        # the fold of the force that a falling penetration passes
+        forces = [*contact.force, *(s.force for e in contact.events for s in (e.before, e.after))]
+        radii = contact.contact_radius
+        if contact.events and contact.events[-1].kind == "pull_off":
+            radii = np.append(radii, 0.0)
+        if radii.max() >= strongest.contact_radius > radii[int(np.argmax(radii)) :].min():
+            forces.append(strongest.force)
         curves: dict[str, ArrayLike] = {
             "penetration": contact.penetration,
             "force": contact.force,
             "equivalent_radius": contact.contact_radius,
-            "pull_off_force": _largest_pull(contact, strongest),
+            "pull_off_force": max(0.0, -min(forces)),
             "energy": contact.elastic_energy,
         }
         return Solution.of(task, curves, unknowns=2 * task.resolution)
-
-
-def _largest_pull(contact: Adhesion, strongest: State) -> float:
-    """Return the largest pull along the path, between the steps too.
-
-    Steps and jumps tell it, but for the fold of the force that a falling penetration passes.
-    """
-    forces = [*contact.force, *(s.force for e in contact.events for s in (e.before, e.after))]
-    radii = contact.contact_radius
-    if contact.events and contact.events[-1].kind == "pull_off":
-        radii = np.append(radii, 0.0)
-    if radii.max() >= strongest.contact_radius > radii[int(np.argmax(radii)) :].min():
-        forces.append(strongest.force)
-    return max(0.0, -min(forces))
 
 
 def adhesive_form_of(indenter: Indenter, modulus: float, work: float) -> AdhesiveForm | None:

@@ -321,7 +321,13 @@ def load_study(directory: str | Path) -> StudyRecord:
         try:
             table = pd.read_csv(root / name, **_AS_WRITTEN)
             tables[kind] = Rows.of(table.drop(columns=HASH, errors="ignore"), columns)
-            problems += [f"{name}: {problem}" for problem in _foreign(table, hashes)]
+            if HASH in table and hashes:  # a run killed before its end has rows and no scene yet
+                others = table["scene"][table[HASH] != table["scene"].map(hashes)].unique()
+                again = "run it again with --resume or --overwrite"
+                problems += [
+                    f"{name}: rows of another scene {other} than {STUDY} has: {again}"
+                    for other in others
+                ]
         except FileNotFoundError:
             tables[kind] = NO_ROWS
             if name != DISTRIBUTIONS:
@@ -339,17 +345,3 @@ def load_study(directory: str | Path) -> StudyRecord:
 
 def _hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-def _foreign(table: pd.DataFrame, hashes: dict[str, str]) -> list[str]:
-    """Return which rows are of another run.
-
-    A run that was killed before its end has rows and no scene yet.
-    """
-    if HASH not in table or not hashes:
-        return []
-    others = table[table[HASH] != table["scene"].map(hashes)]
-    return [
-        f"rows of another scene {name} than {STUDY} has: run it again with --resume or --overwrite"
-        for name in others["scene"].unique()
-    ]
