@@ -235,7 +235,7 @@ def plus_minus(
     size, half = abs(float(error)), float(uncertainty)
     if size + half < ROUND_OFF:
         return "round-off"
-    if half < 0.005 * size:
+    if half < 0.002 * size:
         return relative(error)  # a bar below the last digit printed
     factor, unit = _relative_unit(max(size, half))
     if not factor:

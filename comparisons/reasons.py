@@ -26,7 +26,7 @@ def near(name: str, known: Iterable[str]) -> str:
     >>> near("parabolid", ["paraboloid", "cone"]), near("ball", ["rolling-ball", "cone"])
     ('; did you mean paraboloid?', '; did you mean rolling-ball?')
     >>> near("diameter", ["radius", "shape"]), near("colour", ["radius"])
-    ('; did you mean radius?', '')
+    ('; did you mean radius, half of it?', '')
     """
     names = {entry.lower(): entry for entry in known}
     wanted = name.lower()
@@ -34,7 +34,8 @@ def near(name: str, known: Iterable[str]) -> str:
     close += difflib.get_close_matches(wanted, names, n=3)
     close += [entry for entry in names if len(wanted) > 2 and wanted in entry]
     meant = [names[entry] for entry in dict.fromkeys(close)][:3]
-    return f"; did you mean {' or '.join(meant)}?" if meant else ""
+    of_it = ", half of it" if wanted == "diameter" and meant else ""
+    return f"; did you mean {' or '.join(meant)}{of_it}?" if meant else ""
 
 
 def in_kind(value: Any) -> str:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -203,16 +204,26 @@ class Truth:
             labels = ", ".join(quantity(name).label for name in several)
             yield f"; {labels} not at every load: {reason}"
 
-    def disagreements(self, quantities: tuple[str, ...], tolerance: float = 0.0) -> tuple[str, ...]:
+    def disagreements(
+        self,
+        quantities: tuple[str, ...],
+        tolerance: float = 0.0,
+        titles: Mapping[str, str] | None = None,
+    ) -> tuple[str, ...]:
         """Return a sentence for each quantity in which a check differs by more than the bars.
 
-        Only differences beyond `MATTERS` of the tolerance: others change no verdict.
+        Only differences beyond `MATTERS` of the tolerance: others change no verdict. `titles` are
+        what methods are called on this scene, if not by their own.
         """
-        least = MATTERS * tolerance
-        return tuple(s for check in self.checks for s in self.disagrees(check, quantities, least))
+        told = (quantities, MATTERS * tolerance, titles or {})
+        return tuple(text for check in self.checks for text in self.disagrees(check, *told))
 
     def disagrees(
-        self, second: Truth, quantities: tuple[str, ...], least: float = 0.0
+        self,
+        second: Truth,
+        quantities: tuple[str, ...],
+        least: float = 0.0,
+        titles: Mapping[str, str] = MappingProxyType({}),
     ) -> tuple[str, ...]:
         """Return a sentence for each quantity in which another truth differs beyond both bars.
 
@@ -220,9 +231,11 @@ class Truth:
         and no single step may exceed twice its own: of hundreds of 95 % bars some are missed by
         chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded.
         """
+        both = " and ".join(
+            titles.get(name) or METHODS[name].title for name in (second.method, self.method)
+        )
         return tuple(
-            f"{METHODS[second.method].title} and {METHODS[self.method].title} differ in "
-            f"{quantity(name).label} by {excess}."
+            f"{both} differ in {quantity(name).label} by {excess}."
             for name, difference, excess in self._differing(second, quantities)
             if np.nanmax(difference) > least
         )

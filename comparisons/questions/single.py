@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.special import stdtrit
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, method_named
@@ -71,6 +72,18 @@ class SingleResult:
                 if name not in loads and len(self.solution.converged) > 1:
                     columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
         return columns
+
+    @property
+    def half_width(self) -> float:
+        """Largest relative 95 % half-width (Student's t) of the means over surfaces or lines."""
+        solved, count = self.solved(), len(self.solution.converged)
+        shares = [
+            values / np.abs(solved[name.removesuffix("_stderr")])
+            for name, values in solved.items()
+            if name.endswith("_stderr")
+        ]
+        known = [float(share) for share in np.ravel(shares) if np.isfinite(share)]
+        return float(stdtrit(max(count - 1, 1), 0.975) * max(known, default=np.nan))
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return what is solved, and what is proved beside it."""

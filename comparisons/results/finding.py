@@ -27,6 +27,8 @@ NAMED = 3  # families of a row that are named; more are counted
 YES, IN_PART, NO, NOT_KNOWN = "yes", "in part", "no", "not known"
 NOTHING = "nothing that was run"
 
+# What of a flat face is its size.
+AREAS = ("contact_area", "contact_area_raw", "contact_radius", "equivalent_radius")
 # Families of scenes: what a reader asks about.
 ROUND, FLAT, OTHER = "axisymmetric bodies", "flat punches that are not round", "other bodies"
 LAYERED = "layered and graded half-spaces"
@@ -85,7 +87,7 @@ class FamilyRow:
     error : str
         The largest error with its bar, quantity and load.
     cost : str
-        Time of its cheapest setting within the tolerance, and how many times as fast that is as
+        Time of its cheapest setting within the tolerance, and how many times that is taken by
         the fastest 3-D setting.
     instead : str
         The closed form, if it is exact, else the fastest other setting within the tolerance.
@@ -149,8 +151,14 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
     ]
 
 
+def answers(record: SceneRecord, verdict: Verdict) -> bool:
+    """Tell whether a verdict is on an answer: the area of a flat face is what was put in."""
+    given = AREAS if family(record) == FLAT else ()
+    return verdict.counts and verdict.offered and verdict.quantity not in given
+
+
 def _standing(record: SceneRecord, method: str) -> _Standing:
-    known = [item for item in verdicts(record, method) if item.counts and item.offered]
+    known = [item for item in verdicts(record, method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
     if not within:
@@ -161,6 +169,14 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
     others = (item for item in advice.reaching() if item.method != method)
     own = advice.cheapest_for(record.tolerance).get(method)
+    if held and use != YES:  # the fastest that is within in all that it may be used for
+        able = [
+            setting
+            for setting in advice.settings
+            if setting.method == method
+            and all(item.word == WITHIN for item in setting.verdicts if item.quantity in held)
+        ]
+        own = min(able, key=lambda setting: setting.seconds, default=None)
     if use == YES and own is None:  # it does not compute all that was asked
         level = advice.finest.get(method)
         own = next(
@@ -246,8 +262,9 @@ def _cost(group: list[_Standing]) -> str:
     ]
     if not ratios:
         return _range(own)
-    ends = dict.fromkeys(fmt.number(ratio, 2) for ratio in (min(ratios), max(ratios)))
-    return f"{_range(own)}, {' to '.join(ends)} times as fast as 3-D"
+    # One digit: times of milliseconds repeat to some tens of per cent.
+    ends = dict.fromkeys(fmt.number(ratio, 1) for ratio in (min(ratios), max(ratios)))
+    return f"{_range(own)}, 3-D takes ≈ {' to '.join(ends)} ×"
 
 
 def _instead(group: list[_Standing]) -> str:

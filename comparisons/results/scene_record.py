@@ -48,8 +48,10 @@ def record_scene(
     reference = NO_REFERENCE
     disagreements: tuple[str, ...] = ()
     if truth is not None:
-        disagreements = truth.disagreements(quantities, scene.compare.tolerance)
-        small = [text for text in truth.disagreements(quantities) if text not in disagreements]
+        titles = {planned.method: planned.title for planned in plan.methods}
+        disagreements = truth.disagreements(quantities, scene.compare.tolerance, titles)
+        every = truth.disagreements(quantities, titles=titles)
+        small = [text for text in every if text not in disagreements]
         reference = Reference(
             method=truth.method,
             resolution=truth.resolution,

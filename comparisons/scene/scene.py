@@ -23,6 +23,7 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import is_known
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
 from comparisons.reasons import near
@@ -413,8 +414,10 @@ def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any
         raise SceneError(str(source), ["a folder, not a scene file"])
     if not path.is_file():
         hint = near(path.stem, builtin_names())
+        if is_known(name):
+            hint += f"; {name} is a method: `--methods {name}`"
         if not path.suffix:
-            hint += f"{'' if hint else ';'} see `roughline list scenes`"
+            hint += "; see `roughline list scenes`"
         raise SceneError(str(source), [f"no such file or built-in scene{hint}"])
     try:
         return read_toml(path), str(source), path.parent.resolve()

@@ -15,7 +15,7 @@ from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results.advice import Advice, Setting
 from comparisons.results.decisions import judged_methods, verdicts
-from comparisons.results.finding import family, largest_error, symbol
+from comparisons.results.finding import answers, family, largest_error, symbol
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 
@@ -52,7 +52,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
 
 def _verdict(scene: SceneRecord, verdict: Verdict) -> dict[str, Any]:
     return _ends(verdict) | {
-        "counts": verdict.counts and verdict.offered,
+        "counts": answers(scene, verdict),
         "symbol": symbol(verdict.quantity),
         "text": verdict.text,
         "largest": largest_error(scene, verdict),

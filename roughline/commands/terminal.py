@@ -150,7 +150,7 @@ def print_ensemble(result: EnsembleResult, directory: Path) -> None:
 
 def print_solution(result: SingleResult) -> None:
     """Print the load steps of one solve."""
-    from comparisons.formatting import duration
+    from comparisons.formatting import duration, relative
     from reports.tables.solution import load_steps
 
     solution, console = result.solution, _console()
@@ -160,6 +160,13 @@ def print_solution(result: SingleResult) -> None:
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
         highlight=False,
     )
+    surfaces = len(solution.converged)
+    if surfaces > 1:
+        console.print(
+            f"means over {surfaces} surfaces or lines, known to {relative(result.half_width)} at "
+            "worst; `roughline run` compares methods on the same ones",
+            highlight=False,
+        )
     if solution.compile_seconds > COMPILED:
         console.print(compiled(result.method, solution.compile_seconds), highlight=False)
 

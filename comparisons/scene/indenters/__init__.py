@@ -10,9 +10,9 @@ forms build their own description from the same parameters, so they share no for
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING, Annotated, Union, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Union, get_args
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from comparisons.discovery import classes_of
 from comparisons.scene.indenters.indenter import Indenter
@@ -25,7 +25,16 @@ _MODELS = {
 }
 SHAPES = tuple(_MODELS)
 
+
+def _in_small_letters(table: Any) -> Any:
+    """Return the table of an indenter with its shape as it is spelt here."""
+    if isinstance(table, dict) and isinstance(table.get("shape"), str):
+        return table | {"shape": table["shape"].lower()}
+    return table
+
+
 if TYPE_CHECKING:
     AnyIndenter = Indenter
 else:
-    AnyIndenter = Annotated[Union[tuple(_MODELS.values())], Field(discriminator="shape")]  # noqa: UP007 - made of a tuple
+    _Shapes = Annotated[Union[tuple(_MODELS.values())], Field(discriminator="shape")]  # noqa: UP007 - made of a tuple
+    AnyIndenter = Annotated[_Shapes, BeforeValidator(_in_small_letters)]

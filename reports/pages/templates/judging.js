@@ -55,7 +55,7 @@ const asBadge = (node, word) => {
 };
 // Where a method may be used: the rows of comparisons.results.finding, from what the cells show.
 const MOST_ROWS = 8, NAMED = 3, KINDS = ["yes", "no", "not known"];
-const twoDigits = (ratio) => ratio < 100 ? ratio.toPrecision(2) : String(Number(ratio.toPrecision(2))).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+const oneDigit = (ratio) => String(Number(ratio.toPrecision(1))).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 const ends = (items) => [...new Set([items[0], items[items.length - 1]])].join(" to ");
 const timesOf = (settings) => {
   if (!settings.length) return "–";
@@ -64,13 +64,18 @@ const timesOf = (settings) => {
 };
 const standingOf = (scene, method) => {
   const tolerance = sceneTolerance(scene), known = scene.judged[method].filter(isAsked);
-  const within = known.filter((one) => wordFor(one, tolerance) === "within").sort((a, b) => scene.order.indexOf(a.quantity) - scene.order.indexOf(b.quantity)).map((one) => one.symbol);
+  const held = known.filter((one) => wordFor(one, tolerance) === "within").sort((a, b) => scene.order.indexOf(a.quantity) - scene.order.indexOf(b.quantity));
+  const within = held.map((one) => one.symbol), quantities = new Set(held.map((one) => one.quantity));
   const wrong = known.some((one) => wordFor(one, tolerance) === "outside");
   const use = !within.length ? (wrong ? "no" : "not known") : within.length === known.length ? "yes" : `for ${within.join(", ")} only`;
   const reached = reaching(scene, tolerance);
+  // The fastest that is within in all that it may be used for.
+  const inPart = use.endsWith(" only") ? scene.settings.filter((one) => one.method === method
+    && one.verdicts.every((item) => !quantities.has(item.quantity) || wordFor(item, tolerance) === "within")) : [];
+  const partly = inPart.reduce((best, one) => !best || time(one) < time(best) ? one : best, undefined);
   return {
     scene, use, kind: KINDS.includes(use) ? use : "in part", worst: worstOf(known, tolerance), tolerance,
-    own: reached.find((one) => one.method === method) ?? (use === "yes" ? scene.settings.find((one) => one.method === method && one.finest && !one.truth) : undefined), other: reached.find((one) => one.method !== method),
+    own: use.endsWith(" only") ? partly : reached.find((one) => one.method === method) ?? (use === "yes" ? scene.settings.find((one) => one.method === method && one.finest && !one.truth) : undefined), other: reached.find((one) => one.method !== method),
     exact: scene.settings.find((one) => one.truth && !one.ranked),
   };
 };
@@ -101,7 +106,7 @@ const findingOf = (method) => {
       !most || before(severityOf(one.worst, one.tolerance), severityOf(most.worst, most.tolerance)) ? one : most, null);
     const error = worst ? worst.worst.largest + (group.length > 1 ? `, ${worst.scene.name}` : "") : "–";
     const ratios = group.filter((one) => one.own?.seconds > 0 && one.other?.seconds != null).map((one) => one.other.seconds / one.own.seconds).sort((a, b) => a - b);
-    const cost = timesOf(group.map((one) => one.own).filter(Boolean)) + (ratios.length ? `, ${ends(ratios.map(twoDigits))} times as fast as 3-D` : "");
+    const cost = timesOf(group.map((one) => one.own).filter(Boolean)) + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "nothing that was run" : `${[...titles].join(" or ")} ${timesOf(chosen)}`

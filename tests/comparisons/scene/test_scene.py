@@ -157,7 +157,7 @@ def test_every_unknown_key_comes_with_what_was_meant(shape):
         titel="x",
     )
     assert "half_space.poissons_ratio: unknown key; did you mean poisson_ratio?" in faults
-    assert "indenter.diameter: unknown key; did you mean radius?" in faults
+    assert "indenter.diameter: unknown key; did you mean radius, half of it?" in faults
     assert "titel: unknown key; did you mean title?" in faults
     assert any(fault.endswith("did you mean sphere or paraboloid?") for fault in faults) == (
         shape == "ball"
