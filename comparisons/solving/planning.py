@@ -36,6 +36,7 @@ from comparisons.solving.plan import (
 )
 from comparisons.solving.plan_notes import notes_of, omissions, switched_on
 from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord
+from comparisons.solving.sensitivity import prepared_otherwise
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 
@@ -263,6 +264,8 @@ def plan_all(
     effort: Effort,
     origin: str = "--methods, --tolerance, --quantities, --loads, --option",
     brought: Sequence[str] = (),
+    *,
+    sensitivity: bool = False,
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
@@ -277,6 +280,8 @@ def plan_all(
         Where the overrides come from, for messages about them.
     brought : sequence of str
         A user's own methods: they run, too, where only others are named.
+    sensitivity : bool
+        Plan measured maps as they might have been prepared (`sensitivity.prepared_otherwise`).
 
     Raises
     ------
@@ -296,7 +301,10 @@ def plan_all(
     problems: list[str] = []
     for source in members:
         try:
-            for scene in load_scenes(source, overrides):
+            scenes = load_scenes(source, overrides)
+            if sensitivity:
+                scenes = [variant for scene in scenes for variant in prepared_otherwise(scene)]
+            for scene in scenes:
                 named = scene.compare.methods
                 if named is not None and not set(brought).intersection(named):
                     scene = load_scene(scene, {"compare.methods": [*named, *brought]})

@@ -44,13 +44,17 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
     places = np.array([_value(scene.tables, path) for scene in scenes])
     words = path.split(".")[-1].replace("_", " ")
     texts = [str(scene.tables["sweep"][path]) for scene in scenes]
-    if not np.isfinite(places).all():  # words: one after the other
+    words_only = not np.isfinite(places).all()
+    if words_only:  # one after the other, and nothing between them
         places = np.arange(1.0, len(scenes) + 1)
     order = np.argsort(places)
-    log = wants_log(places)
+    log = wants_log(places) and not words_only
     marked = order[:: -(-len(order) // MOST_TICKS)]
     ticks = tuple((float(places[k]), texts[k]) for k in marked)
-    axis = Axis(words, log=log, limits=padded(places, 0.06, 0.05) if log else None, ticks=ticks)
+    limits = padded(places, 0.06, 0.05) if log else None
+    if words_only:
+        limits = (0.5, len(scenes) + 0.5)
+    axis = Axis(words, log=log, limits=limits, ticks=ticks)
     known = {
         method: [next(v for v in verdicts(scene, method) if v.quantity == name) for scene in scenes]
         for method in drawing_order({m for scene in scenes for m in selection.methods(scene)})
@@ -73,6 +77,7 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
         bars = np.array([verdict.uncertainty for verdict in known[method]])
         whole = Series(
             *(style, places[order], np.abs(error)[order]),
+            line=not words_only,
             bars=bars[order],
             hover=tuple(hover[k] for k in order),
         )

@@ -61,6 +61,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     option: tuple[str, ...] = (),
     full: Full = False,
     prove: Flag = False,
+    sensitivity: Flag = False,
     plan: Flag = False,
     out: Path | None = None,
     overwrite: Flag = False,
@@ -96,6 +97,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
     prove
         Enclose the reference by theorems also where that takes longer than the solves: rough
         surfaces (docs/bounds.md).
+    sensitivity
+        Solve measured maps also with other trends subtracted, and their quarters alone.
     plan
         Print what would be modelled, what is left out and why, without solving.
     out
@@ -130,7 +133,9 @@ def run(  # noqa: PLR0913 (the options on the command line)
     effort: Effort = "full" if full else "quick"
     overrides = overrides_of(methods, option, tolerance, quantities, loads)
     overrides |= {"compare.proved": "if_any"} if prove else {}
-    plans = plan_all(scenes or ("quick",), overrides, effort, brought=brought)
+    plans = plan_all(
+        scenes or ("quick",), overrides, effort, brought=brought, sensitivity=sensitivity
+    )
     if plan:
         terminal.print_plans(plans)
         return FINE

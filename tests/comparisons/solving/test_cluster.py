@@ -147,6 +147,8 @@ def test_a_job_that_kills_every_worker_is_lost_with_the_reason(address):
 
 @pytest.mark.slow
 def test_what_fits_into_no_worker_is_lost_at_once(address):
+    with distributed.Client(address, set_as_default=False) as client:
+        client.wait_for_workers(2)  # a test before has killed some
     executor = executor_for(scheduler=address)
     executor.add([Job("huge", pow, (2, 3), memory=1e15), Job("small", pow, (2, 3))])
     result = {done.job.key: done for done in executor.finished()}

@@ -1,0 +1,55 @@
+"""Measured maps prepared otherwise: trends and quarters, at one nominal pressure."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.geometry.prepare import prepare
+from comparisons.solving.planning import plan_all
+from comparisons.solving.sensitivity import prepared_otherwise
+
+MAP = {"kind": "map", "file": "map.npy", "size": "1 mm", "height_unit": "m"}
+
+
+@pytest.fixture
+def measured(scene, tmp_path):
+    np.save(tmp_path / "map.npy", 1e-6 * np.random.default_rng(0).random((40, 36)))
+
+    def make(force=4.0, **surface):
+        return scene(tmp_path, surface=MAP | surface, loading={"force": [force]})
+
+    return make
+
+
+def test_a_free_patch_is_solved_with_other_trends_and_by_quarters(measured):
+    scenes = prepared_otherwise(measured())
+    words = [scene.sweep["preparation"] for scene in scenes]
+    assert words[:3] == ["as given", "detrend mean", "detrend curvature"]
+    assert words[3:] == ["crop at 0, 0", "crop at 0, 18", "crop at 20, 0", "crop at 20, 18"]
+    assert len({scene.name for scene in scenes}) == 7
+    whole, quarter = (prepare(scene)[0] for scene in (scenes[0], scenes[3]))
+    # the same nominal pressure: a quarter of the area, a quarter of the force
+    assert quarter.area / whole.area == pytest.approx(0.25)
+    assert scenes[3].loading.force.values == (1.0,)
+
+
+def test_a_quarter_of_a_crop_lies_in_the_crop(measured):
+    crops = [scene.surface.crop for scene in prepared_otherwise(measured(crop=[4, 2, 32, 32]))]
+    assert crops[3:] == [(4, 2, 16, 16), (4, 18, 16, 16), (20, 2, 16, 16), (20, 18, 16, 16)]
+
+
+def test_a_periodic_map_has_no_quarters_and_no_plane(measured):
+    scenes = prepared_otherwise(measured(periodic=True))
+    assert [scene.sweep["preparation"] for scene in scenes] == ["as given"]
+
+
+def test_what_is_no_map_is_told():
+    with pytest.raises(InputError, match="paraboloid: --sensitivity"):
+        plan_all(["paraboloid"], {}, "quick", sensitivity=True)
+
+
+def test_a_plan_of_a_map_has_all_of_them(measured):
+    plans = plan_all([measured()], {}, "quick", sensitivity=True)
+    assert len(plans) == 7
