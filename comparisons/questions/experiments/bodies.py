@@ -47,19 +47,6 @@ def far_field(
 
 
 @lru_cache(maxsize=64)
-def _pressed(
-    radius: float,
-    poisson_ratio: float,
-    kind: Kind,
-    support: Support,
-    radii: tuple[float, ...],
-    elements: int,
-) -> SectionContact:
-    return press_section(
-        radius, poisson_ratio, kind=kind, support=support, radii=radii, elements=elements
-    )
-
-
 def _pair(
     effort: str,
     radius: float,
@@ -74,8 +61,8 @@ def _pair(
     """
     finest = 16 if effort == "full" else 8
     coarse, fine = (
-        _pressed(float(radius), float(poisson_ratio), kind, support, radii, elements)
-        for elements in (finest // 2, finest)
+        press_section(radius, poisson_ratio, kind=kind, support=support, radii=radii, elements=n)
+        for n in (finest // 2, finest)
     )
     return coarse, fine
 

@@ -18,7 +18,7 @@ from comparisons.questions.experiments.experiment import (
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from reference.contact.press import assemble, press
 from reference.errors import ConvergenceError
-from reference.halfspace import Contact, FreeOperator, kernels
+from reference.halfspace import FreeOperator, kernels
 from reference.loads import Load
 
 READINGS = ("letter", "bracket", "corrected")
@@ -80,42 +80,6 @@ _MOST_CELLS = 10_000
 STARTS = ("overlap", "random", "summit")
 
 
-def _start(
-    kind: str, operator: FreeOperator, gap: np.ndarray, depth: float, rng: np.random.Generator
-) -> Contact | None:
-    """Return a contact with the assumed contact area: "to begin, a contact area is assumed"."""
-    if kind == "overlap":
-        return None
-    area = gap == gap.min()
-    if kind == "random":
-        area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
-    return assemble(operator, gap, area.astype(float), depth, 0, [])
-
-
-def _rounds(
-    surface: Surface, start: str, share: float, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rounds and relative overlap of every patch, infinite without convergence."""
-    operator = surface.operator()
-    assert isinstance(operator, FreeOperator)
-    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
-    lengths, violations = [], []
-    for realisation in range(count):
-        heights = surface.heights(realisation)
-        gap = heights.max() - heights
-        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
-        begin = _start(start, operator, gap, depth, rng)
-        try:
-            contact = press(operator, gap, Load("penetration", depth), start=begin, by="pivot")
-        except ConvergenceError as fault:
-            lengths.append(len(fault.history))
-            violations.append(np.inf)
-            continue
-        lengths.append(contact.iterations)
-        violations.append(contact.violation)
-    return np.array(lengths), np.array(violations)
-
-
 @experiment(
     "active-set",
     "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
@@ -148,7 +112,26 @@ def active_set(
         )
     surface = Surface.of(points, hurst, 1.0, 2.0, False)
     count = int(runs) if effort == "full" else min(int(runs), 100)
-    lengths, violations = _rounds(surface, start, share, count)
+    operator = surface.operator()
+    assert isinstance(operator, FreeOperator)
+    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
+    # rounds and relative overlap of every patch, infinite without convergence
+    lengths, violations = np.empty(count), np.full(count, np.inf)
+    for k in range(count):
+        heights = surface.heights(k)
+        gap = heights.max() - heights
+        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
+        begin = None
+        if start != "overlap":  # "to begin, a contact area is assumed"
+            area = gap == gap.min()
+            if start == "random":
+                area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
+            begin = assemble(operator, gap, area.astype(float), depth, 0, [])
+        try:
+            contact = press(operator, gap, Load("penetration", depth), start=begin, by="pivot")
+            lengths[k], violations[k] = contact.iterations, contact.violation
+        except ConvergenceError as fault:
+            lengths[k] = len(fault.history)
     failed = (lengths > rounds) | (violations > limit)
     details: dict[str, float | str] = {
         "runs": float(count),

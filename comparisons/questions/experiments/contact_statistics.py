@@ -18,9 +18,9 @@ from comparisons.questions.experiments.experiment import (
     number_of,
 )
 from comparisons.questions.experiments.rough_ensemble import (
-    SEED,
     Surface,
     compare,
+    each_line,
     press,
     surface_samples,
     truth,
@@ -28,7 +28,7 @@ from comparisons.questions.experiments.rough_ensemble import (
 from comparisons.solving.shared import shared
 from comparisons.tasks.distributions import Stretches, histogram
 from reduced.loads import Load
-from reduced.rough import ensemble, regions
+from reduced.rough import regions
 from reduced.rough.press import press as press_line
 from reference.halfspace import areas
 from reference.surfaces import rms_gradient_spectral
@@ -124,27 +124,11 @@ def contact_sizes(
         return np.array([_of_spots(sizes, quantity) for sizes in spots])
 
     true, grid_bar = truth(sample, "refined", count, effort)
-    lines = ensemble.RandomLines(surface.line("rings"), 8 * surface.points, 4 * count, seed=SEED)
-    pressed = ensemble.press_ensemble(
-        lines, 1.0, Load("force", float(load)), quantities=["penetration"]
-    )
     stated = []
-    for k, depth in enumerate(pressed.samples["penetration"][:, 0]):
-        lengths = regions.regions(lines.draw([k]), float(depth)).lengths
+    for line, depth in each_line(surface, float(load), 4 * count, 8):
+        lengths = regions.regions(line, depth).lengths
         stated.append(_of_spots(np.pi / 4 * lengths**2, quantity))
     return compare(stated, true, grid_bar, {})
-
-
-def _skewed(surface: Surface, realisation: int, strength: float, sign: float) -> np.ndarray:
-    """Return sign times the surface of heights exp(strength z), rms gradient one.
-
-    A surface and its negative have the same power spectrum.
-    """
-    heights = surface.heights(realisation)
-    bent = np.expm1(strength * heights / heights.std()) / strength
-    bent = sign * (bent - bent.mean())
-    step = 1 / surface.points
-    return np.asarray(bent / rms_gradient_spectral(bent, (step, step)))
 
 
 @experiment(
@@ -180,11 +164,16 @@ def same_spectrum(
         bar = 2 * spread / np.sqrt(2 * count)
         return Share(spread, bar, {"mean": float(values.mean())}, "scatter")
     operator = surface.operator()
-    samples = []
-    for sign in (1.0, -1.0):
-        maps = (_skewed(surface, k, float(skew), sign) for k in range(count))
-        rows = [press(operator, m, float(load), quantity == "stiffness")[1] for m in maps]
-        samples.append(np.array([row[quantity] for row in rows]))
+    samples = np.empty((2, count))
+    for k in range(count):
+        heights = surface.heights(k)
+        bent = np.expm1(skew * heights / heights.std()) / skew
+        # a surface and its negative have the same power spectrum; both of rms gradient one
+        bent -= bent.mean()
+        bent /= rms_gradient_spectral(bent, (1 / surface.points,) * 2)
+        for sample, sign in zip(samples, (1.0, -1.0), strict=True):
+            _, row = press(operator, sign * bent, float(load), quantity == "stiffness")
+            sample[k] = row[quantity]
     ratio, scatter = ratio_of_means(samples[0][:, None], samples[1][:, None], paired=True)
     r = float(ratio[0])
     # the difference over the mean, (r - 1)/((r + 1)/2), changes with r as 4/(r + 1)^2
@@ -246,25 +235,17 @@ def _on_grid(
     return here, moved, float(stats.t.ppf(0.975, number - 1) * deviation)
 
 
-def _of_lines(surface: Surface, load: float) -> dict[str, Stretches]:
-    lines = ensemble.RandomLines(surface.line("rings"), 32 * surface.points, _LINES, seed=SEED)
-    drawn = lines.draw()
+def _of_lines(surface: Surface, load: float, quantity: str) -> Stretches:
+    """Return the pressures or the gaps of pressed lines, pooled."""
+    drawn = surface.lines(_LINES, 32).draw()
     depths = press_line(drawn, 1.0, Load("force", load)).penetration[:, 0]
     several = [
         line_values(drawn[row], 1.0, "sub_cell", float(depth), (1.0, 1.0))
         for row, depth in enumerate(depths)
     ]
-    return {
-        name: Stretches(*(np.concatenate(part) for part in zip(*parts, strict=True)))
-        for name, parts in {
-            kind: [
-                (v[f"{kind}_distribution"].first, v[f"{kind}_distribution"].last, w)
-                for v in several
-                for w in [v[f"{kind}_distribution"].weight]
-            ]
-            for kind in ("pressure", "gap")
-        }.items()
-    }
+    ofs = [values[f"{quantity}_distribution"] for values in several]
+    parts = ([getattr(of, part) for of in ofs] for part in ("first", "last", "weight"))
+    return Stretches(*map(np.concatenate, parts))
 
 
 def _mean(values: Stretches) -> float:
@@ -299,7 +280,7 @@ def contact_ends(
     surface = Surface.of(32, hurst, 1.0, 16.0, periodic=True)
     if model == "line":
         start, ratio, _ = _WINDOWS[quantity]
-        values = _of_lines(surface, float(load))[quantity]
+        values = _of_lines(surface, float(load), quantity)
         some = [_exponent(values, share * start * _mean(values), ratio) for share in (1.0, 0.3)]
         parts = {"interval": abs(some[0] - some[1])}
     else:

@@ -15,10 +15,9 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
+from comparisons.questions.experiments.rough_ensemble import Surface, compare, press, truth
 from comparisons.solving.shared import shared
 from reduced.loads import Load
-from reduced.rough import ensemble
 from reduced.rough.press import press as press_line
 from reference.lubrication.formulas import (
     CYLINDER,
@@ -276,9 +275,7 @@ def _lines(surface: Surface, load: float) -> Samples:
 
     One after the other they let nothing through from the first touch on.
     """
-    count = _GROUP * _GROUPS
-    lines = ensemble.RandomLines(surface.line("rings"), _FINER * surface.points, count, seed=SEED)
-    drawn = lines.draw()
+    drawn = surface.lines(_GROUP * _GROUPS, _FINER).draw()
     contact = press_line(drawn, 1.0, Load("force", [load]))
     heights = drawn.heights
     gaps = heights.max(axis=1, keepdims=True) - heights - contact.penetration

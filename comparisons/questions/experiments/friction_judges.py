@@ -18,7 +18,6 @@ from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
 from reduced.profiles import equivalents
-from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
 from reference.contact.press import press
@@ -52,22 +51,6 @@ def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
     return float((along * q[1] - across * q[0]).sum()) * body.cell_area
 
 
-def _twisted(line: Springs, shear: float, depth: float, angle: float) -> tuple[float, float]:
-    """Return torque and stick radius of springs 8 G dx along the circumference.
-
-    The chapter has no rule for torsion. Springs that move by b x, at the distance x from the axis,
-    carry the torque (16/3) G a^3 b of every round contact that sticks (Popov & Hess 2015; exact
-    after Reissner & Sagoci 1944). Whether they may slip one by one, each at mu times its normal
-    force, as under a force along x (19.19), is a question to them: in full slip they carry
-    mu E* int 2 x (d - g) dx, where the half-space carries mu int r p dA.
-    """
-    step = float(line.profile.contact_radius(depth)) / line.per_radius
-    x = (np.arange(line.per_radius) + 0.5) * step
-    limit = _FRICTION * line.effective_modulus * (depth - line.profile.height(x))
-    held = 8 * shear * angle * x
-    return float(2 * step * np.minimum(held, limit) @ x), float(step * (held < limit).sum())
-
-
 @experiment(
     "torsion",
     "Torque of a ball that is pressed on and twisted, with partial slip",
@@ -84,7 +67,13 @@ def torsion(
     """Compare torques at the angle at which the share `stick` of the contact radius sticks.
 
     ``"closed_form"``: Lubkin's against cells with Coulomb friction; ``"springs"``: springs 8 G dx
-    that slip at mu times their force, against Lubkin's.
+    along the circumference that slip at mu times their force, against Lubkin's.
+
+    The chapter has no rule for torsion. Springs that move by b x, at the distance x from the axis,
+    carry the torque (16/3) G a^3 b of every round contact that sticks (Popov & Hess 2015; exact
+    after Reissner & Sagoci 1944). Whether they may slip one by one, each at mu times its normal
+    force, as under a force along x (19.19), is a question to them: in full slip they carry
+    mu E* int 2 x (d - g) dx, where the half-space carries mu int r p dA.
     """
     if not 0 < stick <= 1:
         raise ValueError(f"stick must be above 0 and at most 1, not {stick!r}")
@@ -92,8 +81,13 @@ def torsion(
     ball = Torsion(paraboloid(1.0, body.effective_modulus), 1.0, _FRICTION, 0.25)
     angle, exact = ball.angle(stick), ball.torque(stick)
     if statement == "springs":
-        line = Springs(equivalents.paraboloid(1.0), body.effective_modulus, per_radius=4000)
-        torque, stuck = _twisted(line, 0.25, 1.0, angle)
+        profile, number = equivalents.paraboloid(1.0), 4000
+        step = float(profile.contact_radius(1.0)) / number
+        x = (np.arange(number) + 0.5) * step
+        limit = _FRICTION * body.effective_modulus * (1.0 - profile.height(x))
+        held = 8 * 0.25 * angle * x
+        torque = float(2 * step * np.minimum(held, limit) @ x)
+        stuck = float(step * (held < limit).sum())
         return Finding(torque, exact, 1e-6, {"springs stick to": stuck})
     grids = (12, 24) if effort == "quick" else (24, 48)
     coarse, fine = (_torque(angle, 0.25, poisson_ratio, n) for n in grids)

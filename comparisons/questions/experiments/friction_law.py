@@ -67,11 +67,7 @@ def regularised_block(
         friction_force = float(friction(run.velocity[-1, 0], 1.0, v0))
         Above(0).checked("load", load)
         return Finding(friction_force, float(load), EXACT, details)
-    return _way(v0, effort, details)
-
-
-def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
-    """Measure the stopping distance, with twice as many steps for the bar; it ends at 10 v0."""
+    # the stopping distance, to 10 v0, with twice as many steps for the bar
     way = stopping(1.0, 1.0, 1.0)[1]
     ways = []
     for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
@@ -201,9 +197,6 @@ def explicit_friction_step(
     return Finding(theory, limit, (high - low) / limit, details)
 
 
-# The oscillator m = k = P = 1 of `regularised-stick-slip`, which stops twice per period.
-_STOPPING = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
-_LIMIT = 0.9
 # An oscillator that never stops, and periods until its amplitude is steady.
 _SLIDING, _RATIO, _SETTLING = 0.6, 1.2, 100
 
@@ -234,8 +227,8 @@ def set_valued_steps(
         motion = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
         way = float(motion.position[-1, 0]) / (0.5 * load * count**2)
         return Share(way, EXACT, {"law evaluations": float(motion.evaluations)})
-    end = _PERIODS * 2 * np.pi / _STOPPING["frequency"]
-    system = coulomb.Blocks(1.0, _LIMIT, **_STOPPING)
+    end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
+    system = coulomb.Blocks(1.0, 0.9, **_DRIVEN)
     exact = follow(system, end)
     stepped = march(system, step=end / (_PERIODS * count), steps=_PERIODS * count)
     position = exact.at(np.minimum(stepped.time, end))[0][:, 0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.questions.experiments.experiment import Above, Finding, OneOf, Share, experiment
 from reduced.motion.course import Mass, Push, move
-from reduced.motion.elastic_impact import SpringContact, spring_contact
+from reduced.motion.elastic_impact import spring_contact
 from reduced.motion.stepping import Stepping
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
@@ -118,25 +118,20 @@ def free_vibration(
     if model == "linear":
         return Finding(1 / small, 1 / period, EXACT, details)
     contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), deepest * _STATIC)
-    counts = _one_more(effort, 1000, 4000)
-    halves, highest = zip(*(_to_the_top(contact, deepest, period, n) for n in counts), strict=True)
+    halves, highest = [], []  # time from the deepest point to the highest one, and its position
+    for steps in _one_more(effort, 1000, 4000):
+        step = 0.6 * period / steps
+        mass = Mass(1.0, position=deepest * _STATIC)
+        run = move(contact, mass, Stepping(step, steps), Push(_LOAD))
+        v = run.velocity
+        k = int(np.flatnonzero((v[1:-1] < 0) & (v[2:] >= 0))[0]) + 1
+        halves.append(float(run.time[k] + step * v[k] / (v[k] - v[k + 1])))
+        highest.append(float(run.position.min()))
     if model == "second_order":
         softened = power_backbone(2, 0.5 * (deepest - highest[1] / _STATIC))
         return Finding(softened / small, 1 / period, EXACT, details)
     few, many = (0.5 / half for half in halves)
     return Finding(many, 1 / period, abs(many - few) * period + EXACT, details)
-
-
-def _to_the_top(
-    contact: SpringContact, deepest: float, period: float, steps: int
-) -> tuple[float, float]:
-    """Return the time from the deepest point to the highest one, and its position."""
-    step = 0.6 * period / steps
-    mass = Mass(1.0, position=deepest * _STATIC)
-    run = move(contact, mass, Stepping(step, steps), Push(_LOAD))
-    v = run.velocity
-    k = int(np.flatnonzero((v[1:-1] < 0) & (v[2:] >= 0))[0]) + 1
-    return float(run.time[k] + step * v[k] / (v[k] - v[k + 1])), float(run.position.min())
 
 
 @experiment(

@@ -20,7 +20,7 @@ from comparisons.questions.experiments.experiment import (
 )
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.solving.shared import shared
-from reduced.rough import ensemble, surface_spectrum
+from reduced.rough import surface_spectrum
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.surfaces import hessian, summits
 
@@ -86,13 +86,6 @@ def line_moments(
 _LEVELS = np.linspace(-6, 6, 1201)
 
 
-def _distributions(heights: np.ndarray) -> np.ndarray:
-    """Return the fractions of heights below the levels, by row, shape (rows, levels)."""
-    place = np.searchsorted(_LEVELS, heights)
-    counts = [np.bincount(row, minlength=_LEVELS.size + 1)[:-1] for row in place]
-    return np.cumsum(counts, axis=1) / heights.shape[1]
-
-
 def _distance(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
 
@@ -102,11 +95,7 @@ def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray
     """Return heights of surfaces and lines in units of the surface's rms, row by realisation."""
     maps = np.stack([surface.heights(k).ravel() for k in range(count)])
     # as many lines as give the number of points of the surfaces
-    lines = (
-        ensemble.RandomLines(surface.line(rule), 2 * surface.points, 20 * count, seed=SEED)
-        .draw()
-        .heights
-    )
+    lines = surface.lines(20 * count, 2, rule).draw().heights
     scale = maps.std()
     return maps / scale, lines / scale
 
@@ -135,11 +124,15 @@ def line_heights(
     surface = Surface.of(points, hurst, roll_off, 2.0, True)
     count = number_of(realisations, effort, 40)
     maps, lines = _height_samples(surface, count, rule)
-    shares = [_distributions(heights) for heights in (maps, lines)]
+    shares = []  # of the heights below the levels, by row, (rows, levels)
+    for heights in (maps, lines):
+        place = np.searchsorted(_LEVELS, heights)
+        counts = [np.bincount(row, minlength=_LEVELS.size + 1)[:-1] for row in place]
+        shares.append(np.cumsum(counts, axis=1) / heights.shape[1])
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(2,)))
     noise = []
     for _ in range(40):
-        halves = [np.array_split(heights[rng.permutation(len(heights))], 2) for heights in shares]
+        halves = [np.array_split(share[rng.permutation(len(share))], 2) for share in shares]
         # halves have twice the variance, so their distance is twice that of the complete ensembles
         of_maps, of_lines = (_distance(first, second) for first, second in halves)
         noise.append(0.5 * float(np.hypot(of_maps, of_lines)))
@@ -191,8 +184,8 @@ def _line_peaks(
     surface: Surface, count: int, rule: str, factor: int, height: float
 ) -> dict[str, np.ndarray]:
     """Return means over the maxima of `count` lines, `factor` times finer than necessary."""
-    points = 2 * factor * surface.points
-    lines = ensemble.RandomLines(surface.line(rule), points, count, seed=SEED).draw().heights
+    lines = surface.lines(count, 2 * factor, rule).draw().heights
+    points = lines.shape[1]
     wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
     second = fft.irfft(fft.rfft(lines, axis=1) * wavenumber**2, n=points, axis=1)
     top = (lines > np.roll(lines, 1, axis=1)) & (lines > np.roll(lines, -1, axis=1)) & (second > 0)

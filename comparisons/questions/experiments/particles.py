@@ -8,6 +8,7 @@ import numpy as np
 
 from comparisons.questions.experiments.experiment import (
     Above,
+    Details,
     Effort,
     Finding,
     Share,
@@ -58,25 +59,14 @@ def particle_waves(
     vectors *= 2 * np.pi / wavelength / np.linalg.norm(vectors, axis=1)[:, None]
     speeds = np.array([wave_speeds(material, wave) for wave in vectors])
     errors = speeds / exact - 1
-    speed, drift = _marched(material, round(wavelength), PERIODS[effort])
-    details: dict[str, float | str] = {
-        "longitudinal, largest": float(np.abs(errors[:, 2]).max()),
-        "transverse, largest": float(np.abs(errors[:, :2]).max()),
-        "marched along x: speed over the continuum's - 1": speed / float(exact[2]) - 1,
-        "marched: largest change of energy": drift,
-    }
-    return Finding(*worst(speeds, np.broadcast_to(exact, speeds.shape)), ROUND_OFF, details)
-
-
-def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, float]:
-    """Return the speed of a standing wave along x of some spacings, and its change of energy."""
+    spacings = round(wavelength)
     packing = periodic_packing((spacings, 2, 2))
     wave = 2 * np.pi / spacings
     mode = np.zeros((packing.free, 6))
     mode[:, 0] = np.cos(wave * packing.places[:, 0])
     step = spacings / STEPS / float(wave_speeds(material, [wave, 0.0, 0.0])[2])
     motion = Leapfrog(Automata(packing, material), mode.copy(), np.zeros_like(mode), step)
-    energies = motion.run(periods * STEPS - 1)
+    energies = motion.run(PERIODS[effort] * STEPS - 1)
     amplitudes = []
     for _ in range(3):
         amplitudes.append(np.vdot(motion.moved, mode))
@@ -84,7 +74,13 @@ def _marched(material: Elastic, spacings: int, periods: int) -> tuple[float, flo
     # leapfrog: the sum of the neighbours in time is 2 - (omega dt)^2 times the middle one
     before, middle, after = amplitudes
     frequency = np.sqrt(2 - (before + after) / middle) / step
-    return float(frequency / wave), float(np.ptp(energies) / energies[0])
+    details: Details = {
+        "longitudinal, largest": float(np.abs(errors[:, 2]).max()),
+        "transverse, largest": float(np.abs(errors[:, :2]).max()),
+        "marched along x: speed over the continuum's - 1": float(frequency / wave / exact[2]) - 1,
+        "marched: largest change of energy": float(np.ptp(energies) / energies[0]),
+    }
+    return Finding(*worst(speeds, np.broadcast_to(exact, speeds.shape)), ROUND_OFF, details)
 
 
 @experiment(
@@ -157,7 +153,17 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
         raise ValueError(f"depth must be above 1, and no more than the 110 of the fit: {depth!r}")
     numbers = (2, 3) if effort == "quick" else (4, 5)
     exact = 1.03 * depth**1.425 if depth <= 6 else 1.40 * depth**1.263
-    forces = [_flowed(poisson_ratio, number, depth) for number in numbers]
+    forces = []  # F/F_y, by three steps from the depth of first yield
+    effective = 1 / (1 - poisson_ratio**2)
+    for number in numbers:
+        radius, first = 10.0 * number, 0.1 * number / depth
+        peak = 2 * effective / np.pi * np.sqrt(first / radius)
+        limit = peak / yield_pressure(poisson_ratio)
+        material = PlasticMaterial(Material(1.0, poisson_ratio), limit)
+        body = PlasticHalfSpace(Domain((1.7 * number,) * 2, 2.5 * number), material)
+        gap = (body.points**2).sum(axis=1) / (2 * radius)
+        *_, last = body.walk(gap, LoadPath("penetration", first * np.geomspace(1, depth, 4)))
+        forces.append(last.force / float(paraboloid(radius, effective).force(first)))
     elastic = depth**1.5
     details: dict[str, float | str] = {
         "automata per radius of the elastic contact": float(numbers[-1]),
@@ -165,21 +171,6 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
     }
     bar = float(np.hypot(abs(forces[-1] - forces[0]), _FIT * forces[-1])) / exact
     return Finding(forces[-1], exact, bar, details)
-
-
-def _flowed(poisson_ratio: float, per_radius: int, depth: float) -> float:
-    """Return F/F_y at a depth, by three steps from that of first yield."""
-    radius = 10.0 * per_radius
-    first = 0.1 * per_radius / depth
-    effective = 1 / (1 - poisson_ratio**2)
-    peak = 2 * effective / np.pi * np.sqrt(first / radius)
-    limit = peak / yield_pressure(poisson_ratio)
-    material = PlasticMaterial(Material(1.0, poisson_ratio), limit)
-    body = PlasticHalfSpace(Domain((1.7 * per_radius,) * 2, 2.5 * per_radius), material)
-    gap = (body.points**2).sum(axis=1) / (2 * radius)
-    depths = first * np.geomspace(1, depth, 4)
-    *_, last = body.walk(gap, LoadPath("penetration", depths))
-    return last.force / float(paraboloid(radius, effective).force(first))
 
 
 @experiment(

@@ -49,10 +49,6 @@ def corners_of(shape: str, sides: int, aspect: float) -> tuple[tuple[float, floa
     return _FIXED[shape]
 
 
-def _area(shape: str, sides: int, aspect: float) -> float:
-    return math.pi if shape == "disc" else signed_area(np.array(corners_of(shape, sides, aspect)))
-
-
 @lru_cache(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
     """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
@@ -75,8 +71,10 @@ def equal_area(
     aspect: Annotated[float, Above(0)] = 1.0,
 ) -> Finding:
     """Measure the error of k by D = (4A/pi)^(1/2), never positive (Polya & Szego 1951)."""
-    true = punch_stiffness(shape, int(sides), float(aspect), effort)
-    stated = flat_faces.equal_area_stiffness(_area(shape, int(sides), float(aspect)))
+    face = shape, int(sides), float(aspect)
+    true = punch_stiffness(*face, effort)
+    area = math.pi if shape == "disc" else signed_area(np.array(corners_of(*face)))
+    stated = flat_faces.equal_area_stiffness(area)
     details: dict[str, float | str] = {
         "k/E* not below": true.lower,
         "k/E* not above": true.upper,

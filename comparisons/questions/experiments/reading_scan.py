@@ -27,7 +27,7 @@ LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
 # Surfaces and lines of the search; the surfaces differ from those of the judgement. The choice must
 # not depend on the effort: another reading is another statement.
 _FIRST = 200_000
-_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (24, 450), "full": (24, 450)}
+_COUNTS = 24, 450
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,8 @@ class Choice:
     unsaid: str
 
 
-def _choices() -> tuple[Choice, ...]:
-    data = tomllib.loads((Path(__file__).parent / "readings.toml").read_text(encoding="utf-8"))
-    return tuple(Choice(**{**row, "values": tuple(row["values"])}) for row in data["choice"])
-
-
-CHOICES = _choices()
+_DATA = tomllib.loads(Path(__file__).with_name("readings.toml").read_text(encoding="utf-8"))
+CHOICES = tuple(Choice(**{**row, "values": tuple(row["values"])}) for row in _DATA["choice"])
 # A reading: the values of the choices, in their order.
 Reading = tuple[float | str, ...]
 READINGS: tuple[Reading, ...] = tuple(product(*(choice.values for choice in CHOICES)))
@@ -70,13 +66,17 @@ def parameters_of(reading: Reading) -> dict[str, Any]:
 
 # What it needs is shared, it is not: processes that need the same scan would wait for one of them.
 @lru_cache(maxsize=4)
-def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]:
+def scan(points: int = 64) -> dict[Reading, np.ndarray]:
     """Return counted area of the line over that of the surface, less one, at `LOADS`, by reading.
 
     Means over 24 surfaces and 450 lines: enough to rank readings, not to judge one.
     """
-    surfaces, count = _COUNTS[effort]
-    read = {reading: _family(parameters_of(reading), points) for reading in READINGS}
+    surfaces, count = _COUNTS
+    read = {}  # what draws the lines of a reading: several readings press the same lines
+    for reading in READINGS:
+        chosen = parameters_of(reading)
+        surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
+        read[reading] = surface, str(chosen["rule"]), float(chosen["line_length"])
     families = list(dict.fromkeys(read.values()))
     patches = list(dict.fromkeys(family[0] for family in families))
     true = dict(zip(patches, _true.over((patch, surfaces) for patch in patches), strict=True))
@@ -87,12 +87,6 @@ def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]
         stated = lines[family][str(chosen["edges"]), int(chosen["sided"])]
         errors[reading] = stated / true[family[0]] - 1
     return errors
-
-
-def _family(chosen: dict[str, Any], points: int) -> tuple[Surface, str, float]:
-    """Return what draws the lines of a reading: several readings press the same lines."""
-    surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
-    return surface, str(chosen["rule"]), float(chosen["line_length"])
 
 
 @shared(maxsize=256)
@@ -129,21 +123,16 @@ def _true(surface: Surface, count: int) -> np.ndarray:
     )
 
 
-def best_reading(
-    points: int = 64, by: str = "largest", effort: Effort = "full", steepest: float = np.inf
-) -> Reading:
-    """Return the reading whose error over `LOADS`, as a factor, is the smallest.
+def best_reading(points: int = 64, by: str = "largest", steepest: float = np.inf) -> Reading:
+    """Return the reading whose error over `LOADS` is the smallest, as a factor.
 
-    Of those with Hurst exponents up to `steepest`.
-
-    By the largest error over the loads, if curves should coincide everywhere, or by the median one,
-    if they should coincide over a part of the loads.
+    Of those with Hurst exponents up to `steepest`. By the largest error over the loads, if curves
+    should coincide everywhere, or by the median one, if they should coincide over a part of them.
     """
-    middle = by == "median"
-    size: Callable[[np.ndarray], np.floating] = np.median if middle else np.max
+    size: Callable[[np.ndarray], np.floating] = np.median if by == "median" else np.max
     tried = {
         reading: errors
-        for reading, errors in scan(points, effort).items()
+        for reading, errors in scan(points).items()
         if parameters_of(reading)["hurst"] <= steepest
     }
     return min(tried, key=lambda reading: float(size(np.abs(np.log1p(tried[reading])))))
@@ -168,7 +157,7 @@ def best(
 
     `steepest`: the largest Hurst exponent that is allowed.
     """
-    chosen = parameters_of(best_reading(int(points), by, effort, float(steepest)))
+    chosen = parameters_of(best_reading(int(points), by, float(steepest)))
     finding = measure_area(
         effort,
         load=load,

@@ -10,7 +10,7 @@ from comparisons.questions.experiments.experiment import Above, Finding, OneOf, 
 from reduced.loads import Load
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of
-from reduced.rough.press import LineContact, press
+from reduced.rough.press import press
 from reduced.rough.surface_spectrum import measured
 from reference.closed_form import Westergaard
 
@@ -45,17 +45,12 @@ def _ridges(
         "contact_area": wave.contact_fraction(pressure),
         "mean_gap": wave.mean_gap(pressure),
     }[quantity]
-    coarse, fine = (
-        float(getattr(_pressed(count, per_ridge, pressure), quantity).item())
-        for per_ridge in (_LINE, 2 * _LINE)
-    )
-    return Finding(fine, float(true), abs(fine - coarse) / float(true) + 1e-12, {})
-
-
-def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:
-    """Return the contact of the line of a map of ridges under the force of the map."""
     points = _MAP * count
     height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
-    line = RandomLines(spectrum, per_ridge * count, 1).draw()
-    return press(line, 1.0, Load("force", pressure))
+    contacts = (  # under the force of the map
+        press(RandomLines(spectrum, per_ridge * count, 1).draw(), 1.0, Load("force", pressure))
+        for per_ridge in (_LINE, 2 * _LINE)
+    )
+    coarse, fine = (float(getattr(contact, quantity).item()) for contact in contacts)
+    return Finding(fine, float(true), abs(fine - coarse) / float(true) + 1e-12, {})

@@ -21,11 +21,10 @@ from comparisons.questions.experiments.experiment import (
     Share,
     experiment,
 )
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface
+from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.solving.shared import shared
 from reduced.friction.roll import RoughRoller
 from reduced.friction.slide import Friction, tangential_modulus
-from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
 from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
 from reference.contact import slide as stick_slip
@@ -260,7 +259,7 @@ def rolling_rough(
     )
     n = 4 * surface.points
     x = (np.arange(n) - (n - 1) / 2) / n
-    lines = RandomLines(surface.line("rings"), n, 64 * count, seed=SEED).draw().heights
+    lines = surface.lines(64 * count, 4).draw().heights
     rollers = (
         RoughRoller(curvature * x**2, np.concatenate([line, line]), 1 / n, 1.0) for line in lines
     )

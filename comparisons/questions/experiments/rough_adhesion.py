@@ -24,7 +24,6 @@ from scipy.optimize import minimize_scalar
 
 from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from comparisons.questions.experiments.rough_ensemble import (
-    SEED,
     Surface,
     compare,
     press,
@@ -32,7 +31,6 @@ from comparisons.questions.experiments.rough_ensemble import (
 )
 from comparisons.solving.shared import shared
 from reduced.loads import Load
-from reduced.rough import ensemble
 from reduced.rough.press import press as press_lines
 from reference.halfspace import Contact
 from reference.halfspace.cohesive import CohesiveLaw, exponential
@@ -172,9 +170,7 @@ def _of_lines(
 ) -> np.ndarray:
     """Return the attraction across the gaps of equivalent lines, or their pull-off, per patch."""
     law = attraction_law(surface, *adhesion)
-    lines = ensemble.RandomLines(
-        surface.line("rings"), _FINER * surface.points, _LINES, seed=SEED
-    ).draw()
+    lines = surface.lines(_LINES, _FINER).draw()
     loads = (load,) if quantity == "attraction" else _LINE_LOADS
     depths = press_lines(lines, 1.0, Load("force", list(loads[::-1]))).penetration[:, ::-1]
     depths = np.column_stack([depths, np.zeros(len(lines))])

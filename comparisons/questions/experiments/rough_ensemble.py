@@ -7,7 +7,7 @@ cached within the process.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from comparisons.questions.experiments.experiment import Above, Details, Finding
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
+from reduced.rough.lines import RoughLines
 from reduced.rough.surface_spectrum import SelfAffine
 from reference import loads as reference_loads
 from reference import surfaces
@@ -96,6 +97,10 @@ class Surface:
     def line(self, rule: str) -> line_spectrum.LineSpectrum:
         """Return the spectrum of the surface's equivalent line."""
         return line_spectrum.prescribed(self.points, 1.0, SelfAffine(**self.recipe), rule=rule)
+
+    def lines(self, count: int, finer: int, rule: str = "rings") -> ensemble.RandomLines:
+        """Return `count` equivalent lines, with `finer` points for one of the surface."""
+        return ensemble.RandomLines(self.line(rule), finer * self.points, count, seed=SEED)
 
 
 def press(
@@ -200,6 +205,16 @@ def pressed_lines(
     return {
         name: pressed.samples[name] / (length**2 if name in per_patch else 1.0) for name in names
     }
+
+
+def each_line(
+    surface: Surface, load: float, count: int, finer: int
+) -> Iterator[tuple[RoughLines, float]]:
+    """Yield lines one by one, each with its penetration under the load."""
+    lines = surface.lines(count, finer)
+    pressed = ensemble.press_ensemble(lines, 1.0, Load("force", load), quantities=["penetration"])
+    for k, depth in enumerate(pressed.samples["penetration"][:, 0]):
+        yield lines.draw([k]), float(depth)
 
 
 def truth(

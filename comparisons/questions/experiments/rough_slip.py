@@ -12,11 +12,10 @@ from typing import Annotated
 import numpy as np
 
 from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, truth
+from comparisons.questions.experiments.rough_ensemble import Surface, compare, truth
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide_lines, tangential_modulus
 from reduced.loads import Load, LoadPath
-from reduced.rough.ensemble import RandomLines
 from reference import loads as reference_loads
 from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import Compliance, NormalAndTangential
@@ -46,11 +45,9 @@ def _true(surface: Surface, load: float, share: float, realisation: int, factor:
 
 def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
     """Return the tangential displacements of lines with the same spectrum."""
-    points = 4 * surface.points
-    drawn = RandomLines(surface.line("rings"), points, count, seed=SEED).draw()
     friction = Friction(tangential_modulus(_SHEAR_MODULUS, _POISSON), _FRICTION)
     path = LoadPath("tangential_force", share * _FRICTION * load)
-    answer = slide_lines(drawn, 1.0, friction, Load("force", load), path)
+    answer = slide_lines(surface.lines(count, 4).draw(), 1.0, friction, Load("force", load), path)
     return answer.tangential_displacement[:, -1]
 
 

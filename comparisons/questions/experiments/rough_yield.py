@@ -19,11 +19,16 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
+from comparisons.questions.experiments.rough_ensemble import (
+    Surface,
+    compare,
+    each_line,
+    press,
+    truth,
+)
 from comparisons.scene.scene import load_scene
 from comparisons.solving.shared import shared
-from reduced.loads import Load
-from reduced.rough import ensemble, regions
+from reduced.rough import regions
 from reference.elasticity import Material
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.areas import located_area
@@ -163,16 +168,10 @@ def rough_first_yield(
     true, grid_bar = truth(sample, "refined", count, effort)
     # The largest local stress (19.37) of every line: second differences need eight times the points
     # of the surface.
-    random = ensemble.RandomLines(surface.line("rings"), 8 * surface.points, 4 * count, seed=SEED)
-    pressed = ensemble.press_ensemble(
-        random, 1.0, Load("force", float(load)), quantities=["penetration"]
-    )
-    stated = np.array(
-        [
-            regions.line_stress(random.draw([k]), 1.0, float(depth), rule=rule).pressure.max()
-            for k, depth in enumerate(pressed.samples["penetration"][:, 0])
-        ]
-    )
+    stated = [
+        regions.line_stress(line, 1.0, depth, rule=rule).pressure.max()
+        for line, depth in each_line(surface, float(load), 4 * count, 8)
+    ]
     finest = 4 if effort == "full" else 2
     number = max(3, count // 30) if effort == "full" else max(6, count // 6)
     depths = _largest(surface, float(load), float(poisson_ratio), finest, number)[1]

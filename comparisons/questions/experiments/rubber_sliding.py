@@ -27,7 +27,7 @@ from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.rough.surface_spectrum import SelfAffine
 from reduced.rubber.history import slide_in_time
-from reduced.rubber.printed import PrintedSliding, slide_as_printed
+from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -45,20 +45,6 @@ def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
     points = round(float(per_wave) / _SHORTEST)
     spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=_SHORTEST))
     return RandomLines(spectrum, points, count, seed=7).draw()
-
-
-def _printed_run(line: RoughLines, number: float, load: float) -> PrintedSliding:
-    """Return a line's sliding as printed, from static contact, averaged over the last period."""
-    at_rest = press(line, 4.0, Load("force", load), edges="nodal").penetration.item()
-    points = line.heights.shape[1]
-    return slide_as_printed(
-        line,
-        kelvin_voigt(1.0, 1.0),
-        1 / (points * number),
-        load,
-        steps=4 * points,
-        level=float(line.heights.max()) - at_rest,
-    )
 
 
 @experiment(
@@ -89,9 +75,13 @@ def printed_rubber(
     if quantity == "start":
         missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough.heights]
         return share_of(sum(missed), len(rough), {"lines": float(len(rough))})
-    speed = 1 / (points * number)
-    exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", load))
-    runs = [_printed_run(rough[row], number, load) for row in range(len(rough))]
+    speed, rubber = 1 / (points * number), kelvin_voigt(1.0, 1.0)
+    exact = slide(rough, rubber, speed, LoadPath("force", load))
+    runs = []  # from static contact on
+    for line in (rough[row] for row in range(len(rough))):
+        at_rest = press(line, 4.0, Load("force", load), edges="nodal").penetration.item()
+        level = float(line.heights.max()) - at_rest
+        runs.append(slide_as_printed(line, rubber, speed, load, steps=4 * points, level=level))
     done = [run.outcome == "completed" for run in runs]
     name = "tangential_force" if quantity == "friction" else "conjugate_force"
     forces = [float(getattr(run, name)[-points:].mean()) for run in runs]
@@ -205,35 +195,6 @@ def _coefficients(method: str, grid: int, speed: float, force: float, count: int
     return np.asarray(solved.quantities["friction_coefficient"][:, 0])
 
 
-def _line(effort: str, speed: float, force: float) -> Finding:
-    """Compare means over lines with means over surfaces; the grid counts with its last change."""
-    finest = 2 * _GRID if effort == "full" else _GRID
-    coarse, fine = (_coefficients("bem_fft", n, speed, force) for n in (finest // 2, finest))
-    change = 1.25 * abs(float(fine.mean() / coarse.mean()) - 1)
-    lines = _coefficients("reduced", 2 * _GRID, speed, force, _LINES)
-    return compare(lines, fine, change, {})
-
-
-def _load(effort: str, speed: float, force: float) -> Finding:
-    """Compare surfaces under four times the force with themselves.
-
-    The ratio of many surfaces on one grid, times what the next finer grid changes of that of a few:
-    grids err alike at both loads. That change is the bar of the grid.
-    """
-    many, grid = (_MANY, _GRID) if effort == "full" else (_MANY // 4, _GRID // 2)
-
-    def pair(grid: int, count: int) -> list[np.ndarray]:
-        return [_coefficients("bem_fft", grid, speed, f, count) for f in (_MORE * force, force)]
-
-    (more, base), finer = pair(grid, many), pair(2 * grid, _FEW)
-    ratio, scatter = ratio_of_means(more[:, None], base[:, None], paired=True)
-    coarse = float(more[:_FEW].mean() / base[:_FEW].mean())
-    change = float(finer[0].mean() / finer[1].mean()) / coarse
-    bar = float(combined(float(scatter[0]), 1.25 * abs(change - 1)))
-    once = float(base.mean())
-    return Finding(float(ratio[0]) * change * once, once, bar, {})
-
-
 @experiment(
     "rough-rubber",
     "Friction of rough rubber: lines against surfaces, and its change with the load",
@@ -249,8 +210,27 @@ def rough_rubber(
 ) -> Finding:
     """Compare coefficients of friction at a speed in mm/s and a force in mN.
 
-    ``"line"``: means over lines against means over surfaces. ``"load"``: surfaces under four times
-    the force against the same surfaces under it.
+    ``"line"``: means over lines against means over surfaces; the grid counts with its last change.
+    ``"load"``: surfaces under four times the force against the same surfaces under it. The ratio of
+    many surfaces on one grid, times what the next finer grid changes of that of a few: grids err
+    alike at both loads. That change is the bar of the grid.
     """
-    compared = {"line": _line, "load": _load}
-    return compared[statement](effort, float(speed), float(force))
+    speed, force = float(speed), float(force)
+    finest = _GRID if effort == "full" else _GRID // 2
+    if statement == "line":
+        before, on_grid = (_coefficients("bem_fft", n, speed, force) for n in (finest, 2 * finest))
+        change = 1.25 * abs(float(on_grid.mean() / before.mean()) - 1)
+        lines = _coefficients("reduced", 2 * _GRID, speed, force, _LINES)
+        return compare(lines, on_grid, change, {})
+
+    def pair(grid: int, count: int) -> list[np.ndarray]:
+        return [_coefficients("bem_fft", grid, speed, f, count) for f in (_MORE * force, force)]
+
+    more, base = pair(finest, _MANY if effort == "full" else _MANY // 4)
+    finer = pair(2 * finest, _FEW)
+    ratio, scatter = ratio_of_means(more[:, None], base[:, None], paired=True)
+    coarse = float(more[:_FEW].mean() / base[:_FEW].mean())
+    change = float(finer[0].mean() / finer[1].mean()) / coarse
+    bar = float(combined(float(scatter[0]), 1.25 * abs(change - 1)))
+    once = float(base.mean())
+    return Finding(float(ratio[0]) * change * once, once, bar, {})

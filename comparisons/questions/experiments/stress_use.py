@@ -15,11 +15,16 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
+from comparisons.questions.experiments.rough_ensemble import (
+    Surface,
+    compare,
+    each_line,
+    press,
+    truth,
+)
 from comparisons.solving.shared import shared
-from reduced.loads import Load
 from reduced.profiles import equivalents
-from reduced.rough import ensemble, regions
+from reduced.rough import regions
 from reduced.springs import stress
 from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
 
@@ -128,18 +133,16 @@ def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[n
 
 @shared(maxsize=16)
 def _stresses(
-    surface: Surface, load: float, rule: str, points: int, count: int
+    surface: Surface, load: float, rule: str, count: int
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """Return the stress (19.37) of the springs in contact, one array per line.
 
     Also the fraction of springs without a real value, which count as unstressed.
     """
-    random = ensemble.RandomLines(surface.line("rings"), points, count, seed=SEED)
-    pressed = ensemble.press_ensemble(random, 1.0, Load("force", load), quantities=["penetration"])
-    depths = pressed.samples["penetration"][:, 0]
+    # second differences need eight times the points of the surface
     stresses = [
-        regions.line_stress(random.draw([k]), 1.0, float(depth), rule=rule)
-        for k, depth in enumerate(depths)
+        regions.line_stress(line, 1.0, depth, rule=rule)
+        for line, depth in each_line(surface, load, count, 8)
     ]
     return [s.pressure for s in stresses], np.array([s.undefined_share for s in stresses])
 
@@ -178,8 +181,7 @@ def above_hardness(
     true, grid_bar = truth(sample, "refined", count, effort)
     if true.mean() == 0:
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
-    # second differences need eight times the points of the surface
-    stresses, undefined = _stresses(surface, float(load), rule, 8 * surface.points, 4 * count)
+    stresses, undefined = _stresses(surface, float(load), rule, 4 * count)
     stated = _shares(stresses, hardness)
     details: dict[str, float | str] = {"springs without a value": float(undefined.mean())}
     return compare(stated, true, grid_bar, details)

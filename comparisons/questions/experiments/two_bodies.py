@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -15,7 +16,6 @@ from comparisons.questions.experiments.experiment import (
 )
 from comparisons.questions.experiments.rough_ensemble import (
     QUANTITIES,
-    SEED,
     Surface,
     compare,
     press,
@@ -23,9 +23,7 @@ from comparisons.questions.experiments.rough_ensemble import (
 )
 from comparisons.solving.shared import shared
 from reduced.loads import Load
-from reduced.rough import ensemble, line_spectrum
 from reduced.rough import press as rough_line
-from reduced.rough.lines import RoughLines
 
 # First realisation of the second body, distinct from those of the first.
 _SECOND = 100_000
@@ -41,19 +39,10 @@ def _surfaces(
     independent = np.sqrt(1 - correlation**2)
     rows = []
     for k in range(count):
-        first_heights, second_heights = (
-            first.heights(k, factor),
-            second.heights(_SECOND + k, factor),
-        )
+        own, other = first.heights(k, factor), second.heights(_SECOND + k, factor)
         # keeps the rms gradient of the second body for any correlation
-        rows.append(
-            press(
-                operator,
-                first_heights + correlation * first_heights + independent * second_heights,
-                load,
-                True,
-            )[1]
-        )
+        both = own + correlation * own + independent * other
+        rows.append(press(operator, both, load, True)[1])
     return {name: np.array([row[name] for row in rows]) for name in _NAMES}
 
 
@@ -62,22 +51,14 @@ def _lines(
     first: Surface, second: Surface, load: float, count: int, combined: bool
 ) -> dict[str, np.ndarray]:
     """Return quantities of pairs of lines, or of one line with the sum of their spectra."""
-    points = 2 * max(first.points, second.points)
-    first_line, second_line = first.line("rings"), second.line("rings")
+    of_first, of_second = first.lines(count, 2), second.lines(count, 2)
     if combined:
-        size = max(first_line.power.size, second_line.power.size)
-        longer = first_line if first_line.power.size == size else second_line
-        powers = [
-            np.pad(spectrum.power, (0, size - spectrum.power.size))
-            for spectrum in (first_line, second_line)
-        ]
-        both = line_spectrum.LineSpectrum(longer.wavenumber, powers[0] + powers[1], longer.length)
-        lines = ensemble.RandomLines(both, points, count, seed=SEED).draw()
+        power = of_first.spectrum.power + of_second.spectrum.power
+        lines = replace(of_first, spectrum=replace(of_first.spectrum, power=power)).draw()
     else:
-        first_lines = ensemble.RandomLines(first_line, points, count, seed=SEED).draw()
         later = range(_SECOND, _SECOND + count)
-        second_lines = ensemble.RandomLines(second_line, points, count, seed=SEED).draw(later)
-        lines = RoughLines(first_lines.heights + second_lines.heights, 1 / points)
+        lines = of_first.draw()
+        lines = replace(lines, heights=lines.heights + of_second.draw(later).heights)
     # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
     contact = rough_line.press(lines, 1.0, Load("force", load))
     return {name: getattr(contact, name)[:, 0] for name in _NAMES}

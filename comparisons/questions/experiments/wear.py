@@ -42,7 +42,7 @@ def fretting_limit(
     """
     limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), _DEPTH, lag)
     after = _springs if model == "springs" else _cells
-    finest = {"springs": 8, "half_space": 8}[model] * (1 if effort == "quick" else 2)
+    finest = 8 if effort == "quick" else 16
     fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
     return Finding(fine, limit.force, abs(fine - coarse) / limit.force, {})
 

@@ -221,13 +221,13 @@ def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkey
     """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
     few = [reading for reading in reading_scan.READINGS if reading[0] in (0.3, 2.0)]
     monkeypatch.setattr(reading_scan, "READINGS", few)
-    monkeypatch.setitem(reading_scan._COUNTS, "quick", (2, 40))
+    monkeypatch.setattr(reading_scan, "_COUNTS", (2, 40))
     reading_scan.scan.cache_clear()
-    tried = reading_scan.scan(32, "quick")
+    tried = reading_scan.scan(32)
     worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
-    best = reading_scan.best_reading(32, effort="quick")
+    best = reading_scan.best_reading(32)
     assert worst[best] == min(worst.values())
-    assert reading_scan.best_reading(32, effort="quick", steepest=1)[0] == 0.3
+    assert reading_scan.best_reading(32, steepest=1)[0] == 0.3
     counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
     alone = measure("rough-contact", 0.01, **counted, **reading_scan.parameters_of(best))
     assert measure("best-reading", 0.01, points=32).error == alone.error
