@@ -122,7 +122,7 @@ def test_the_paraboloid_of_the_benchmark_touches_over_the_radius_it_promises(cro
 
 
 def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
-    monkeypatch.setattr(bem.press, "installed", lambda peer: False)
+    monkeypatch.setattr(bem.client, "installed", lambda peer: False)
     row = bem.against_peers(tiny())
     assert row.seconds > 0
     assert row.yardstick == "no peer installed: pip install 'roughline[peers]'"
@@ -133,14 +133,14 @@ def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
 @pytest.mark.slow
 def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatch):
     """Two peers of 1 ms and 1 us beside a solve of milliseconds."""
-    monkeypatch.setattr(bem.press, "installed", lambda peer: True)
+    monkeypatch.setattr(bem.client, "installed", lambda peer: True)
     times = {"tamaas": 1e-3, "contactmechanics": 1e-6}
 
     def answer(peer, *_, **__):
-        return bem.press.PeerResult(processor_seconds=[times[peer]] * 3)
+        return bem.client.PeerResult(processor_seconds=[times[peer]] * 3)
 
-    monkeypatch.setattr(bem.press, "press", answer)
-    monkeypatch.setattr(bem.press, "attempt", answer)
+    monkeypatch.setattr(bem.client, "press", answer)
+    monkeypatch.setattr(bem.client, "attempt", answer)
     row = bem.against_peers(tiny())
     assert row.yardstick.startswith("ContactMechanics")
     assert row.yardstick_seconds == 1e-6
@@ -171,13 +171,13 @@ def test_a_convolution_is_compared_with_the_machine_it_runs_on():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("peer", tuple(bem.press.PACKAGES))
+@pytest.mark.parametrize("peer", tuple(bem.client.PACKAGES))
 def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch):
-    if not bem.press.installed(peer):
+    if not bem.client.installed(peer):
         pytest.skip(f"{peer} is not installed")
-    monkeypatch.setattr(bem.press, "installed", lambda part: part == peer)
+    monkeypatch.setattr(bem.client, "installed", lambda part: part == peer)
     row = bem.against_peers(tiny())
-    assert row.yardstick.startswith(bem.press.PACKAGES[peer][0])
+    assert row.yardstick.startswith(bem.client.PACKAGES[peer][0])
     ours, theirs = (float(text.rpartition(" ")[2]) for text in (row.name, row.yardstick))
     assert ours / 20 < theirs <= 1.1 * ours  # both printed with one digit
     assert row.ratio == pytest.approx(row.seconds / row.yardstick_seconds)
