@@ -380,22 +380,35 @@ def load_scenes(
     """
     data, origin, folder = _read(source)
     table = data.get("sweep")
+    while isinstance(table, dict) and any(isinstance(item, dict) for item in table.values()):
+        table = {  # a dotted key that was not quoted is a table in a table
+            path: value
+            for key, item in table.items()
+            for path, value in (
+                {f"{key}.{last}": value for last, value in item.items()}
+                if isinstance(item, dict)
+                else {key: item}
+            ).items()
+        }
     if not (isinstance(table, dict) and any(isinstance(v, list) for v in table.values())):
         return [load_scene(source, overrides)]
     (path, values), *more = table.items()
     number = len(values) if isinstance(values, list) else 0
+    if path in ("name", "title", "sweep"):
+        raise SceneError(origin, [f"sweep.{path}: expected a key that changes the scene"])
     if more or not 2 <= number <= MOST_SWEPT or len({*map(str, values)}) < number:
         expected = f'one key with a list of 2 to {MOST_SWEPT} different values, "indenter.radius"'
         raise SceneError(origin, [f"sweep: expected {expected} = [...], got {table!r:.60}"])
-    scenes, words = [], path.split(".")[-1].replace("_", " ")
+    scenes, words, name = [], path.split(".")[-1].replace("_", " "), data.get("name")
     for count, value in enumerate(values, start=1):
         changes = {
             **(overrides or {}),
             path: value,
             "sweep": {path: value},
-            "name": f"{data.get('name')}-{count}",
-            "title": f"{data.get('title') or data.get('name')}, {words} {value}",
+            "title": f"{data.get('title') or name}, {words} {value}"[:300],
         }
+        if isinstance(name, str):
+            changes["name"] = f"{name}-{count}"
         scenes.append(_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
     return scenes
 

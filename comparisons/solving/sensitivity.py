@@ -54,7 +54,7 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
             | {
                 "sweep": {"preparation": words},
                 "name": f"{scene.name}-{count}",
-                "title": f"{scene.heading}, {words}",
+                "title": f"{scene.heading}, {words}"[:300],
             },
         )
         for count, (words, changes) in enumerate(variants.items(), start=1)

@@ -462,6 +462,8 @@ def test_a_sweep_is_one_scene_for_each_value():
     assert "radius 2 mm" in scenes[1].heading
     assert parse_scene(scenes[1].text, "x.toml", Path.cwd()) == scenes[1]
     assert load_scenes(scenes[1]) == [scenes[1]]
+    unquoted = tables | {"sweep": {"indenter": {"radius": SWEEP["indenter.radius"]}}}
+    assert load_scenes(unquoted, {"compare.tolerance": 0.05}) == scenes
     with pytest.raises(SceneError, match="roughline run"):
         load_scene(tables)
 
@@ -477,6 +479,7 @@ def test_a_sweep_is_one_scene_for_each_value():
             "radius = 2 Pa:\n  indenter.radius: expected a unit of m",
         ),
         ({"indenter.width": [1e-3, 2e-3]}, "indenter.width: unknown key"),
+        ({"name": ["a", "b"]}, "sweep.name: expected a key that changes the scene"),
     ],
 )
 def test_a_sweep_that_cannot_be_is_named(sweep, expected):
