@@ -325,7 +325,8 @@ _SHRINKS = 12
 _MOST = 2000  # largest number of points of a path
 _EASY, _ITERATIONS = 6, 30
 # Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path,
-# because a step over a fold would reach another branch.
+# because a step over a fold would reach another branch; so would a corner that leads far, by a step
+# of a straight path or more.
 _TURN, _CORNER = 0.7, 0.05
 
 
@@ -497,7 +498,9 @@ def _next(
         else:
             moved = (equilibrium.penetration - last.penetration, equilibrium.force - last.force)
             step = np.array(moved) / units
-            if step @ way > _TURN * np.hypot(*step) or (length < _CORNER and step @ way > 0):
+            far = np.hypot(*step)
+            corner = length < _CORNER and step @ way > 0 and far < 1
+            if step @ way > _TURN * far or corner:
                 return equilibrium, length
             history = [equilibrium.residual]
         length /= 2
