@@ -221,6 +221,7 @@ def test_text_of_strangers_is_no_formula_in_a_spreadsheet(followed, tmp_path):
 @pytest.mark.slow
 def test_a_view_turns_by_its_keys_and_only_one_is_live(followed):
     seen = followed("#scene-1-picture")
+    seen.unfold()  # the other scene's picture, too
     page = seen.page
     toggles = page.get_by_role("button", name="Rotate")
     if not toggles.count():
