@@ -37,6 +37,7 @@ SCRIPTS = (
     "downloads.js",
     "tables.js",
     "sliders.js",
+    "reading.js",
     "judging.js",
     "turning.js",
     "start.js",

@@ -8,4 +8,8 @@ equipViews();
 state.show();
 performance.mark("interactive");
 // The plots' data and library follow this program in the file.
-document.addEventListener("DOMContentLoaded", watchPlots);
+document.addEventListener("DOMContentLoaded", () => {
+  equipReading();
+  state.show();
+  watchPlots();
+});

@@ -210,6 +210,21 @@ def test_tables_are_saved_as_they_are_shown_with_every_digit(followed, study, tm
     assert "uncertainty of error of force" in rows[0]
 
 
+def test_a_typed_load_is_read_off_every_curve(followed):
+    """Between two loads curves of power laws are read exactly: Hertz at 4 um of a ball of 10 mm."""
+    seen = followed()
+    page = seen.page
+    box = page.locator("#scene-1 .figure-group input[type=number]").first
+    page.locator("#scene-1 .scene-body").first.evaluate("one => { one.open = true; }")
+    box.fill("4")
+    rows = page.locator("#scene-1 .figure-group tbody tr").filter(has_text="closed form").first
+    force = 4 / 3 * 231e9 * 0.01**0.5 * 4e-6**1.5
+    assert float(rows.locator("td").first.inner_text()) == pytest.approx(force, rel=1e-3)
+    assert "at.scene-1=4" in page.url
+    box.fill("99")
+    assert "Computed from" in page.locator("#scene-1 .figure-group .note").first.inner_text()
+
+
 def test_text_of_strangers_is_no_formula_in_a_spreadsheet(followed, tmp_path):
     seen = followed()
     page = seen.page
