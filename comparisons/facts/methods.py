@@ -89,12 +89,19 @@ THEORIES: dict[str, Method] = {
     "greenwood_williamson": Method("Greenwood & Williamson", dimension=2),
     "bush_gibson_thomas": Method("Bush, Gibson & Thomas", dimension=2),
 }
+# Contact laws of other people's particles, models under test without options.
+LAWS: dict[str, Method] = {
+    f"lammps_{law}": Method(
+        f"LAMMPS {law}", dimension=1, origin="peer", isolated=True, on_request=True
+    )
+    for law in ("hertz", "jkr", "mdr")
+}
 # Entry points under which installed packages offer methods of their own.
 GROUP = "roughline.methods"
 # The list of solvers; heavy, so that it is not imported to list what has a row.
 SOLVERS = "comparisons.methods.registry"
 # All methods of this process: our own, and those from outside.
-METHODS: dict[str, Method] = BUILT_IN | THEORIES
+METHODS: dict[str, Method] = BUILT_IN | THEORIES | LAWS
 # The model under test, in whose place nothing else is judged where nobody says what to judge.
 MODEL = next(name for name, row in BUILT_IN.items() if row.dimension == 1)
 CLOSED_FORM = next(name for name, row in BUILT_IN.items() if row.exact)

