@@ -1,0 +1,266 @@
+"""Hold numbers that others print against the suite's solvers: the tables of docs/others.md.
+
+The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the printed results of
+CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored.
+Run from the repository's root; all examples or those that are named; ``--cases`` prints every
+number that differs::
+
+    python docs/examples/numbers_of_others.py FOLDER NAME --cases
+"""
+
+# %%
+import csv
+import sys
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ellipe, ellipk
+
+from reference.contact.press import press
+from reference.contact.slide import slide
+from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
+from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.loads import Load, LoadPath
+from reference.rolling.roll import Creep, roll
+
+Values = dict[str, float]  # by columns of the file, as sizes; N, mm, J, and W or J of friction
+JOULE = 1e-3  # N mm
+
+
+class Number(NamedTuple):
+    """A printed number and ours."""
+
+    case: int
+    column: str
+    printed: str
+    ours: float
+
+    @property
+    def off(self) -> float:
+        """The difference in units of the last printed digit."""
+        unit = 10.0 ** Decimal(self.printed).as_tuple().exponent
+        return (abs(self.ours) - abs(float(self.printed))) / unit
+
+    @property
+    def agrees(self) -> bool:
+        """Whether ours is printed alike; 1 % of a digit for halves."""
+        return abs(self.off) <= 0.51
+
+
+def grid(
+    shape: tuple[int, int], spacing: tuple[float, float], body: Compliance, middle: float = 0.0
+) -> tuple[NormalAndTangential, np.ndarray, np.ndarray]:
+    """Return a half-space, and x and y of its cells around a middle."""
+    x, y = ((np.arange(n) - (n - 1) / 2) * d + middle for n, d in zip(shape, spacing, strict=True))
+    return NormalAndTangential(shape, spacing, body), x[:, None], y
+
+
+def energy(
+    body: NormalAndTangential, pressure: np.ndarray, traction: np.ndarray, coupled: bool = False
+) -> float:
+    """Return the elastic energy in J."""
+    moved = body.shear(traction) + (2 * body.drag(pressure) if coupled else 0.0)
+    work = (pressure * body.normal.apply(pressure)).sum() + (traction * moved).sum()
+    return 0.5 * JOULE * work * body.cell_area
+
+
+def cells(pressure: np.ndarray, sticking: np.ndarray) -> Values:
+    """Return the numbers of cells, and the largest pressure."""
+    loaded, stuck = int((pressure > 0).sum()), int(sticking.sum())
+    return {"pmax": pressure.max(), "NCON": loaded, "NADH": stuck, "NSLIP": loaded - stuck}
+
+
+# %% [markdown]
+# Bodies of equal constants, of which neither pressure nor tractions move the other's points: half
+# the shear modulus of one.
+
+
+# %%
+def cattaneo() -> Iterator[tuple[int, Values]]:
+    """Pull a ball by 7/8 of its friction: R 50, G 200, nu 0.42, mu 0.4."""
+    body, x, y = grid((17, 17), (2 / 15, 2 / 15), Compliance.of(100.0, 0.42))
+    ball = FrictionalPress(body, (x**2 + y**2) / 100, 0.4, coupled=False)
+    pulls = LoadPath("tangential_force", [0.0, 0.35 * 9.1954])
+    steps = sweep(ball, LoadPath("force", 9.1954), pulls, tolerance=1e-9)
+    for case, step in enumerate(steps, 1):
+        yield (
+            case,
+            {
+                "FX": step.tangential_force,
+                "col2": step.tangential_displacement,
+                "elastic_energy": energy(body, step.pressure, step.traction),
+                "friction_power_or_work": JOULE * step.dissipation,
+                "approach_mm": step.penetration,
+                **cells(step.pressure, step.sticking),
+            },
+        )
+
+
+def catt_to_cart() -> Iterator[tuple[int, Values]]:
+    """Roll from Cattaneo's state to Carter's under constant forces: G 1, nu 0.28, mu 0.4013.
+
+    The first of three runs prescribes the normal force, in coordinates that move with the contact;
+    the other two, in coordinates at rest, the approach after their first case: there the rigid
+    shift per step is printed, in the first the creep.
+    """
+    body, x, y = grid((34, 33), (0.25, 0.25), Compliance.of(0.5, 0.28))
+    gap, mu, step = 0.002963 * ((x - 0.125) ** 2 + y**2), 0.4013, 0.25
+    held = press(body.normal, gap, Load("force", 0.4705), tolerance=1e-10)
+    moved = press(body.normal, gap, Load("penetration", 0.07258), tolerance=1e-10)
+    half_space = FrictionalGrid(body)
+    for first, contacts in (
+        (1, [held] * 57),
+        (58, [held] + [moved] * 56),
+        (115, [held] + [moved] * 56),
+    ):
+        before, traction = np.zeros((2, *body.shape)), None
+        for place, contact in enumerate(contacts):
+            pull = 0.657 * mu * contact.force
+            solved = slide(
+                half_space,
+                mu * contact.pressure,
+                before,
+                total=pull / body.cell_area,
+                start=traction,
+                tolerance=1e-9,
+            )
+            traction = solved.traction
+            work = JOULE * (traction * solved.slip).sum() * body.cell_area
+            rolled = place > 0 and first == 1
+            sticking = contact.mask & ~solved.sliding
+            yield (
+                first + place,
+                {
+                    "FX": pull,
+                    "col2": solved.shift / (step if rolled else 1),
+                    "elastic_energy": energy(body, contact.pressure, traction),
+                    "friction_power_or_work": work * (1.0 / (JOULE * step) if rolled else 1.0),
+                    "approach_mm": contact.penetration,
+                    **cells(contact.pressure, sticking),
+                },
+            )
+            before = np.zeros_like(before)
+            before[:, :-1] = solved.displacement[:, 1:]
+
+
+CREEPS = (1e-5, *np.arange(1, 16) * 4e-4, 0.008, *np.arange(1, 6) / 100, *np.arange(3, 11) / 40)
+
+
+def tractcurv() -> Iterator[tuple[int, Values]]:
+    """Roll a wheel at growing creep: F 106.7 kN, R 625, a/b 0.5, G 82 GPa, nu 0.28, mu 0.33."""
+    return traction_curve(48)
+
+
+def euro_tractcurv() -> Iterator[tuple[int, Values]]:
+    """Roll the same wheel, on 44 cells along the rolling direction."""
+    return traction_curve(44)
+
+
+def traction_curve(count: int) -> Iterator[tuple[int, Values]]:
+    """Roll at 10 m/s.
+
+    The grid spans 1.1 times the ellipse of Hertz (Johnson 1985, eqs. (3.65)), which follows from
+    the curvature along x, a/b and the force, 1.0001 of which is found on cells.
+    """
+    steel, force, curvature, ratio = Compliance.of(41000.0, 0.28), 106.7e3, 0.8e-3, 0.5
+    m = 1 - ratio**2
+    k, e = ellipk(m), ellipe(m)
+    across = e / ratio**2 - k
+    a = np.cbrt(
+        3 * force * ratio**3 * across / (2 * np.pi * steel.effective_modulus * m * curvature)
+    )
+    other = curvature * (k - e) / across
+    body, x, y = grid((count, 44), (2.2 * a / count, 2.2 * a / ratio / 44), steel)
+    wheel = FrictionalPress(body, curvature * x**2 + other * y**2, 0.33, coupled=False)
+    for case, step in enumerate(roll(wheel, Load("force", force), map(Creep, CREEPS)), 1):
+        yield (
+            case,
+            {
+                "FX": step.tangential_force,
+                "col2": step.tangential_force / (0.33 * step.force),
+                "elastic_energy": energy(body, step.pressure, step.traction),
+                "friction_power_or_work": 10 * step.loss,
+                "approach_mm": step.penetration,
+                **cells(step.pressure, step.sticking),
+            },
+        )
+
+
+# %% [markdown]
+# A body on a rigid one: pressure and friction act on each other.
+
+
+# %%
+def spence35() -> Iterator[tuple[int, Values]]:
+    """Press a rigid ball in 35 stages into a half-space that sticks and slips: G 1/2, nu 0."""
+    soft, stiff = Compliance.of(0.5, 0.0), Compliance.of(1e5, 0.0)
+    both = Compliance(soft.normal + stiff.normal, 0.0, soft.coupling - stiff.coupling)
+    body, x, y = grid((45, 45), (0.2, 0.2), both, middle=1e-4)
+    ball = FrictionalPress(body, 0.004116 * (x**2 + y**2), 0.2986)
+    forces = np.round((np.arange(1, 36) / 45) ** 3, 6)
+    steps = sweep(
+        ball, LoadPath("force", forces), LoadPath("tangential_displacement", 0.0), tolerance=1e-8
+    )
+    lost = 0.0
+    for case, step in enumerate(steps, 1):
+        yield (
+            case,
+            {
+                "elastic_energy": energy(body, step.pressure, step.traction, coupled=True),
+                "friction_power_or_work": JOULE * (step.dissipation - lost),
+                "approach_mm": step.penetration,
+                **cells(step.pressure, step.sticking),
+            },
+        )
+        lost = step.dissipation
+
+
+# %%
+EXAMPLES = {
+    "examples/cattaneo": cattaneo,
+    "examples/catt_to_cart": catt_to_cart,
+    "examples/spence35": spence35,
+    "examples/tractcurv": tractcurv,
+    "testbank/examples_temp/euro_tractcurv": euro_tractcurv,
+}
+
+
+def compared(folder: Path, example: str) -> list[Number]:
+    """Return the numbers of an example that are printed and not zero."""
+    with (folder / "contact_cmcc" / "cases.csv").open(encoding="utf-8") as stream:
+        rows = [row for row in csv.DictReader(stream) if row["file"] == f"{example}.ref_out"]
+    printed = {int(row["case"]): row for row in rows}
+    return [
+        Number(case, column, printed[case][column], float(value))
+        for case, values in EXAMPLES[example]()
+        if case in printed
+        for column, value in values.items()
+        if printed[case][column] and float(printed[case][column])
+    ]
+
+
+def row(example: str, numbers: list[Number]) -> str:
+    """Return a line of the table."""
+    cases = {number.case for number in numbers}
+    wrong = [number for number in numbers if not number.agrees]
+    worst = max(wrong, key=lambda n: abs(n.off), default=None)
+    largest = f"{worst.off:+.1f} ({worst.column} of case {worst.case})" if worst else ""
+    equal = len(cases - {number.case for number in wrong})
+    counts = [len(cases), equal, len(numbers), len(numbers) - len(wrong)]
+    return " | ".join(["", f"`{example}`", *map(str, counts), largest, ""]).strip()
+
+
+if __name__ == "__main__":
+    folder, *names = [word for word in sys.argv[1:] if word != "--cases"]
+    print("| example | cases | all digits | numbers | equal | largest difference, last digits |")
+    print("|---|---|---|---|---|---|")
+    for example in EXAMPLES:
+        if not names or example.rsplit("/", 1)[-1] in names:
+            numbers = compared(Path(folder), example)
+            print(row(example, numbers), flush=True)
+            if "--cases" in sys.argv:
+                for case, column, printed, ours in (n for n in numbers if not n.agrees):
+                    print(f"  {case} {column}: {printed}, ours {ours:.8g}")
