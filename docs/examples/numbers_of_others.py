@@ -1,8 +1,9 @@
 """Hold numbers that others print against the suite's solvers: the tables of docs/others.md.
 
 The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the printed results of
-CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored.
-Run from the repository's root; all examples or those that are named; ``--cases`` prints every
+CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored,
+and ``kratos_chung_ooi``, curves of Chung & Ooi (2011) as Kratos has digitised them. Run from the
+repository's root; all examples or those that are named, and ``curves``; ``--cases`` prints every
 number that differs::
 
     python docs/examples/numbers_of_others.py FOLDER NAME --cases
@@ -19,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ellipe, ellipk
 
+from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from reference.contact.press import press
 from reference.contact.slide import slide
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
@@ -253,6 +255,88 @@ def row(example: str, numbers: list[Number]) -> str:
     return " | ".join(["", f"`{example}`", *map(str, counts), largest, ""]).strip()
 
 
+# %% [markdown]
+# Chung & Ooi (2011): balls that strike. In `impact` m, E*, R and the normal speed are 1.
+
+
+# %%
+class Curve(NamedTuple):
+    """Points of a digitised curve, and ours at the same places."""
+
+    name: str
+    x: np.ndarray
+    theirs: np.ndarray
+    ours: np.ndarray
+
+    @property
+    def off(self) -> np.ndarray:
+        """Differences over the largest value."""
+        return (self.theirs - self.ours) / np.abs(self.theirs).max()
+
+
+def normal_impact(folder: Path, test: int) -> Iterator[Curve]:
+    """Two balls of glass at 20 m/s (test 1); aluminium on a rigid plane at 0.2 m/s (test 2).
+
+    Hertz's law; the time course is that of springs. The second one does not begin at first touch:
+    its centre is put to ours.
+    """
+    radius, modulus, mass, speed = {
+        1: (0.005, 0.5 * 48e9 / (1 - 0.2**2), 0.5 * 2800 * 4 / 3 * np.pi * 0.01**3, 20.0),
+        2: (0.1, 70e9 / (1 - 0.3**2), 2699 * 4 / 3 * np.pi * 0.1**3, 0.2),
+    }[test]
+    depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
+    way, force = np.loadtxt(folder / f"test{test}_force_kN_vs_displacement_um.dat").T
+    hertz = 4e-3 / 3 * modulus * np.sqrt(radius) * (1e-6 * way) ** 1.5
+    yield Curve(f"test {test}, force over displacement", way, force, hertz)
+    time, force = np.loadtxt(folder / f"test{test}_force_kN_vs_time_us.dat").T
+    course, depths, *_ = impact(1.0, 200, 101)
+    microseconds = 1e6 * depth / speed * course / depths.max()
+    centre = np.trapezoid(time * force, time) / np.trapezoid(force, time)
+    shift = 0.0 if test == 1 else centre - microseconds[-1] / 2
+    peak = 4e-3 / 3 * modulus * np.sqrt(radius) * depth**1.5
+    there = np.interp(time - shift, microseconds, depths, 0.0, 0.0) / depths.max()
+    yield Curve(f"test {test}, force over time", time, force, peak * there**1.5)
+
+
+def spent(slope: np.ndarray, poisson_ratio: float, steps: int = 64) -> np.ndarray:
+    """Return the tangential impulse of springs over 2 mu m v_z, by v_x/(mu v_z)."""
+    ratio = 2 * (1 - poisson_ratio) / (2 - poisson_ratio)
+    ways = [impact(ratio * one, steps, 801, poisson_ratio) for one in slope]
+    return np.array([np.trapezoid(force, time) / (2 * FRICTION) for time, _, _, force in ways])
+
+
+def oblique_impact(folder: Path) -> Iterator[Curve]:
+    """Balls of corundum at 3.9 m/s by the angle (test 4), of steel by the slope (test 5).
+
+    Springs conserve energy along the normal, where test 4 has 0.98: 1 % of what friction takes.
+    """
+    given = np.loadtxt(folder / "test4_oblique_reference.csv", delimiter=",", skiprows=1).T
+    friction, radius = 0.092, 0.0025
+    for place, name in ((0, "velocity"), (2, "rotation"), (4, "rebound")):
+        angle, theirs = np.radians(given[place]), given[place + 1]
+        slope, normal = np.tan(angle) / friction, 3.9 * np.cos(angle)
+        lost = 2 * friction * normal * spent(slope, 0.23)
+        turned = -2.5 * lost / radius
+        along = 3.9 * np.sin(angle) - lost
+        ours = {
+            "velocity": along / (3.9 * np.sin(angle)),
+            "rotation": turned,
+            "rebound": np.degrees(np.arctan((along + radius * turned) / normal)),
+        }[name]
+        yield Curve(f"test 4, {name}", given[place], theirs, ours)
+    with (folder / "test5_reference_incl_FEM.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    for name in ("Steel", "FEM"):
+        x, y = np.array([(float(r["x"]), float(r["y"])) for r in rows if r["series"] == name]).T
+        yield Curve(f"test 5, {name}", x, y, -5 * spent(x, 0.3))
+
+
+def curves(folder: Path) -> list[Curve]:
+    """Return all of them."""
+    folder = folder / "kratos_chung_ooi"
+    return [*normal_impact(folder, 1), *normal_impact(folder, 2), *oblique_impact(folder)]
+
+
 if __name__ == "__main__":
     folder, *names = [word for word in sys.argv[1:] if word != "--cases"]
     print("| example | cases | all digits | numbers | equal | largest difference, last digits |")
@@ -264,3 +348,15 @@ if __name__ == "__main__":
             if "--cases" in sys.argv:
                 for case, column, printed, ours in (n for n in numbers if not n.agrees):
                     print(f"  {case} {column}: {printed}, ours {ours:.8g}")
+    if not names or "curves" in names:
+        print("\n| curve | points | typical difference | largest | at |\n|---|---|---|---|---|")
+        for curve in curves(Path(folder)):
+            worst = np.abs(curve.off).argmax()
+            typical, largest = 100 * np.sqrt(np.mean(curve.off**2)), 100 * curve.off[worst]
+            place = f"{curve.x[worst]:.3g}"
+            print(
+                f"| {curve.name} | {curve.x.size} | {typical:.1f} % | {largest:+.1f} % | {place} |"
+            )
+            if "--cases" in sys.argv:
+                for point in zip(curve.x, curve.theirs, curve.ours, strict=True):
+                    print("  {:.4g}: {:.4g}, ours {:.4g}".format(*point))

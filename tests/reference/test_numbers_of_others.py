@@ -1,4 +1,4 @@
-"""Printed results of CONTACT, case by case on its own grids; skipped without the data.
+"""Printed results of CONTACT on its own grids, curves of Chung & Ooi; skipped without the data.
 
 ROUGHLINE_OTHERS names the folder that `docs/examples/numbers_of_others.py` reads.
 """
@@ -42,3 +42,16 @@ def test_traction_over_creep(example):
     wrong = differences(example)
     assert wrong.keys() <= {(1, "friction_power_or_work")}
     assert all(abs(off) < 5 for off in wrong.values())
+
+
+def test_balls_that_strike():
+    """Chung & Ooi: Hertz's law, and finite elements of oblique impacts, read off to 1.3 %.
+
+    Discrete elements, on which all sticks or all slips, do not pass.
+    """
+    curves = runpy.run_path(str(SCRIPT))["curves"](Path(FOLDER))
+    inside = {curve.name for curve in curves if abs(curve.off).max() < 0.014}
+    known = {f"test {n}, force over {x}" for n in (1, 2) for x in ("displacement", "time")}
+    assert inside == known | {"test 5, FEM"}
+    (velocity,) = (curve for curve in curves if curve.name == "test 4, velocity")
+    assert abs(velocity.off[velocity.x > 30]).max() < 0.002

@@ -27,7 +27,7 @@ from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load, LoadPath
 
 Array = np.ndarray
-_FRICTION = 0.3
+FRICTION = 0.3
 # A solid ball without slip: m/(1 + m R^2/I) resists the tangential force.
 _ROLLING_MASS = 2 / 7
 
@@ -47,7 +47,7 @@ def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
     pressure = press(body.normal, gap, Load("penetration", 1.0)).pressure
     along, across = np.meshgrid(x, x, indexing="ij")
     turned = angle * np.array([-across, along])
-    q = slide(FrictionalGrid(body), _FRICTION * pressure, turned, tolerance=1e-7).traction
+    q = slide(FrictionalGrid(body), FRICTION * pressure, turned, tolerance=1e-7).traction
     return float((along * q[1] - across * q[0]).sum()) * body.cell_area
 
 
@@ -78,13 +78,13 @@ def torsion(
     if not 0 < stick <= 1:
         raise ValueError(f"stick must be above 0 and at most 1, not {stick!r}")
     body = Compliance.of(0.25, poisson_ratio)
-    ball = Torsion(paraboloid(1.0, body.effective_modulus), 1.0, _FRICTION, 0.25)
+    ball = Torsion(paraboloid(1.0, body.effective_modulus), 1.0, FRICTION, 0.25)
     angle, exact = ball.angle(stick), ball.torque(stick)
     if statement == "springs":
         profile, number = equivalents.paraboloid(1.0), 4000
         step = float(profile.contact_radius(1.0)) / number
         x = (np.arange(number) + 0.5) * step
-        limit = _FRICTION * body.effective_modulus * (1.0 - profile.height(x))
+        limit = FRICTION * body.effective_modulus * (1.0 - profile.height(x))
         held = 8 * 0.25 * angle * x
         torque = float(2 * step * np.minimum(held, limit) @ x)
         stuck = float(step * (held < limit).sum())
@@ -145,11 +145,14 @@ def pressing_with_friction(
     return Finding(stated, true, bar, {})
 
 
-def _impact(incidence: float, steps: int, springs: int) -> tuple[Array, Array, Array, Array]:
+def impact(
+    incidence: float, steps: int, springs: int, poisson_ratio: float = 0.5
+) -> tuple[Array, Array, Array, Array]:
     """Return time, depth, shift and tangential force of springs in an oblique impact.
 
-    m = 1, speed 1 along the normal; `incidence` is G* v_x/(mu E* v_z). The normal motion is
-    Hertz's; the tangential one is found as a whole, by integrating its own force again and again.
+    m = 1, E* = 1, R = 1, speed 1 along the normal, mu = 0.3; `incidence` is G* v_x/(mu E* v_z).
+    The normal motion is Hertz's; the tangential one is found as a whole, by integrating its own
+    force again and again.
     """
     modulus = 1.0
     deepest = (15 / (16 * modulus)) ** 0.4  # m v^2/2 = (8/15) E* sqrt(R) d^2.5
@@ -160,8 +163,8 @@ def _impact(incidence: float, steps: int, springs: int) -> tuple[Array, Array, A
     half = deepest * cumulative_trapezoid(rate, np.linspace(0, np.pi / 2, steps + 1), initial=0)
     time = np.concatenate([half, 2 * half[-1] - half[-2::-1]])
     depth = deepest * np.concatenate([s, s[-2::-1]])
-    friction = Friction(tangential_modulus(0.25, 0.5), _FRICTION)
-    speed = incidence * _FRICTION * modulus / friction.tangential_modulus
+    friction = Friction(tangential_modulus((1 - poisson_ratio) / 2, poisson_ratio), FRICTION)
+    speed = incidence * FRICTION * modulus / friction.tangential_modulus
     x = np.linspace(-1.02, 1.02, springs) * np.sqrt(deepest)
     line = StickingLine(x**2, x[1] - x[0], modulus, friction)
     shift = speed * time
@@ -191,19 +194,19 @@ def oblique_impact(effort: Effort, *, incidence: Annotated[float, Above(0)] = 1.
     """
     impulses = []
     for steps, cells in ((16, 8), (32, 16)) if effort == "quick" else ((32, 12), (64, 24)):
-        time, depth, shift, force = _impact(float(incidence), steps, 801)
+        time, depth, shift, force = impact(float(incidence), steps, 801)
         body, _, gap = _grid(cells, 0.25, 0.5)
         scale = depth.max()
         loaded = depth > 1e-3 * scale
         way = sweep(
-            FrictionalPress(body, gap, _FRICTION),
+            FrictionalPress(body, gap, FRICTION),
             LoadPath("penetration", depth[loaded] / scale),
             LoadPath("tangential_displacement", shift[loaded] / scale),
         )
         true = np.zeros(len(time))
         # depths scale with d, forces with d^1.5
         true[loaded] = np.array([step.tangential_force for step in way]) * scale**1.5
-        most = _FRICTION * 2.0  # mu times the normal impulse 2 m v
+        most = FRICTION * 2.0  # mu times the normal impulse 2 m v
         impulses.append((np.trapezoid(force, time) / most, np.trapezoid(true, time) / most))
     (_, coarse), (stated, fine) = impulses
     bar = SAFE * abs(float((impulses[0][0] - coarse) - (stated - fine)))
