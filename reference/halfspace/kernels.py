@@ -51,7 +51,7 @@ def love(
     ratios of the cell up to 1:100 (tested against 50 digits).
 
     Offsets i, j are in cells, broadcast, of either sign. Fractions give points between the
-    centres (not on the edges of the loaded cell).
+    centres.
 
     Examples
     --------
@@ -113,7 +113,9 @@ def _log_ratio(
     """
     far_root, near_root = np.hypot(upper, across), np.hypot(lower, across)
     # lower is negative only in the row of the loaded cell: there the denominator is rationalised
-    below = np.where(lower >= 0, lower + near_root, across**2 / (near_root + np.abs(lower)))
+    least = 1e-290 * side  # on an edge, across = 0, the ratio is infinite, and counts zero times
+    rationalised = across**2 / np.maximum(near_root + np.abs(lower), least)
+    below = np.maximum(np.where(lower >= 0, lower + near_root, rationalised), least)
     return np.log1p(side * (1 + 2 * centre / (far_root + near_root)) / below)
 
 

@@ -41,6 +41,14 @@ def test_love_keeps_twelve_digits_from_the_own_cell_to_a_hundred_thousand_cells(
             assert abs(value / exact - 1) < 1e-12, (i, j)
 
 
+def test_on_the_edge_of_the_loaded_cell_loves_formula_is_finite():
+    """There two or four cells meet, each with its share of the larger one's displacement."""
+    side, corner = (float(kernels.love(0.5, j, (1.0, 1.0), 1.0)) for j in (0.0, 0.5))
+    halves = kernels.love(0, 0, (2.0, 1.0), 1.0) / 2
+    assert side == pytest.approx(float(halves), rel=1e-14)
+    assert corner == pytest.approx(float(kernels.love(0, 0, (2.0, 2.0), 1.0)) / 4, rel=1e-14)
+
+
 def test_kernel_as_printed_in_the_chapter_fails_at_far_offsets_only():
     """(19.3) prints sqrt(a^2+b^2) in the first term: +466 % at offset (5, 7), none at (0, 0)."""
 
