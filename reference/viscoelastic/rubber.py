@@ -9,8 +9,9 @@ cell itself. Causes are ahead of their effects, so only the foremost wrong cells
 changed per round, and in Murty's order the foremost cell of all. Coarser grids give the start.
 
 If the material is slow, Krylov methods need hundreds of convolutions (in trials 60 to 500 per
-contact set, growing with the grid). Contact sets are small, so the equations are factorised; while
-few cells change, the old factor is a preconditioner with which a few products suffice.
+contact set, growing with the grid). Contact sets are small, so the equations are factorised. Cells
+that join and leave are a border of that factor, as in `reference.contact.pivot`; its columns serve
+until the next factorisation, because a front moves on.
 """
 
 from __future__ import annotations
@@ -22,7 +23,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lu_factor, lu_solve
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.arguments import positive_faults, refuse
 from reference.contact.pivot import Pivoted, pivot
@@ -40,9 +40,8 @@ LIMIT = 9000
 
 _COARSEST = 12  # smallest number of cells per side for a coarser grid
 _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
-_FEW = 1 / 8  # fraction of a contact set that may change before a new factorisation
-_PRODUCTS = 40
-_PRECISION = 1e-13
+_PRECISION = 1e-12  # of the displacements on a contact set
+_WIDEST_BORDER = 1 / 4  # of a contact set: cells that may change before a new factorisation
 
 
 @dataclass(frozen=True)
@@ -161,6 +160,7 @@ class _Cells:
         self.gaps = np.ascontiguousarray(gap[:, : self.width]).ravel()
         self._base = np.zeros(0, dtype=np.intp)
         self._factor: tuple[Array, NDArray[np.int32]] | None = None
+        self._border: dict[int, Array] = {}
 
     def of_grid(self, values: ArrayLike) -> NDArray:
         """Return the values of the cells from those of the grid."""
@@ -179,66 +179,75 @@ class _Cells:
 
     def respond(self, inside: NDArray[np.intp], right: Array) -> tuple[Array, Array]:
         """Solve A p = right on the cells `inside`, and return p and A p of all: see `pivot`."""
-        solved: list[Array] = []
-        changed = np.setxor1d(inside, self._base, assume_unique=True).size
-        if self._factor is not None and changed <= _FEW * inside.size:
-            # GMRES, preconditioned by the old factor
-            _, new_places, old_places = np.intersect1d(inside, self._base, True, True)
-            cell_stiffness = 1 / self.operator.table[0, 0]
-
-            def product(values: Array) -> Array:
-                pressures = np.zeros(self.gaps.size)
-                pressures[inside] = values
-                return self.displacement(pressures)[inside]
-
-            def guess(values: Array) -> Array:
-                base_side = np.zeros(self._base.size)
-                base_side[old_places] = values[new_places]
-                base_answer = lu_solve(self._factor, base_side, check_finite=False)
-                guessed = cell_stiffness * values
-                guessed[new_places] = base_answer[old_places]
-                return guessed
-
-            size = (inside.size, inside.size)
-            for side in right.T:
-                solution, status = gmres(
-                    LinearOperator(size, product),
-                    side,
-                    M=LinearOperator(size, guess),
-                    rtol=_PRECISION,
-                    restart=_PRODUCTS,
-                    maxiter=1,
-                )
-                if status == 0:
-                    solved.append(solution)
-        if len(solved) < right.shape[1]:
+        base = self._base
+        joined = np.setdiff1d(inside, base, assume_unique=True)
+        left = np.setdiff1d(base, inside, assume_unique=True)
+        if joined.size + left.size > _WIDEST_BORDER * base.size:
             if inside.size > LIMIT:
                 raise ConvergenceError(
                     f"{inside.size} cells in contact exceed the limit of {LIMIT}: use a coarser "
                     "grid"
                 )
-            rows, columns = np.divmod(inside, self.width)
-            width = self.operator.shape[1]
-            matrix = _matrix(rows, columns, self.operator.table, self.mirrored, width)
-            self._factor = lu_factor(matrix, overwrite_a=True, check_finite=False)
-            self._base = inside
-            solved = list(lu_solve(self._factor, right, check_finite=False).T)
-        whole = np.zeros((len(solved), self.gaps.size))
-        whole[:, inside] = solved
-        return np.stack(solved, axis=1), np.stack([self.displacement(p) for p in whole], axis=1)
+            self._factor = None  # not beside its successor
+            self._factor = lu_factor(
+                self._coefficients(inside, inside), overwrite_a=True, check_finite=False
+            )
+            self._base, self._border = inside, {}
+            base, joined, left = inside, inside[:0], inside[:0]
+
+        # the border of the base: columns of cells that joined, and of forces that free the others
+        border = np.concatenate([joined, left])
+        new = np.array([cell for cell in border if cell not in self._border], dtype=np.intp)
+        if new.size:
+            columns = self._coefficients(base, new)
+            inner = np.flatnonzero(np.isin(new, base, assume_unique=True))
+            columns[:, inner] = 0.0
+            columns[np.searchsorted(base, new[inner]), inner] = 1.0
+            columns = lu_solve(self._factor, columns, overwrite_b=True, check_finite=False)
+            self._border |= dict(zip(new.tolist(), columns.T, strict=True))
+        columns = np.reshape([self._border[cell] for cell in border.tolist()], (-1, base.size)).T
+        below = self._coefficients(joined, base)
+        freed, added = np.searchsorted(base, left), np.searchsorted(inside, joined)
+        schur = np.concatenate([below @ columns, columns[freed]])
+        schur[: joined.size, : joined.size] -= self._coefficients(joined, joined)
+        small = lu_factor(schur, check_finite=False) if border.size else None
+
+        _, kept, places = np.intersect1d(base, inside, True, True)
+        whole = np.zeros((self.gaps.size, right.shape[1]))
+        remaining = right
+        for _ in range(3):  # refined: a front that left the base far behind costs digits
+            solved = np.zeros((base.size, right.shape[1]))
+            solved[kept] = remaining[places]
+            solved = lu_solve(self._factor, solved, overwrite_b=True, check_finite=False)
+            if small is not None:
+                sides = np.concatenate([below @ solved, solved[freed]])
+                sides[: joined.size] -= remaining[added]
+                changes = lu_solve(small, sides, check_finite=False)
+                solved -= columns @ changes
+                whole[joined] += changes[: joined.size]
+            whole[inside[places]] += solved[kept]
+            displaced = np.stack([self.displacement(p) for p in whole.T], axis=1)
+            remaining = right - displaced[inside]
+            if (np.abs(remaining).max(0) <= _PRECISION * np.abs(right).max(0)).all():
+                break
+        return whole[inside], displaced
+
+    def _coefficients(self, cells: NDArray[np.intp], loaded: NDArray[np.intp]) -> Array:
+        places = *np.divmod(cells, self.width), *np.divmod(loaded, self.width)
+        return _matrix(*places, self.operator.table, self.mirrored, self.operator.shape[1])
 
 
 @njit(cache=True)
-def _matrix(rows, columns, table, mirrored, width):
+def _matrix(rows, columns, loaded_rows, loaded_columns, table, mirrored, width):
     """Return the displacements of cells under unit pressure on cells (and their mirror images)."""
     nx, ny = table.shape
-    matrix = np.empty((rows.size, rows.size))
+    matrix = np.empty((rows.size, loaded_rows.size))
     for a in range(rows.size):
-        for b in range(rows.size):
-            i, j = (rows[a] - rows[b]) % nx, (columns[a] - columns[b]) % ny
+        for b in range(loaded_rows.size):
+            i, j = (rows[a] - loaded_rows[b]) % nx, (columns[a] - loaded_columns[b]) % ny
             value = table[i, j]
             if mirrored:
-                value += table[i, (columns[a] + columns[b] - width + 1) % ny]
+                value += table[i, (columns[a] + loaded_columns[b] - width + 1) % ny]
             matrix[a, b] = value
     return matrix
 
