@@ -18,15 +18,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from reference.contact.press import press
 from reference.contact.slide import slide
-from reference.halfspace.friction import FrictionalGrid, FrictionalPress, sweep
+from reference.halfspace.friction import FrictionalGrid, FrictionalPress, FrictionStep, sweep
 from reference.halfspace.traction import Compliance, NormalAndTangential
 from reference.loads import Load, LoadPath
-from reference.rolling.roll import Creep, roll
+from reference.rolling.roll import Creep, RollingStep, roll
 
 Values = dict[str, float]  # by columns of the file, as sizes; N, mm, J, and W or J of friction
 JOULE = 1e-3  # N mm
@@ -75,6 +76,26 @@ def cells(pressure: np.ndarray, sticking: np.ndarray) -> Values:
     return {"pmax": pressure.max(), "NCON": loaded, "NADH": stuck, "NSLIP": loaded - stuck}
 
 
+def pulled(body: NormalAndTangential, step: FrictionStep) -> Values:
+    """Return what is printed of a ball pulled once."""
+    return {
+        "elastic_energy": energy(body, step.pressure, step.traction),
+        "friction_power_or_work": JOULE * step.dissipation,
+        "approach_mm": step.penetration,
+        **cells(step.pressure, step.sticking),
+    }
+
+
+def rolled(body: NormalAndTangential, step: RollingStep, speed: float, coupled: bool) -> Values:
+    """Return what is printed of a roller, the speed in m/s."""
+    return {
+        "elastic_energy": energy(body, step.pressure, step.traction, coupled),
+        "friction_power_or_work": speed * step.loss,
+        "approach_mm": step.penetration,
+        **cells(step.pressure, step.sticking),
+    }
+
+
 # %% [markdown]
 # Bodies of equal constants, of which neither pressure nor tractions move the other's points: half
 # the shear modulus of one.
@@ -88,17 +109,7 @@ def cattaneo() -> Iterator[tuple[int, Values]]:
     pulls = LoadPath("tangential_force", [0.0, 0.35 * 9.1954])
     steps = sweep(ball, LoadPath("force", 9.1954), pulls, tolerance=1e-9)
     for case, step in enumerate(steps, 1):
-        yield (
-            case,
-            {
-                "FX": step.tangential_force,
-                "col2": step.tangential_displacement,
-                "elastic_energy": energy(body, step.pressure, step.traction),
-                "friction_power_or_work": JOULE * step.dissipation,
-                "approach_mm": step.penetration,
-                **cells(step.pressure, step.sticking),
-            },
-        )
+        yield case, pulled(body, step) | {"col2": step.tangential_displacement}
 
 
 def catt_to_cart() -> Iterator[tuple[int, Values]]:
@@ -136,7 +147,6 @@ def catt_to_cart() -> Iterator[tuple[int, Values]]:
             yield (
                 first + place,
                 {
-                    "FX": pull,
                     "col2": solved.shift / (step if rolled else 1),
                     "elastic_energy": energy(body, contact.pressure, traction),
                     "friction_power_or_work": work * (1.0 / (JOULE * step) if rolled else 1.0),
@@ -178,21 +188,30 @@ def traction_curve(count: int) -> Iterator[tuple[int, Values]]:
     body, x, y = grid((count, 44), (2.2 * a / count, 2.2 * a / ratio / 44), steel)
     wheel = FrictionalPress(body, curvature * x**2 + other * y**2, 0.33, coupled=False)
     for case, step in enumerate(roll(wheel, Load("force", force), map(Creep, CREEPS)), 1):
-        yield (
-            case,
-            {
-                "FX": step.tangential_force,
-                "col2": step.tangential_force / (0.33 * step.force),
-                "elastic_energy": energy(body, step.pressure, step.traction),
-                "friction_power_or_work": 10 * step.loss,
-                "approach_mm": step.penetration,
-                **cells(step.pressure, step.sticking),
-            },
-        )
+        driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.33 * step.force)}
+        yield case, rolled(body, step, 10.0, coupled=False) | driven
+
+
+def testbank() -> Iterator[tuple[int, Values]]:
+    """Pull a ball by a shift (case 1) and a force (10), on steel; roll one steadily (7)."""
+    for case, side, normal, tangential in (
+        (1, 0.13333, ("penetration", 0.01131), ("tangential_displacement", 0.00304)),
+        (10, 2.26666 / 17, ("force", 1722.0), ("tangential_force", 0.875 * 0.3 * 1722.0)),
+    ):
+        body, x, y = grid((17, 17), (side, side), Compliance.of(41000.0, 0.28))
+        ball = FrictionalPress(body, 0.0056566 * (x**2 + y**2), 0.3, coupled=False)
+        (step,) = sweep(ball, LoadPath(*normal), LoadPath(*tangential), tolerance=1e-9)
+        moved = {"col2": step.tangential_displacement} if case == 10 else {}
+        yield case, pulled(body, step) | {"FX": step.tangential_force} | moved
+    body, x, y = grid((41, 41), (0.2, 0.2), Compliance.of(0.5, 0.28))
+    ball = FrictionalPress(body, 0.002963 * (x**2 + y**2), 0.4013, coupled=False)
+    (step,) = roll(ball, Load("force", 0.4705), [Creep(0.00304)])
+    driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.4013 * step.force)}
+    yield 7, rolled(body, step, 1.0, coupled=False) | driven
 
 
 # %% [markdown]
-# A body on a rigid one: pressure and friction act on each other.
+# Bodies of different constants: pressure and friction act on each other.
 
 
 # %%
@@ -220,13 +239,42 @@ def spence35() -> Iterator[tuple[int, Values]]:
         lost = step.dissipation
 
 
+def bentall() -> Iterator[tuple[int, Values]]:
+    """Roll a cylinder of aluminium on one of steel, of radius 50, freely or driven (cases 5, 6)."""
+    soft, stiff = Compliance.of(23000.0, 0.31), Compliance.of(82000.0, 0.28)
+    both = Compliance(
+        soft.normal + stiff.normal, soft.lateral + stiff.lateral, soft.coupling - stiff.coupling
+    )
+    body, x, y = grid((216, 1), (0.001, 1000.0), both)
+    for case, friction, share, least in (
+        (2, 1e-4, 0.0, 3.5e-4),
+        (3, 10.0, 0.0, 3.5e-4),  # none slips; slower creeps do not converge
+        (4, 0.05, 0.0, 3.5e-4),
+        (5, 0.05, -0.75, 1e-4),
+        (6, 0.05, 0.75, 3.5e-4),
+    ):
+        cylinder = FrictionalPress(body, 0.02 * x**2 + 0 * y, friction)
+
+        def at(creep: float, cylinder: FrictionalPress = cylinder) -> RollingStep:
+            (step,) = roll(cylinder, Load("force", 16201.9), [Creep(creep)], tolerance=1e-9)
+            return step
+
+        def missing(creep: float, pull: float = share * friction * 16201.9) -> float:
+            return at(creep).tangential_force - pull
+
+        creep = brentq(missing, least, 6e-4, xtol=1e-11)
+        yield case, rolled(body, at(creep), 1.0, coupled=True) | {"col2": creep}
+
+
 # %%
 EXAMPLES = {
     "examples/cattaneo": cattaneo,
     "examples/catt_to_cart": catt_to_cart,
     "examples/spence35": spence35,
+    "examples/bentall": bentall,
     "examples/tractcurv": tractcurv,
     "testbank/examples_temp/euro_tractcurv": euro_tractcurv,
+    "testbank/testbank": testbank,
 }
 
 

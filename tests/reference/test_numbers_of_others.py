@@ -31,6 +31,15 @@ def test_from_cattaneo_to_carter(name):
     assert differences(f"examples/{name}") == {}
 
 
+def test_rolling_of_unlike_cylinders():
+    """Bentall & Johnson: free rolling with little, some and endless friction, and driven."""
+    assert differences("examples/bentall") == {}
+
+
+def test_shift_force_and_creep_of_the_test_bank():
+    assert differences("testbank/testbank") == {}
+
+
 def test_stick_and_slip_of_a_ball_that_is_pressed_with_friction():
     """Spence, pressure and friction coupled."""
     assert differences("examples/spence35") == {}
