@@ -89,7 +89,8 @@ def curves_of(task: Task) -> Solution:
 def curve_job(task: Task) -> Job:
     """Return a solve for its curves as a job."""
     quantities = tuple(sorted(ALWAYS.union(task.quantities)))
-    return solve_job(replace(task, with_body=False, quantities=quantities), curves_of)
+    job = solve_job(replace(task, with_body=False, quantities=quantities), curves_of)
+    return replace(job, kind=replace(job.kind, timed=False))
 
 
 def value_of(done: Done) -> Any:

@@ -22,6 +22,7 @@ from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import in_words, run
 from comparisons.methods.solver import Solver
 from comparisons.methods.user.external import add_announced
+from comparisons.solving.jobs import REPEAT_SECONDS, REPEATS
 from comparisons.tasks.shown_loads import earlier_fields
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
@@ -30,8 +31,6 @@ from comparisons.tasks.task import Task
 # A worker starts with the methods of the process that hands out the work.
 add_announced()
 
-REPEATS = 3
-REPEAT_SECONDS = 0.25
 THREADS = 1
 _CLEAR_PEAK = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")

@@ -14,7 +14,6 @@ from typing import Generic, TypeVar
 
 from comparisons.errors import LostWorkError
 from comparisons.solving.answers import Answers, curve_job, value_of
-from comparisons.solving.execution import REPEATS
 from comparisons.solving.executors import Executor, SerialExecutor
 from comparisons.solving.jobs import Done, Forecast, Job, Remaining
 from comparisons.solving.plan import Plan
@@ -95,7 +94,7 @@ class Inquiries(Generic[A]):
             done = self._answers.put(outcome)
             key = done.job.key
             compilation = float(getattr(done.value, "compile_seconds", 0.0))
-            solving = REPEATS * float(getattr(done.value, "seconds", math.inf))
+            solving = float(getattr(done.value, "seconds", math.inf))
             self._forecast.learn(done.job.kind, done.seconds - compilation, solving)
             del self._open[key]
             self._receive(done)

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from comparisons.tasks.task import Task
 
 
+# Solves that are timed are repeated up to so many times, within so many seconds.
+REPEATS, REPEAT_SECONDS = 3, 0.25
+
+
 @dataclass(frozen=True)
 class Kind:
     """The properties on which the time of a job depends.
@@ -23,17 +27,22 @@ class Kind:
     ----------
     scene, method : str
         What is solved and how; of a measurement that is no scene, the claim and the experiment.
+    timed : bool
+        Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
     """
 
     scene: str = ""
     method: str = ""
     resolution: int = 1
     realisations: int = 1
+    timed: bool = False
 
     @classmethod
     def of(cls, task: Task) -> Kind:
         """Return the kind of a solve."""
-        return cls(task.scene.name, task.method, task.resolution, len(task.realisations))
+        surfaces = task.realisations
+        name, first = task.scene.name, surfaces[0] == 0
+        return cls(name, task.method, task.resolution, len(surfaces), first)
 
 
 @dataclass(frozen=True)
@@ -117,41 +126,63 @@ class Remaining:
 
 
 @dataclass
+class _Cost:
+    """What jobs took beside their solves, what solving all their surfaces once took, and counts."""
+
+    beside: float = 0.0
+    solving: float = 0.0
+    realisations: int = 0
+    jobs: int = 0
+
+
+@dataclass
 class Forecast:
-    """Measured costs of jobs: seconds per realisation, by scene, method and resolution.
+    """Measured costs of jobs by scene, method and resolution.
 
     The cost of a job is estimated from jobs with the same scene, method and resolution; else from
-    those at the nearest resolution, the solving scaled by the growth of the method's work; else
-    from the mean job of the method. For a new method it is unknown.
+    those at the nearest resolution, the solving scaled as from there in other scenes, or by the
+    growth of the method's work; else from the mean job of the method at the nearest resolution, as
+    jobs of an ensemble hold as many surfaces as take about as long. For a new method it is unknown.
     """
 
-    _costs: dict[tuple[str, str], dict[int, tuple[float, float, int]]] = field(default_factory=dict)
+    _costs: dict[tuple[str, str], dict[int, _Cost]] = field(default_factory=dict)
 
     def learn(self, kind: Kind, seconds: float, solving: float = math.inf) -> None:
-        """Record the cost of a job without compilation, and what of it was solving."""
+        """Record the cost of a job without compilation, and the time of one of its solves."""
         if not math.isfinite(seconds):
             return
         costs = self._costs.setdefault((kind.scene, kind.method), {})
-        spent, solved, count = costs.get(kind.resolution, (0.0, 0.0, 0))
+        cost = costs.setdefault(kind.resolution, _Cost())
         seconds = max(seconds, 0.0)
-        solved += solving if solving < seconds else seconds  # of what is lost NaN
-        costs[kind.resolution] = (spent + seconds, solved, count + kind.realisations)
+        solving = solving if solving < seconds else seconds  # of what is lost NaN
+        cost.beside += max(seconds - _repeated(solving, kind), 0.0)
+        cost.solving += solving
+        cost.realisations += kind.realisations
+        cost.jobs += 1
 
     def cost(self, kind: Kind) -> float | None:
         """Return the estimated seconds of a job, or None if unknown."""
-        costs = self._costs.get((kind.scene, kind.method))
-        if costs is None:
-            of_method = [c for (_, name), c in self._costs.items() if name == kind.method]
-            alike = [cost for costs in of_method for cost in costs.values()]
-            if not alike:
-                return None
-            spent, _, count = (sum(column) for column in zip(*alike, strict=True))
-            return spent / count * kind.realisations
-        nearest = min(costs, key=lambda n: abs(math.log(n / kind.resolution)))
-        spent, solved, count = costs[nearest]
-        doublings = math.log2(kind.resolution / nearest)
-        grown = spent - solved + solved * growth(kind.method) ** doublings
-        return grown / count * kind.realisations
+        of_method = [costs for (_, name), costs in self._costs.items() if name == kind.method]
+        own = self._costs.get((kind.scene, kind.method))
+        known = of_method if own is None else [own]
+        if not known:
+            return None
+        resolutions = {n for costs in known for n in costs}
+        nearest = min(resolutions, key=lambda n: abs(math.log(n / kind.resolution)))
+        alike = [costs[nearest] for costs in known if nearest in costs]
+        jobs = sum(cost.jobs for cost in alike)
+        beside = sum(cost.beside for cost in alike) / jobs
+        solving = sum(cost.solving for cost in alike) / jobs
+        if own is not None:
+            both = [c for c in of_method if nearest in c and kind.resolution in c]
+            here, there = (
+                sum(c[n].solving / c[n].realisations for c in both)
+                for n in (nearest, kind.resolution)
+            )
+            doublings = math.log2(kind.resolution / nearest)
+            grown = there / here if here > 0.0 else growth(kind.method) ** doublings
+            solving *= jobs * kind.realisations / own[nearest].realisations * grown
+        return beside + _repeated(solving, kind)
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return the remaining time of jobs, divided among the workers."""
@@ -160,3 +191,8 @@ class Forecast:
         # One worker has the longest job, however many workers there are.
         seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
         return Remaining(seconds, len(estimates) == len(costs))
+
+
+def _repeated(solving: float, kind: Kind) -> float:
+    """Return the seconds of a solve with its repeats."""
+    return max(solving, min(REPEATS * solving, REPEAT_SECONDS)) if kind.timed else solving

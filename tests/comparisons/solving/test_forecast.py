@@ -6,15 +6,16 @@ from dataclasses import replace
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.solving.jobs import Forecast, Kind
+from comparisons.solving.jobs import REPEAT_SECONDS, Forecast, Kind
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
 
 @pytest.fixture
 def kind(rough):
+    """Surfaces that are solved once; those of the first block are timed."""
     plan = plan_scene(rough(realisations=60, compare={"resolutions": [64]}), "full")[0]
-    return Kind.of(task_of(plan, "bem_fft", 64, tuple(range(25))))
+    return Kind.of(task_of(plan, "bem_fft", 64, tuple(range(25, 50))))
 
 
 def test_a_like_task_costs_the_same_for_each_realisation(kind):
@@ -46,8 +47,29 @@ def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(
     forecast.learn(replace(kind, resolution=128), 100.0)
     finer = forecast.cost(replace(kind, resolution=256))
     assert math.isclose(finer, 100 * METHODS["bem_fft"].growth)
-    other = replace(kind, scene="other")
-    assert math.isclose(forecast.cost(other), 50.5)  # the mean of all that the method has solved
+    # the mean job of the method, however many surfaces it has
+    forecast.learn(replace(kind, scene="third", resolution=128), 50.0)
+    other = replace(kind, scene="other", resolution=256, realisations=1000)
+    assert math.isclose(forecast.cost(other), 75.0)
+
+
+def test_a_finer_task_costs_more_as_it_did_in_another_scene(kind):
+    """On coarse grids work grows far slower than its law: six times too long on the quick suite."""
+    forecast = Forecast()
+    for resolution, seconds in ((64, 1.0), (256, 3.0)):
+        forecast.learn(replace(kind, scene="other", resolution=resolution), seconds)
+    forecast.learn(kind, 2.0)
+    assert math.isclose(forecast.cost(replace(kind, resolution=256)), 6.0)
+
+
+@pytest.mark.parametrize(
+    ("solving", "timed"), [(0.01, 3 * 0.01), (0.1, REPEAT_SECONDS), (2.0, 2.0)]
+)
+def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kind, solving, timed):
+    first, forecast = replace(kind, timed=True), Forecast()
+    forecast.learn(first, 1.0 + timed, solving)
+    assert math.isclose(forecast.cost(first), 1.0 + timed)
+    assert math.isclose(forecast.cost(kind), 1.0 + solving)
 
 
 def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):
