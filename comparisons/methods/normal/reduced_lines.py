@@ -111,6 +111,7 @@ class LineSolver(Solver[RoughGeometry]):
         self.note = f"rough line with C1D = pi q C2D (19.26), area rule (19.29){reading}"
         self.spectrum, self.points = options.spectrum, options.line_points
         self.length = options.line_length  # in sides of the surface
+        self._shortest: float | None = None
 
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Points per side of the surface's grid.
@@ -130,10 +131,11 @@ class LineSolver(Solver[RoughGeometry]):
 
     def refusal(self, task: Task[RoughGeometry]) -> str:
         """Refuse lines too coarse for their own shortest wave."""
-        source = line_spectrum(task.geometry, self.spectrum)
-        shortest = float(source.wavenumber[np.asarray(source.power) > 0].max())
+        if self._shortest is None:  # the same at every resolution, and a second on a large map
+            source = line_spectrum(task.geometry, self.spectrum)
+            self._shortest = float(source.wavenumber[np.asarray(source.power) > 0].max())
         side = float(np.sqrt(task.geometry.area))
-        waves = int(np.ceil(shortest * side / (2 * np.pi) * (1 - 1e-12)))
+        waves = int(np.ceil(self._shortest * side / (2 * np.pi) * (1 - 1e-12)))
         if self._points(task) > 2 * waves * self.length:
             return ""
         return f"the shortest of {waves} waves per side needs more than {2 * waves} points"
