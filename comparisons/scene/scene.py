@@ -376,7 +376,7 @@ def load_scenes(
     """Read a scene as `load_scene` does, or one for each value of its ``[sweep]``.
 
     A sweep has one dotted key with a list: ``"indenter.radius" = ["1 mm", "2 mm"]``. Its scenes
-    are called ``NAME-1``, ``NAME-2``, ...
+    are called ``NAME-1-mm``, ``NAME-2-mm``, ...
     """
     data, origin, folder = _read(source)
     table = data.get("sweep")
@@ -400,7 +400,7 @@ def load_scenes(
         expected = f'one key with a list of 2 to {MOST_SWEPT} different values, "indenter.radius"'
         raise SceneError(origin, [f"sweep: expected {expected} = [...], got {table!r:.60}"])
     scenes, words, name = [], path.split(".")[-1].replace("_", " "), data.get("name")
-    for count, value in enumerate(values, start=1):
+    for value in values:
         changes = {
             **(overrides or {}),
             path: value,
@@ -408,9 +408,19 @@ def load_scenes(
             "title": f"{data.get('title') or name}, {words} {value}"[:300],
         }
         if isinstance(name, str):
-            changes["name"] = f"{name}-{count}"
+            changes["name"] = member(name, value)
         scenes.append(_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
     return scenes
+
+
+def member(name: str, value: object) -> str:
+    """Return the name of a scene of a sweep, or of a series.
+
+    >>> member("ball", "-2.5 µm")
+    'ball-minus-2-5-um'
+    """
+    text = re.sub("^-", "minus ", str(value).lower().replace("µ", "u").replace("μ", "u"))
+    return f"{name}-{re.sub('[^a-z0-9]+', '-', text).strip('-')}"[:100].rstrip("-")
 
 
 def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any], str, Path]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import RoughGeometry, prepare
-from comparisons.scene.scene import Scene, load_scene
+from comparisons.scene.scene import Scene, load_scene, member
 from comparisons.scene.surface import MeasuredMap
 from comparisons.scene.trends import TRENDS, trend_of, trend_problem
 
@@ -53,9 +53,9 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
             changes
             | {
                 "sweep": {"preparation": words},
-                "name": f"{scene.name}-{count}",
+                "name": member(scene.name, words),
                 "title": f"{scene.heading}, {words}"[:300],
             },
         )
-        for count, (words, changes) in enumerate(variants.items(), start=1)
+        for words, changes in variants.items()
     ]

@@ -203,14 +203,18 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> Path:
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
-    from comparisons.scene.scene import SUITES
+    from comparisons.scene.scene import SUITES, member
 
     if not scenes:
         return "quick"
     if len(scenes) == 1:
         name = scenes[0].lower()
         first = plans[0].scene
-        return name if name in SUITES else first.name.removesuffix("-1" if first.sweep else "")
+        if name in SUITES:
+            return name
+        for value in first.sweep.values():
+            return first.name.removesuffix(member("", value))
+        return first.name
     return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]
 
 

@@ -456,7 +456,7 @@ def test_a_sweep_is_one_scene_for_each_value():
     """Each is a scene of its own: its text is read back, alone; other changes are in all."""
     tables = made().model_dump(exclude_none=True, exclude_defaults=True) | {"sweep": SWEEP}
     scenes = load_scenes(tables, {"compare.tolerance": 0.05})
-    assert [scene.name for scene in scenes] == [f"{made().name}-1", f"{made().name}-2"]
+    assert [scene.name for scene in scenes] == [f"{made().name}-1-mm", f"{made().name}-2-mm"]
     assert [scene.indenter.radius for scene in scenes] == [1e-3, 2e-3]
     assert [scene.compare.tolerance for scene in scenes] == [0.05, 0.05]
     assert "radius 2 mm" in scenes[1].heading
