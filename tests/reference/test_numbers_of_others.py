@@ -47,7 +47,7 @@ def test_stick_and_slip_of_a_ball_that_is_pressed_with_friction():
 
 @pytest.mark.parametrize("example", ["examples/tractcurv", "testbank/examples_temp/euro_tractcurv"])
 def test_traction_over_creep(example):
-    """At a creep of 1e-5 two cells slip, and lose 4e-4 of what the creep does: a few digits."""
+    """At a creep of 1e-5 two cells slip, and lose 0.4 % of what the creep does: a few digits."""
     wrong = differences(example)
     assert wrong.keys() <= {(1, "friction_power_or_work")}
     assert all(abs(off) < 5 for off in wrong.values())
@@ -56,7 +56,7 @@ def test_traction_over_creep(example):
 def test_balls_that_strike():
     """Chung & Ooi: Hertz's law, and finite elements of oblique impacts, read off to 1.3 %.
 
-    Discrete elements, on which all sticks or all slips, do not pass.
+    The others do not pass: oblique impacts at small angles, and those of contacts that stick whole.
     """
     curves = runpy.run_path(str(SCRIPT))["curves"](Path(FOLDER))
     inside = {curve.name for curve in curves if abs(curve.off).max() < 0.014}
