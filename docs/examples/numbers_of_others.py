@@ -4,7 +4,7 @@ The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the prin
 CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored,
 and ``kratos_chung_ooi``, curves of Chung & Ooi (2011) as Kratos has digitised them. Run from the
 repository's root; all examples or those that are named, and ``curves``; ``--cases`` prints every
-number that differs::
+number that differs; ``half-space`` (four minutes) solves impacts of test 4 on cells::
 
     python docs/examples/numbers_of_others.py FOLDER NAME --cases
 """
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
@@ -379,6 +380,37 @@ def oblique_impact(folder: Path) -> Iterator[Curve]:
         yield Curve(f"test 5, {name}", x, y, -5 * spent(x, 0.3))
 
 
+def left(angle: float, steps: int, per_radius: int, coupled: bool) -> float:
+    """Return the share of the tangential velocity that a ball of test 4 keeps on the half-space.
+
+    From the springs' path on, its own force is integrated again and again, as in `impact`.
+    """
+    poisson, friction, slope = 0.23, 0.092, np.tan(np.radians(angle))
+    ratio = 2 * (1 - poisson) / (2 - poisson)
+    time, depth, shift, _ = impact(ratio * slope / friction, steps, 801, poisson)
+    shift = shift * friction / FRICTION
+    count, scale, touching = 2 * int(np.ceil(1.08 * per_radius)), depth.max(), depth > 0
+    touching[-1] = False
+    constants = Compliance.of((1 - poisson) / 2, poisson)
+    body, x, y = grid((count, count), (1 / per_radius, 1 / per_radius), constants)
+    ball = FrictionalPress(body, (x**2 + y**2) / 2, friction, coupled)
+    force = np.zeros_like(time)
+    for _ in range(40):
+        way = sweep(
+            ball,
+            LoadPath("penetration", depth[touching] / scale),
+            LoadPath("tangential_displacement", shift[touching] / scale),
+        )
+        force[touching] = scale**1.5 * np.array([step.tangential_force for step in way])
+        speed = slope - 3.5 * cumulative_trapezoid(force, time, initial=0)
+        moved = cumulative_trapezoid(speed, time, initial=0)
+        change = np.abs(moved - shift).max() / np.abs(moved).max()
+        shift = (shift + moved) / 2
+        if change < 1e-4:
+            return 1 - float(np.trapezoid(force, time)) / slope
+    raise ArithmeticError(f"the impact did not converge: {change:.1e} of the way")
+
+
 def curves(folder: Path) -> list[Curve]:
     """Return all of them."""
     folder = folder / "kratos_chung_ooi"
@@ -408,3 +440,16 @@ if __name__ == "__main__":
             if "--cases" in sys.argv:
                 for point in zip(curve.x, curve.theirs, curve.ours, strict=True):
                     print("  {:.4g}: {:.4g}, ours {:.4g}".format(*point))
+    if "half-space" in names:
+        print("| angle | springs | uncoupled | change from half the grid | coupled | change |")
+        print("|---|---|---|---|---|---|")
+        for angle in (5.0, 10.0, 20.0):
+            slope = np.tan(np.radians(angle)) / 0.092
+            texts = [
+                f"{angle:g}°",
+                f"{1 - 2 * float(spent(np.array([slope]), 0.23)[0]) / slope:.3f}",
+            ]
+            for coupled in (False, True):
+                coarse, fine = (left(angle, 2 * n, n, coupled) for n in (8, 16))
+                texts += [f"{fine:.3f}", f"{fine - coarse:+.3f}"]
+            print("| " + " | ".join(texts) + " |", flush=True)
