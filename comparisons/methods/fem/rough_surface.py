@@ -179,12 +179,20 @@ _SHOWN = 64
 def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
     """Return a mesh of the part of the body where the stress of von Mises is highest.
 
-    The fields are those of waves in the continuum under the pressure of the cells.
+    The fields are those of waves in the continuum under the pressure of the cells; of an indenter,
+    which is smooth, under means over blocks of them, as many as are shown.
     """
     body: Body = elastic_body(scene)
     if scene.half_space.uniform:
         body = Stack([], [], Material(*scene.elastic_constants))
-    shape, spacing = contact.pressure.shape, grid.spacing
+    pressure, spacing = contact.pressure, grid.spacing
+    if not scene.rough:
+        step = -(-max(pressure.shape) // _SHOWN)
+        pressure = np.pad(pressure, [(0, -n % step) for n in pressure.shape])
+        rows, columns = (n // step for n in pressure.shape)
+        pressure = pressure.reshape(rows, step, columns, step).mean(axis=(1, 3))
+        spacing = step * spacing[0], step * spacing[1]
+    shape = pressure.shape
     depths = _depths(body, shape, spacing)
     if isinstance(body, Graded):
         # a graded body in slices between the depths that are shown, and some below
@@ -192,16 +200,17 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         ends = np.concatenate([[0.0], depths[1:], last])
         materials = body.slices(ends)
         body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
-    pressure = contact.pressure
     if not contact.operator.periodic:
-        pressure = np.zeros([_PADDED * n for n in shape])
-        pressure[: shape[0], : shape[1]] = contact.pressure
+        pressure = np.pad(pressure, [(0, (_PADDED - 1) * n) for n in shape])
     fields = [field.cut(*shape) for field in inside(body, pressure, spacing, depths)]
     stresses = [field.von_mises for field in fields]
     highest = max(stresses, key=np.max)
     peak = np.unravel_index(int(highest.argmax()), shape)
-    kept = [_kept(n, int(at), scene.rough) for n, at in zip(shape, peak, strict=True)]
-    return _mesh(fields, stresses, kept, grid) | {
+    kept = []
+    for n, at in zip(shape, peak, strict=True):  # a window about the peak
+        first = int(np.clip(at - _SHOWN // 2, 0, max(n - _SHOWN, 0)))
+        kept.append(np.arange(first, min(first + _SHOWN, n)))
+    return _mesh(fields, stresses, kept, grid.origin, spacing) | {
         "von_mises_depth": np.array([field.depth for field in fields]),
         "von_mises_highest": np.array([stress.max() for stress in stresses]),
     }
@@ -213,27 +222,25 @@ def _depths(body: Body, shape: tuple[int, ...], spacing: tuple[float, float]) ->
     if isinstance(body, Stack) and body.base is None:
         last = min(last, body.total)
     number = max(2, int(np.ceil(np.log(last / (_FIRST * side)) / np.log(_RATIO))))
-    growing = last * _RATIO ** -np.arange(number, -1.0, -1.0)
-    return np.append(_SURFACE * min(side, last), growing)
-
-
-def _kept(size: int, peak: int, rough: bool) -> np.ndarray:
-    """Return the cells of one side that are shown: all thinned out, or a window about the peak."""
-    if size <= _SHOWN:
-        return np.arange(size)
-    if not rough:
-        return np.arange(0, size, -(-size // _SHOWN))
-    first = int(np.clip(peak - _SHOWN // 2, 0, size - _SHOWN))
-    return np.arange(first, first + _SHOWN)
+    depths = np.append(_SURFACE * min(side, last), last * _RATIO ** -np.arange(number, -1.0, -1.0))
+    if isinstance(body, Stack):  # on either side of an interface, where stresses jump
+        interfaces = np.cumsum(body.thicknesses)
+        beside = np.concatenate([interfaces * (1 - _SURFACE), interfaces * (1 + _SURFACE)])
+        depths = np.unique(np.append(depths, beside[beside < last]))
+    return depths
 
 
 def _mesh(
-    fields: list[Inside], stresses: list[np.ndarray], kept: list[np.ndarray], grid: Grid
+    fields: list[Inside],
+    stresses: list[np.ndarray],
+    kept: list[np.ndarray],
+    origin: tuple[float, float],
+    spacing: tuple[float, float],
 ) -> dict[str, np.ndarray]:
     """Return hexahedra between the centres of cells and the depths; z points into the body."""
     x, y = (
         start + (cells + 0.5) * step
-        for start, cells, step in zip(grid.origin, kept, grid.spacing, strict=True)
+        for start, cells, step in zip(origin, kept, spacing, strict=True)
     )
     z = np.array([field.depth for field in fields])
     z[0] = 0.0

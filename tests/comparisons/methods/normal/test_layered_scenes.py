@@ -225,6 +225,25 @@ def test_first_yield_lies_below_the_surface():
     assert fields["mesh_von_mises"].max() == pytest.approx(fields["von_mises_highest"][at])
 
 
+def test_stress_below_a_hard_coating_jumps_at_the_interface():
+    """Strains along it are continuous, so that a coating 10 times as stiff bears more.
+
+    Of 64 cells per radius the pressure is taken by blocks, of 16 by cells: 2 % for the coarser one.
+    """
+    made = load_scene("coated-ball")
+    geometry, loads = prepare(made)
+    sides = []
+    for cells in (16, 64):
+        task = Task(made, geometry, loads, "fem", cells, quantities=frozenset(), with_body=True)
+        fields = solver_for("fem", made).solve(task).body_fields()
+        place = np.searchsorted(fields["von_mises_depth"], 4e-6)
+        assert np.ptp(fields["von_mises_depth"][place - 1 : place + 1]) < 1e-5 * 4e-6
+        sides.append(fields["von_mises_highest"][place - 1 : place + 1])
+    np.testing.assert_allclose(*sides, rtol=0.02)
+    above, below = sides[1]
+    assert 2 * below < above < 10 * below
+
+
 def test_stress_below_a_ball_on_a_graded_body_is_told(tmp_path):
     """A file with von Mises stresses, of the size of the largest pressure."""
     made = load_scene("graded-ball", {"loading.penetration": ["160 nm"]})
