@@ -236,23 +236,26 @@ def ensemble_text(method: str, numbers: Sequence[int], resolutions: Sequence[int
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return Y_l, (n_l, k) each: the difference to the next coarser grid that has any answer."""
-    grids = [np.asarray(answers, dtype=float) for answers in values]
+    """Return Y_l, (k, n_l) each: the difference to the next coarser grid that has any answer."""
+    # by load step: sums along contiguous rows take a fifth of the time
+    grids = [np.array(np.asarray(answers, dtype=float).T, order="C") for answers in values]
     if not grids:
         raise ValueError("a mean needs at least one grid")
     terms, below = [], np.zeros_like(grids[0])
     for whole in grids:
-        grid = whole[: len(below)]
-        terms.append(grid - below[: len(grid)])
-        below = np.where(np.isfinite(grid).any(axis=0), grid, below[: len(grid)])
+        grid = whole[:, : below.shape[1]]
+        below = below[:, : grid.shape[1]]
+        terms.append(grid - below)
+        below = np.where(np.isfinite(grid).any(axis=1, keepdims=True), grid, below)
     return terms
 
 
 def _mean(term: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return mean and number of the surfaces that have an answer, (k,) each."""
-    count = np.isfinite(term).sum(axis=0)
-    total = np.nansum(term, axis=0)
-    return np.divide(total, count, out=np.full(term.shape[1], np.nan), where=count > 0), count
+    known = np.isfinite(term)
+    count = known.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.where(known, term, 0.0).sum(axis=1) / count, count
 
 
 def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
@@ -261,19 +264,17 @@ def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
     The covariance of two means is that of the surfaces, times the number of surfaces that they
     share, over the numbers of both.
     """
-    total = np.zeros(terms[0].shape[1])
-    for finer in range(level, len(terms)):
-        rows = len(terms[finer])
-        pair = terms[level][:rows], terms[finer]
+    total = np.zeros(len(terms[0]))
+    for finer, term in enumerate(terms[level:], level):
+        pair = terms[level][:, : term.shape[1]], term
         shared = np.isfinite(pair[0]) & np.isfinite(pair[1])
-        variance, count = (_mean(terms[index])[1] for index in (level, finer))
-        number = shared.sum(axis=0)
-        deviations = [np.where(shared, t, np.nan) for t in pair]
-        centred = [np.nan_to_num(d - _mean(d)[0]) for d in deviations]
+        number = shared.sum(axis=1)
+        counts = [np.isfinite(terms[index]).sum(axis=1) for index in (level, finer)]
         with np.errstate(invalid="ignore", divide="ignore"):
-            covariance = (
-                (centred[0] * centred[1]).sum(axis=0) / (number - 1) * number / variance / count
-            )
+            means = [np.where(shared, t, 0.0).sum(axis=1) / number for t in pair]
+            first, second = (t - mean[:, None] for t, mean in zip(pair, means, strict=True))
+            product = np.where(shared, first * second, 0.0).sum(axis=1)
+            covariance = product / (number - 1) * number / counts[0] / counts[1]
         if finer > level:  # without a shared pair nothing is known to be common
             total += 2 * np.where(number >= FEWEST, covariance, 0.0)
         else:

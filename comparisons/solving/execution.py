@@ -41,7 +41,7 @@ _compiled: dict[tuple[object, ...], float] = {}
 def execute(task: Task, repeats: int | None = None) -> Solution:
     """Solve a task on one thread, with its times and its peak memory.
 
-    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or a quarter
+    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or a tenth
     of a second; compilation is counted apart. Memory is the rise of the process's peak during the
     first solve (Linux; NaN elsewhere). A method that works in a process of its own measures all
     that there.

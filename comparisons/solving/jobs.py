@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 # Solves that are timed are repeated up to so many times, within so many seconds.
-REPEATS, REPEAT_SECONDS = 3, 0.25
+REPEATS, REPEAT_SECONDS = 3, 0.1
 
 
 @dataclass(frozen=True)

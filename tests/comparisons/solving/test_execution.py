@@ -168,16 +168,16 @@ def timed_solver(clock, durations):
 
 
 def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch, clock):
-    monkeypatch.setitem(SOLVERS, "reduced", timed_solver(clock, [0.125, 0.03125, 0.0625] * 2))
+    monkeypatch.setitem(SOLVERS, "reduced", timed_solver(clock, [0.0625, 0.015625, 0.03125] * 2))
     solution = execute(task())
-    assert solution.seconds == 0.0625
-    assert solution.setup_seconds == 0.046875
+    assert solution.seconds == 0.03125
+    assert solution.setup_seconds == 0.0234375
     assert solution.compile_seconds == 1.0
     assert execute(task()).compile_seconds == 0  # once per process
 
 
-@pytest.mark.parametrize(("durations", "median"), [([2.0], 2.0), ([0.1875, 0.125], 0.15625)])
-def test_solves_are_repeated_for_a_quarter_of_a_second(task, monkeypatch, clock, durations, median):
+@pytest.mark.parametrize(("durations", "median"), [([2.0], 2.0), ([0.09375, 0.0625], 0.078125)])
+def test_solves_are_repeated_for_a_tenth_of_a_second(task, monkeypatch, clock, durations, median):
     """A longer list would be a StopIteration here, that is, a failure."""
     monkeypatch.setitem(SOLVERS, "reduced", timed_solver(clock, durations))
     solution = execute(task())

@@ -63,7 +63,7 @@ def test_a_finer_task_costs_more_as_it_did_in_another_scene(kind):
 
 
 @pytest.mark.parametrize(
-    ("solving", "timed"), [(0.01, 3 * 0.01), (0.1, REPEAT_SECONDS), (2.0, 2.0)]
+    ("solving", "timed"), [(0.01, 3 * 0.01), (0.05, REPEAT_SECONDS), (2.0, 2.0)]
 )
 def test_short_solves_are_repeated_for_their_time_only_on_the_first_surfaces(kind, solving, timed):
     first, forecast = replace(kind, timed=True), Forecast()
