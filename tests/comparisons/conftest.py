@@ -1,12 +1,15 @@
 """Scenes in one line, for tests that need one."""
 
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from comparisons.scene.scene import Scene, make_scene
+from comparisons.scene.scene import Scene, load_scene, make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
@@ -80,3 +83,27 @@ def run_apart():
             pool.submit(study.run).result()
 
     return run
+
+
+@pytest.fixture(scope="session")
+def solved():
+    """Solve a scene with one method, for these quantities too; there is an answer at every load."""
+
+    def solve(scene, method, resolution=1, *quantities, lost=False, **how):
+        (plan, *_) = plan_scene(load_scene(scene))
+        task = task_of(plan, method, resolution, **how)
+        solution = execute(replace(task, quantities=(*task.quantities, *quantities)))
+        assert lost or solution.converged.all(), solution.reasons
+        return solution
+
+    return solve
+
+
+@pytest.fixture(scope="session")
+def curves(solved):
+    """Solve so, and return the curves of the first realisation."""
+
+    def solve(*asked, **how):
+        return {name: values[0] for name, values in solved(*asked, **how).quantities.items()}
+
+    return solve

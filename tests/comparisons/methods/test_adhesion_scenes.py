@@ -5,11 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import load_scene, parse_scene
-from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.task import Task
 from reference.closed_form.adhesive import MaugisForm
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")
@@ -40,23 +37,15 @@ def scene_of(shape: str, loading: str, more: str = ""):
     return parse_scene(text, "ball.toml", Path.cwd())
 
 
-def solved(scene, name: str, resolution: int):
-    (plan, *_) = plan_scene(scene)
-    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, QUANTITIES)
-    solution = execute(task)
-    assert solution.converged.all(), solution.reasons
-    return {key: values[0] for key, values in solution.quantities.items()}
-
-
 BY_DEPTH = 'penetration = ["-1 um", "1 um", "8 um", "0 um", "-2 um", "-5 um"]'
 BY_FORCE = 'force = ["0 mN", "5 mN", "-1 mN", "-4 mN", "1 mN"]'
 
 
 @pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
-def test_springs_and_closed_form_agree_on_the_whole_path(loading):
+def test_springs_and_closed_form_agree_on_the_whole_path(curves, loading):
     """Contact, loss and contact again, for a paraboloid that the springs hold exactly."""
     scene = scene_of("paraboloid", loading)
-    springs, exact = solved(scene, "reduced", 12), solved(scene, "closed_form", 1)
+    springs, exact = curves(scene, "reduced", 12), curves(scene, "closed_form", 1)
     for name in QUANTITIES:
         scale = np.abs(exact[name]).max()
         np.testing.assert_allclose(springs[name], exact[name], atol=1e-10 * scale, rtol=0)
@@ -66,10 +55,10 @@ def test_springs_and_closed_form_agree_on_the_whole_path(loading):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
-def test_the_grid_follows_the_same_path(loading):
+def test_the_grid_follows_the_same_path(curves, loading):
     """Detachment calibrated to the mesh, 8 cells per radius: 25 % of the largest load."""
     scene = scene_of("paraboloid", loading)
-    grid, exact = solved(scene, "bem_fft", 8), solved(scene, "closed_form", 1)
+    grid, exact = curves(scene, "bem_fft", 8), curves(scene, "closed_form", 1)
     np.testing.assert_array_equal(grid["contact_area"] > 0, exact["contact_area"] > 0)
     for name in ("force", "penetration"):
         scale = np.abs(exact[name]).max()
@@ -78,10 +67,10 @@ def test_the_grid_follows_the_same_path(loading):
 
 
 @pytest.mark.slow
-def test_a_range_is_maugis_tension_and_has_a_hysteresis():
+def test_a_range_is_maugis_tension_and_has_a_hysteresis(curves):
     """Lambda = 1.04: pull-off within 1.5 % of Maugis, contact kept below the depth of snap-in."""
     scene = load_scene("adhesive-ball-range")
-    grid = solved(scene, "bem_fft", 12)
+    grid = curves(scene, "bem_fft", 12)
     work, reach = scene.adhesion.work, scene.adhesion.range
     form = MaugisForm(0.01, scene.effective_modulus, work, work / reach)
     exact = -float(form.force(form.pull_off()))
@@ -90,7 +79,7 @@ def test_a_range_is_maugis_tension_and_has_a_hysteresis():
     depth, touching = plan.loads.values, grid["contact_area"] > 0
     half = int(np.argmax(depth))
     assert depth[:half][touching[:half]].min() > depth[half:][touching[half:]].min()
-    springs = solved(scene, "reduced", 12)
+    springs = curves(scene, "reduced", 12)
     assert springs["pull_off_force"][0] < exact
 
 
@@ -108,10 +97,10 @@ def scene_in(unit: float, more: str = ""):
 @pytest.mark.slow
 @pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
 @pytest.mark.parametrize("method", ["bem_fft", "reduced"])
-def test_a_range_does_not_hang_on_the_unit_of_length(method, unit):
+def test_a_range_does_not_hang_on_the_unit_of_length(curves, method, unit):
     """To 1e-6: equilibria of the grid are solved to 1e-7 of the tension, at points of a path."""
     old, new = (
-        solved(scene_in(one, more=f"range = {2e-6 * one!r}"), method, 8) for one in (1.0, unit)
+        curves(scene_in(one, more=f"range = {2e-6 * one!r}"), method, 8) for one in (1.0, unit)
     )
     for name in ("force", "contact_area", "pull_off_force"):
         scale = np.abs(old[name]).max()
@@ -119,30 +108,19 @@ def test_a_range_does_not_hang_on_the_unit_of_length(method, unit):
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e-9, 1e-6, 1e-3, 1e3, 1e6])
-def test_first_touch_is_met_in_any_unit_of_length(unit):
+def test_first_touch_is_met_in_any_unit_of_length(curves, unit):
     """A path in steps passes zero depth exactly: a ball in touch adheres, one below it does not."""
-    solution = solved(scene_in(unit), "closed_form", 1)
+    solution = curves(scene_in(unit), "closed_form", 1)
     touch, area = 3, np.pi * (2 * np.pi * 0.05 * 0.01**2 / 2e6) ** (2 / 3)  # a^2/R = stretch
     assert solution["penetration"][touch] == 0.0
     assert solution["contact_area"][touch - 1] == 0.0
     assert solution["contact_area"][touch] / unit**2 == pytest.approx(area, rel=1e-12)
 
 
-def test_what_no_method_does_is_said():
-    ball = scene_of("paraboloid", BY_DEPTH, 'range = "1 um"')
-    assert "short range" in solver_for("closed_form", ball).reason
-    assert solver_for("bem_dense", ball).reason == "does not model [adhesion]"
-    square = scene_of("square_punch", BY_FORCE)
-    assert "square punch" in solver_for("closed_form", square).reason
-    sharp = scene_of("power_law", BY_FORCE)
-    for name in ("reduced", "closed_form", "bem_fft"):
-        assert "sharper than" in solver_for(name, sharp).reason
-
-
-def test_a_punch_is_lost_as_a_whole():
+def test_a_punch_is_lost_as_a_whole(curves):
     """Kendall, -sqrt(8 pi E* w b^3): springs to rounding, grid within 4 % at 8 cells per radius."""
     scene = load_scene("adhesive-punch")
     exact = np.sqrt(8 * np.pi * 2e6 * 0.05 * 1e-3**3)
-    assert solved(scene, "reduced", 10)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
-    assert solved(scene, "closed_form", 1)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
-    assert solved(scene, "bem_fft", 8)["pull_off_force"][0] == pytest.approx(exact, rel=0.04)
+    assert curves(scene, "reduced", 10)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
+    assert curves(scene, "closed_form", 1)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
+    assert curves(scene, "bem_fft", 8)["pull_off_force"][0] == pytest.approx(exact, rel=0.04)

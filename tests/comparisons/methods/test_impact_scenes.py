@@ -1,11 +1,10 @@
 """An impact as a scene, from the file to the report: springs against the closed form."""
 
 import json
-from pathlib import Path
 
 import pytest
 
-from comparisons.scene.scene import SceneError, load_scene, make_scene
+from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.planning import plan_scene
 
 HIT = """name = "hit"
@@ -38,19 +37,6 @@ def test_an_impact_whose_energy_underflows_is_refused(hit):
     scene = load_scene(hit(), {"dynamics.mass": 1e-290, "dynamics.velocity.from": 1e-20})
     with pytest.raises(SceneError, match="kinetic energy"):
         plan_scene(scene)
-
-
-def test_a_viscoelastic_impact_is_another_physics(planned):
-    data = {
-        "name": "soft",
-        "indenter": {"shape": "paraboloid", "radius": 0.01},
-        "viscoelastic": {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3},
-        "dynamics": {"mass": 0.01, "velocity": 1.0},
-    }
-    refused = planned(make_scene(data, "soft.toml", Path()))
-    assert refused["tamaas"].reason == "does not model [viscoelastic] and [dynamics]"
-    # FFT BEM has both, but not together.
-    assert refused["bem_fft"].reason == "does not model [viscoelastic] and [dynamics] in one scene"
 
 
 @pytest.mark.slow

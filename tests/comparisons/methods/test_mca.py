@@ -146,13 +146,6 @@ def test_two_bodies_of_automata_have_the_force_of_the_sum_of_their_compliances()
     )
 
 
-def test_a_coupling_without_a_second_body_is_refused():
-    assert "coupling does nothing here" in solver_for("mca", scene(BALL, **BOTH)).reason
-    soft = {"youngs_modulus": "1 MPa", "poisson_ratio": 0.495}
-    made = scene(BALL, counter_body=soft, **BOTH)
-    assert "above 0.49" in solver_for("mca", made).reason
-
-
 def rough(points=12, periodic=False, *, tables=None, **loading):
     data = {
         "name": "patch",
@@ -193,26 +186,6 @@ def test_two_rough_bodies_of_automata_have_the_force_of_one_half_space():
     tables = {"counter_body": RUBBER}
     (one, _), (pair, _) = (solved(rough(tables=tables | more), 12) for more in ({}, BOTH))
     np.testing.assert_allclose(pair.quantities["force"], one.quantities["force"], rtol=0.02)
-
-
-REFUSED = {
-    "incompressible": (
-        scene(BALL, half_space={"youngs_modulus": "1 MPa", "poisson_ratio": 0.495}),
-        "lost in their pair strains above 0.49",
-    ),
-    "periodic": (rough(periodic=True), "free patch"),
-    "mean gap": (rough(mean_gap=[1e-8]), "no mean-gap control"),
-    "friction": (
-        scene(BALL, {"force": [1.0], "tangential_force": [0.1]}, friction={"coefficient": 0.3}),
-        "does not model [friction]",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_it_cannot_do_is_said(name):
-    made, reason = REFUSED[name]
-    assert reason in solver_for("mca", made).reason
 
 
 def test_bodies_of_too_many_automata_are_refused_before_any_is_made():

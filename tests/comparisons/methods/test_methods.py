@@ -314,8 +314,8 @@ def test_large_meshes_are_iterated_unless_nearly_incompressible(
 
 
 @pytest.mark.slow
-def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
-    """Forces to 1e-8 of the direct ones; refusals with reasons, the solver in the plan."""
+def test_solvers_of_the_finite_elements_agree():
+    """Forces to 1e-8 of the direct ones, the solver in the plan."""
     sources = {"methods.fem.solver": "conjugate_gradients"}
     plans = [plan_scene(load_scene("paraboloid", more))[0] for more in ({}, sources)]
     forces = [execute(task_of(plan, "fem", 3), 1).quantities["force"] for plan in plans]
@@ -327,10 +327,3 @@ def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
     nearly = plan_scene(load_scene("paraboloid", {"half_space.poisson_ratio": 0.4999}))[0]
     solver = solver_for("fem", nearly.scene)
     assert "nested dissection (nu above 0.499" in solver.model(nearly.geometry)
-    for name, more, reason in (
-        ("square-punch", {}, "single contacts"),
-        ("paraboloid", {"half_space.poisson_ratio": 0.5}, "definite matrix"),
-        ("paraboloid", {"methods.fem.contact": "penalty"}, "active_set only"),
-    ):
-        support = solver_for("fem", load_scene(name, sources | more))
-        assert reason in support.reason

@@ -41,15 +41,6 @@ def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
     assert 0.6 < abs(own.error) < 1.0
 
 
-def test_what_cannot_slide_steadily_is_refused_with_its_reason():
-    fluid = {"model": "maxwell", "shear_moduli": [1e6], "relaxation_times": [0.01]}
-    flat = {"shape": "cylinder", "radius": 0.01}
-    for tables, word in (({"viscoelastic": fluid}, "fluid"), ({"indenter": flat}, "flat face")):
-        refused = {method.method: method.reason for method in planned(**tables).methods}
-        assert word in refused["reduced"]
-        assert word in refused["bem_fft"]
-
-
 def test_the_printed_scheme_is_judged_on_both_sides_of_its_limit():
     measure = EXPERIMENTS["printed-rubber"].measure
     assert abs(measure(1.0, "quick").error) < 0.05

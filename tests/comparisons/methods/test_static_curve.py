@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 import tomli_w
 
-from comparisons.methods.dynamics import static_scene
-from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import make_scene
 
@@ -91,30 +89,6 @@ def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
     largest = np.abs(true).max()
     np.testing.assert_allclose(result["penetration"], true, atol=2e-4 * largest)
     np.testing.assert_array_equal(result["force"][:2], [200, 287.5])  # on the mass, as prescribed
-
-
-def test_what_a_method_cannot_do_is_said():
-    timed = impact(dynamics={"mass": "10 g", "velocity": "1 m/s"}, loading={"time": [0, "50 us"]})
-    assert "time history" in solver_for("fem", timed).reason
-    rough = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 16, "rms_slope": 0.1}
-    surface = tables(surface=rough)
-    del surface["indenter"]
-    surface = make_scene(surface, "test", ".")
-    for name in ("reduced", "closed_form", "bem_fft", "bem_dense", "fem"):
-        assert "rough surface" in solver_for(name, surface).reason
-    nodal = impact(
-        dynamics={"mass": "10 g", "velocity": "1 m/s"},
-        loading={"time": [0, "50 us"]},
-        methods={"reduced": {"edges": "nodal"}},
-    )
-    assert "sub_cell" in solver_for("reduced", nodal).reason
-
-
-def test_the_slow_contact_of_an_impact_has_no_mass():
-    slow = static_scene(impact(), np.array([1e-6, 2e-6]))
-    assert slow.physics == ()
-    assert slow.loading.range.values == (1e-6, 2e-6)
-    assert slow.indenter == impact().indenter
 
 
 def test_the_plan_says_how_each_method_strikes(planned):

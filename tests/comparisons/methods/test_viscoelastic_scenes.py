@@ -94,26 +94,6 @@ def test_a_force_ramp_from_nothing():
     assert errors["bem_fft", "penetration"] < 3e-3
 
 
-def test_a_history_without_a_closed_form_is_told_so():
-    again = {"time": [0.0, 0.1, 0.2, 0.3], "penetration": [0.0, 1e-4, 5e-5, 1e-4]}
-    assert "falls once" in reasons(planned(again))["closed_form"]
-    slows = {"time": [0.0, 0.1, 0.12, 0.3], "penetration": [0.0, 1e-4, 7e-5, 6e-5]}
-    assert "grows again" in reasons(planned(slows))["closed_form"]
-    falls = {"time": [0.0, 0.1, 0.2], "force": [0.1, 0.2, 0.1]}
-    assert "never falls" in reasons(planned(falls))["closed_form"]
-
-
-def test_what_no_method_can_do_has_its_reason():
-    ends = {"time": [0.0, 0.1, 0.2], "force": [0.1, 0.2, 0.0]}
-    assert "penetration is undetermined" in reasons(planned(ends))["reduced"]
-    jump = {"time": [0.0, 0.1], "penetration": [1e-4, 1e-4]}
-    damped = {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3}
-    for why in reasons(planned(jump, viscoelastic=damped)).values():
-        assert "dashpot" in why or "not asked" in why or "does not model" in why
-    punch = {"shape": "square_punch", "side": 1e-3}
-    assert "flat face" in reasons(planned(OUT, indenter=punch))["bem_fft"]
-
-
 def test_a_rough_surface_relaxes_on_the_grid():
     """A periodic patch under a constant force creeps: its depth and its area grow."""
     surface = {

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import prepare
-from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import SceneError, builtin_folder, load_scene, override
 from comparisons.solving.execution import execute
 from comparisons.tasks.task import Task
@@ -61,13 +60,6 @@ def solved(scene, method, resolution):
 def test_what_makes_no_sense_is_refused(name, changes, words):
     with pytest.raises(SceneError, match=words):
         changed(name, changes)
-
-
-def test_shapes_that_are_not_round_wear_on_cells_only():
-    ellipsoid = {"shape": "ellipsoid", "radius_x": 0.01, "radius_y": 0.02}
-    scene = changed(SLIDING, {"indenter": ellipsoid})
-    assert "round" in solver_for("reduced", scene).reason
-    assert not hasattr(solver_for("bem_fft", scene), "reason")
 
 
 @pytest.mark.parametrize("changes", [{}, {"loading": {"penetration": "1 um"}}])

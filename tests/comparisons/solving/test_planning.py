@@ -92,37 +92,6 @@ def test_only_the_methods_asked_for_and_the_closed_form_as_their_truth(scene):
     assert planned(without, "closed_form").reason == "not asked for"
 
 
-TRIANGLE = [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]]
-
-
-@pytest.mark.parametrize(
-    ("method", "change", "reason"),
-    [
-        ("closed_form", {"shape": "square_punch", "side": 1e-3}, "no closed form is known for a"),
-        ("fem", {"shape": "polygon_punch", "vertices": TRIANGLE}, "nu = 0.5"),
-    ],
-)
-def test_refusals_say_why(scene, method, change, reason):
-    rubber = {"shear_modulus": "1 MPa", "poisson_ratio": 0.5}
-    made = scene(indenter=change, half_space=rubber)
-    plan = planned(made, method)
-    assert not plan.supported
-    assert reason in plan.reason
-
-
-def test_refusals_of_rough_scenes(rough):
-    assert "rough surface has no closed form" in planned(rough(), "closed_form").reason
-    periodic = rough(periodic=True)
-    assert "free half-space" in planned(periodic, "bem_dense").reason
-    assert planned(periodic, "fem").supported
-    block = rough(periodic=True, methods={"fem": {"mesh": "block"}})
-    assert "periodic" in planned(block, "fem").reason
-    gap = rough(loading={"mean_gap": ["1 nm"]})
-    assert all(planned(gap, name).supported for name in ("fem", "bem_fft"))
-    gap = rough(loading={"mean_gap": ["1 nm"]}, methods={"fem": {"mesh": "block"}})
-    assert "mean-gap" in planned(gap, "fem").reason
-
-
 def test_a_resolution_that_is_no_multiple_of_the_points_is_left_out_with_its_reason(rough):
     plan = planned(rough(compare={"resolutions": [8, 11, 32]}), "bem_fft")
     assert plan.resolutions == (8, 32)
@@ -197,12 +166,10 @@ def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
     assert "three quarters of the finite-element mesh" not in left_out(scene(indenter=polygon))
 
 
-def test_means_at_equal_gap_are_said_to_be_that_and_a_refusal_says_what_to_use(rough):
+def test_means_at_equal_gap_are_said_to_be_that(rough):
     """The force at the mean gap of an ensemble hangs on its highest peaks: a third off on lines."""
     (plan, *_) = plan_scene(rough(loading={"mean_gap": ["1 nm", "5 nm"]}))
     assert any("at equal mean gap" in note for note in plan.notes)
-    refused = {part.method: part.reason for part in plan.methods}
-    assert "use bem_fft" in refused["bem_dense"]
     (plan, *_) = plan_scene(rough())
     assert not any("at equal mean gap" in note for note in plan.notes)
 

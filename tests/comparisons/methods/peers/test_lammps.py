@@ -145,18 +145,6 @@ def test_its_own_error_is_told(scene, monkeypatch):
     assert "no_such_law" in solution.reasons[0, 0]
 
 
-def test_what_the_laws_are_not_made_for_is_said(scene):
-    hardens = scene(plasticity={"yield_stress": 1e9, "hardening": 1e9})
-    for name, made, reason in (
-        ("lammps_mdr", hardens, "perfectly plastic"),
-        ("lammps_hertz", scene(loading={"force": [1.0]}), "prescribe penetrations"),
-        ("lammps_hertz", load_scene("cone"), "spheres and paraboloids only"),
-        ("lammps_hertz", load_scene("rough-free"), "for single indenters"),
-        ("lammps_jkr", load_scene("adhesive-ball-range"), "short range only"),
-    ):
-        assert reason in solver_for(name, made).reason
-
-
 def test_absence_and_another_version_are_said(scene, monkeypatch):
     def absent(name):
         raise metadata.PackageNotFoundError(name)

@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.methods.peers import ngsolve
 from comparisons.methods.registry import solver_for
-from comparisons.scene.scene import load_scene, make_scene
+from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -35,16 +35,9 @@ def scene(shape, **changes):
     return make_scene(tables | changes, "test", Path())
 
 
-def solved(made, method, resolution):
-    (plan,) = plan_scene(made)
-    solution = execute(task_of(plan, method, resolution))
-    assert solution.converged.all(), solution.reasons
-    return solution
-
-
 @needs_ngsolve
 @pytest.mark.slow
-def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart():
+def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart(solved):
     """1e-4 with two elements of fourth order per radius: far field 1e-5, penalty 1e-5, mesh."""
     made = scene("paraboloid")
     exact = solved(made, "closed_form", 1).quantities
@@ -60,7 +53,7 @@ def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart():
 @needs_ngsolve
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
-def test_it_agrees_with_closed_forms(shape):
+def test_it_agrees_with_closed_forms(solved, shape):
     """An independent code on each kind of contact edge; sharp ones converge slowly."""
     made = scene(shape, loading={"penetration": [1e-6]})
     exact = solved(made, "closed_form", 1).quantities
@@ -71,19 +64,10 @@ def test_it_agrees_with_closed_forms(shape):
 
 @needs_ngsolve
 @pytest.mark.slow
-def test_force_control_is_the_inverse_of_penetration_control():
+def test_force_control_is_the_inverse_of_penetration_control(solved):
     force = solved(scene("paraboloid"), "ngsolve", 2).quantities["force"][0]
     back = solved(scene("paraboloid", loading={"force": force.tolist()}), "ngsolve", 2)
     np.testing.assert_allclose(back.quantities["penetration"][0], [1e-7, 1e-5], rtol=1e-5)
-
-
-def test_what_it_is_not_made_for_is_said():
-    reasons = {
-        "square-punch": "no mesh is fitted to a square punch",
-        "rough-free": "single contacts only",
-    }
-    for name, reason in reasons.items():
-        assert reason in solver_for("ngsolve", load_scene(name)).reason
 
 
 def test_its_absence_is_said(monkeypatch):

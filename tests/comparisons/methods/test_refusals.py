@@ -1,0 +1,225 @@
+"""What a method does not do is said, with the reason: a line for each reason of each method."""
+
+import pytest
+
+from comparisons.methods.registry import SOLVERS, solver_for
+from comparisons.methods.solver import Refusal
+from comparisons.scene.scene import load_scene
+
+CONE = {"indenter": {"shape": "cone", "slope": 0.1}}
+FLAT = {"indenter": {"shape": "cylinder", "radius": "1 mm"}}
+SQUARE = {"indenter": {"shape": "square_punch", "side": "1 mm"}}
+SHARP = {"indenter": {"shape": "power_law", "exponent": 0.4, "coefficient": 0.1}}
+ELLIPSOID = {"indenter": {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "20 mm"}}
+OVAL = {"indenter": {"shape": "ellipsoid", "radius_x": "1 m", "radius_y": "1 mm"}}
+NEEDLE = {"indenter": {"shape": "ellipsoid", "radius_x": "10 m", "radius_y": "1 um"}}
+WEDGE = {"shape": "polygon_punch", "vertices": [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]]}
+RUBBER = {"half_space": {"shear_modulus": "1 MPa", "poisson_ratio": 0.5}}
+NEARLY = {"youngs_modulus": "1 MPa", "poisson_ratio": 0.495}
+SOFT = {"half_space": NEARLY}
+GAP = {"loading": {"mean_gap": ["1 nm"]}}
+BLOCK = {"methods.fem.mesh": "block"}
+ITERATED = {"methods.fem.solver": "conjugate_gradients"}
+ENDED = {"methods.fem.bottom": "impedance"}
+PACKED = {"methods.mca.coupling": "automata"}
+HARDENS = {"plasticity.hardening": "1 GPa"}
+PULLED = {"friction.coefficient": 0.3, "loading": {"force": [1.0], "tangential_force": [0.1]}}
+TIMED = {"dynamics.velocity": "1 m/s", "loading": {"time": [0, "50 us"]}}
+FIRST_YIELD = 0.2126e-6  # m, on steel of 420 MPa below a ball of 10 mm
+
+
+def dented(*depths):
+    """Return loads in units of the penetration at first yield."""
+    return {"loading": {"penetration": [depth * FIRST_YIELD for depth in depths]}}
+
+
+def history(control, values, **more):
+    return {"loading": {"time": [0.1 * k for k in range(len(values))], control: values} | more}
+
+
+def squeezed(first, last):
+    """Return a stiff ball under oil between two forces."""
+    loading = {"force": [first, last], "squeeze_speed": 0.1}
+    return {"half_space": {"effective_modulus": 1e14}, "loading": loading}
+
+
+FASTER = {"lubrication.speed": [1e-3, 1e3]}
+SHORT_WAVES = {"lubrication.speed": 5e-4} | {
+    "lubrication.waviness": {"amplitude": 1e-7, "wavelength": 5e-5}
+}
+NO_BALL = "no ball of radius"
+REFUSED = {
+    "paraboloid": [
+        ("lammps_hertz", {"loading": {"force": [1.0]}}, "prescribe penetrations"),
+        ("lammps_hertz", CONE, "spheres and paraboloids only"),
+        ("ngsolve", SQUARE, "no mesh is fitted to a square punch"),
+        ("fem", {"counter_body": NEARLY | {"poisson_ratio": 0.5}}, "0.5 is incompressible"),
+        ("fem", {"methods.fem.points": "quadrature"}, 'takes contact = "penalty" only'),
+        ("fem", RUBBER | {"indenter": WEDGE}, "nu = 0.5"),
+        ("fem", SQUARE | ITERATED, "single contacts"),
+        ("fem", RUBBER | ITERATED, "definite matrix"),
+        ("fem", {"methods.fem.contact": "penalty"} | ITERATED, "active_set only"),
+        ("mca", SOFT, "lost in their pair strains above 0.49"),
+        ("mca", PULLED, "does not model [friction]"),
+        ("mca", PACKED, "coupling does nothing here"),
+        ("mca", {"counter_body": NEARLY} | PACKED, "above 0.49"),
+        ("closed_form", SQUARE, "no closed form is known for a square punch"),
+    ],
+    "coated-ball": [
+        *(
+            (name, {}, "the same at all depths")
+            for name in sorted(set(SOLVERS) - {"closed_form", "bem_fft", "fem", "reduced"})
+        ),
+    ],
+    "graded-ball": [("fem", ENDED, "an impedance bottom")],
+    "layer-on-base": [("fem", ENDED, "an impedance bottom")],
+    "rough-free": [
+        ("reduced", {"half_space": {"youngs_modulus": 1e9, "poisson_ratio": 0.3}}
+         | {"half_space.grading": {"exponent": 0.3, "depth": "1 um"}}, "a line has many"),
+        ("closed_form", {}, "rough surface has no closed form"),
+        ("lammps_hertz", {}, "for single indenters"),
+        ("ngsolve", {}, "single contacts only"),
+        ("fem", GAP | BLOCK, "mean-gap"),
+        ("bem_dense", GAP, "use bem_fft"),
+        ("mca", GAP, "no mean-gap control"),
+        *(
+            (name, {"dynamics": {"mass": 1.0, "velocity": 1.0}, "loading": {"time": [0, 1]}},
+             "rough surface")
+            for name in ("reduced", "closed_form", "bem_fft", "bem_dense", "fem")
+        ),
+    ],
+    "rough-periodic": [
+        ("bem_dense", {}, "free half-space"),
+        ("fem", BLOCK, "periodic"),
+        ("mca", {}, "free patch"),
+    ],
+    "plastic-ball": [
+        ("closed_form", dented(2), "up to first yield only"),
+        ("closed_form", dented(0.1) | NEEDLE | RUBBER, "poisson"),
+        ("closed_form", dented(0.1) | NEEDLE, "slenderness"),
+        ("kogut_etsion", dented(200), "fitted up to 110"),
+        ("kogut_etsion", dented(10, 5), "fitted on loading"),
+        ("kogut_etsion", dented(10) | CONE, "spheres and paraboloids"),
+        ("jackson_green", dented(10) | HARDENS, "without hardening"),
+        ("reduced", dented(10) | CONE, "curved at its tip"),
+        ("fem", dented(10) | FLAT, "flat face"),
+        ("fem", dented(10) | OVAL, "10 : 1"),
+        ("bem_fft", {}, "model of rough surfaces"),
+        ("mca", dented(5) | FLAT, "flat face"),
+        ("mca", dented(5) | SOFT, "above 0.49"),
+        ("lammps_mdr", HARDENS, "perfectly plastic"),
+    ],
+    "plastic-rough": [
+        ("bem_fft", HARDENS, "without hardening"),
+        ("reduced", {"plasticity.model": "zunker_kamrin"}, "for a ball"),
+        (
+            "reduced",
+            {"plasticity.model": "elastic_root", "methods.reduced.stress": "one_radius"},
+            "their own curvature",
+        ),
+        ("bem_dense", {}, "does not model [plasticity]"),
+    ],
+    "adhesive-ball": [
+        ("closed_form", {"adhesion.range": "1 um"}, "short range"),
+        ("lammps_jkr", {"adhesion.range": "1 um"}, "short range only"),
+        ("bem_dense", {}, "does not model [adhesion]"),
+        ("closed_form", SQUARE, "square punch"),
+        *((name, SHARP, "sharper than") for name in ("reduced", "closed_form", "bem_fft")),
+    ],
+    "soft-ball-film": [
+        *((name, {}, "does not model [lubrication]") for name in ("fem", "bem_dense")),
+        ("hamrock_dowson", {}, "5×10⁻⁹"),
+        ("hamrock_dowson", FASTER, NO_BALL),
+        ("bem_fft", CONE, "paraboloids"),
+        ("bem_fft", SHORT_WAVES, "waves so short"),
+        ("hamrock_dowson", SHORT_WAVES, "smooth balls"),
+    ],
+    "squeezed-ball": [
+        ("closed_form", {"half_space": {"effective_modulus": 1e6}}, "bends"),
+        # a film thicker than the ball at the first load, or a contact wider at the last one
+        *(
+            (name, squeezed(*forces), NO_BALL)
+            for name in ("bem_fft", "reduced", "closed_form")
+            for forces in ((0.01, 10.0), (10.0, 1e9))
+        ),
+    ],
+    "rolling-ball": [
+        ("reduced", {"rolling": {"creep": 0.0, "spin": "0.02 m^-1"}}, "no width"),
+        ("reduced", FLAT, "flat face"),
+        ("fastsim", CONE, "paraboloids and ellipsoids"),
+        (
+            "reduced",
+            {"rolling": {"creep": 0.1, "lateral_creep": 0.1}}
+            | {"methods.reduced.rolling": "matched"},
+            "one stiffness",
+        ),
+    ],
+    "sliding-ball": [
+        *((name, FLAT, "flat face") for name in ("reduced", "bem_fft")),
+        *(
+            (name, {"viscoelastic": {"model": "maxwell", "shear_moduli": [1e6]}
+                    | {"relaxation_times": [0.01]}}, "fluid")
+            for name in ("reduced", "bem_fft")
+        ),
+    ],
+    "impact-ball": [
+        ("fem", TIMED, "time history"),
+        ("reduced", TIMED | {"methods.reduced.edges": "nodal"}, "sub_cell"),
+        ("tamaas", {}, "does not model [dynamics]"),
+    ],
+    "impact-rubber": [
+        ("tamaas", {}, "does not model [viscoelastic] and [dynamics]"),
+        # it has both, but not together
+        ("bem_fft", {}, "does not model [viscoelastic] and [dynamics] in one scene"),
+    ],
+    "friction-steel": [
+        ("fem", FLAT, "round smooth"),
+        ("fem", {"friction.coupling": "none"}, "coupling"),
+        ("closed_form", {}, "elastic coupling"),
+        ("fem", RUBBER, "0.4999"),
+        ("closed_form", RUBBER, "slip transverse"),
+    ],
+    "rubber-ball": [
+        ("closed_form", history("penetration", [0.0, 1e-4, 5e-5, 1e-4]), "falls once"),
+        (
+            "closed_form",
+            {"loading": {"time": [0, 0.1, 0.12, 0.3], "penetration": [0, 1e-4, 7e-5, 6e-5]}},
+            "grows again",
+        ),
+        ("closed_form", history("force", [0.1, 0.2, 0.1]), "never falls"),
+        ("reduced", history("force", [0.1, 0.2, 0.0]), "penetration is undetermined"),
+        ("bem_fft", SQUARE, "flat face"),
+        *(
+            (name, history("penetration", [1e-4, 1e-4])
+             | {"viscoelastic": {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3}},
+             "dashpot")
+            for name in ("closed_form", "reduced", "bem_fft")
+        ),
+    ],
+    "worn-ball": [("reduced", ELLIPSOID, "round")],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("source", REFUSED)
+def test_what_a_method_cannot_do_is_said(source):
+    for method, changes, reason in REFUSED[source]:
+        told = solver_for(method, load_scene(source, changes))
+        assert isinstance(told, Refusal), (method, changes)
+        assert reason in told.reason, (method, changes)
+
+
+TAKEN = [
+    ("plastic-ball", "reduced", dented(0.1) | NEEDLE),
+    ("rough-free", "fem", GAP),
+    ("rough-free", "bem_fft", GAP),
+    ("rough-periodic", "fem", {}),
+    ("soft-ball-film", "hamrock_dowson", {"lubrication.speed": 5e-4}),
+    ("soft-ball-film", "reduced", SHORT_WAVES),
+    ("worn-ball", "bem_fft", ELLIPSOID),
+]
+
+
+@pytest.mark.parametrize(("source", "method", "changes"), TAKEN)
+def test_what_is_within_a_method_is_taken(source, method, changes):
+    """Beside each, above, a method or a number that refuses it."""
+    assert not isinstance(solver_for(method, load_scene(source, changes)), Refusal)
