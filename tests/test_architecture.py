@@ -64,31 +64,6 @@ def test_numerics_know_nothing_of_files_and_progress_bars():
     assert calls == []
 
 
-def test_results_are_never_unpickled():
-    """No pickle in what reads files, and no numpy load that would allow one.
-
-    Work for an isolated process goes there as a pickle, through a folder that nobody else can
-    write; what comes back does not. Jobs for a cluster are pickled by the user's own client, and
-    the processes of a run share results through a temporary folder that only this user can open.
-    """
-    solving = ROOT / "comparisons" / "solving"
-    ours = {solving / "cluster.py", solving / "shared.py"}
-    sender, receiver = (
-        ROOT / "comparisons" / "isolation" / f"{name}.py" for name in ("parent", "child")
-    )
-    for package in PACKAGES:
-        for path in (ROOT / package).rglob("*.py"):
-            text = path.read_text(encoding="utf-8")
-            assert "import pickle" not in text or path in {sender, receiver, *ours}, path
-            assert "pickle.load" not in text or path in {receiver, *ours}, path
-            assert "allow_pickle=True" not in text, path
-
-
-def test_the_packages_carry_their_types():
-    for package in PACKAGES:
-        assert (ROOT / package / "py.typed").exists()
-
-
 HEAVY = {"markdown_it", "numba", "pandas", "plotly", "pyamg", "pyvista", "scipy", "skfem"}
 
 
@@ -172,6 +147,7 @@ def test_an_installed_package_has_all_its_files():
         if not any(path in (ROOT / package).glob(pattern) for pattern in shipped)
     ]
     assert forgotten == []
+    assert all((ROOT / package / "py.typed").exists() for package in PACKAGES)
 
 
 @pytest.mark.slow

@@ -220,9 +220,9 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     0
     """
     signed = np.atleast_1d(np.asarray(error, dtype=float))
-    errors = np.abs(signed)
+    finite = np.isfinite(signed)
+    errors = np.where(finite, np.abs(signed), 0.0)
     bars = np.broadcast_to(np.asarray(uncertainty, dtype=float), errors.shape)
-    finite = np.isfinite(errors)
     if not finite.any():
         return Judgement()
     bars = np.where(np.isfinite(bars), bars, np.inf)
@@ -230,7 +230,7 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     most = np.where(finite, errors + bars, -np.inf)
     low, high = float(np.max(least)), float(np.max(most)) if finite.all() else np.inf
     word = word_for(low, high, tolerance)
-    step = _first_largest(least if word == OUTSIDE else most, np.where(finite, errors, 0.0))
+    step = _first_largest(least if word == OUTSIDE else most, errors)
     if not np.isfinite(high):
         high = NAN
     bar = float(bars[step]) if np.isfinite(bars[step]) else NAN

@@ -26,9 +26,6 @@ from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_m
 from reports.paper.files import write_paper
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
-from reports.tables.table import table
-from reports.tables.written import in_markdown
-from roughline.commands.app import run_command
 
 pytestmark = pytest.mark.slow
 
@@ -241,11 +238,6 @@ def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study
     assert {row[0].text for row in result.rows} == {"steel-ball", "rough-patch", ""}
 
 
-def test_cells_of_markdown_tables_cannot_leave_their_cell():
-    hostile = table(("h",), [("a|b\nc *d* <e>",)], title="a")
-    assert in_markdown(hostile).splitlines()[-1] == r"| a\|b c \*d\* &lt;e&gt; |"
-
-
 # --- what goes wrong ----------------------------------------------------------------------------
 
 
@@ -289,23 +281,6 @@ def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(s
     assert {path.name for path in written if path.suffix == ".pdf"} == {"verdicts.pdf"}
     verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")
     assert "| contact area | – | – |" in verdicts
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["{run}", "--out", "{out}", "--format", "gif"], "--format: expected pdf, svg, png"),
-        (["{run}", "--out", "{out}", "--figures", "weight*"], "--figures: no figure 'weight*'"),
-        (["{out}", "--out", "{out}"], "no results of roughline here"),
-        (["{run}", "--out", "{file}"], "expected a folder for the results, got a file"),
-    ],
-)
-def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsys):
-    (tmp_path / "file").write_text("")
-    names = {"run": study.directory, "out": tmp_path / "out", "file": tmp_path / "file"}
-    assert run_command(["paper", *(argument.format(**names) for argument in arguments)]) == 2
-    assert said in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, python, tmp_path):

@@ -12,7 +12,7 @@ from comparisons import machine
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.judging.reference import NO_REFERENCE, Bar, Reference
-from comparisons.judging.verdicts import Verdict, judge, judged, worst
+from comparisons.judging.verdicts import Verdict, worst
 from comparisons.results.advice import advise, wide_truth
 from comparisons.results.decisions import asked_in_vain, verdicts
 from comparisons.results.finding import finding
@@ -206,39 +206,13 @@ def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
 def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
     """A cylinder's force is exact in the reduced model: nothing cheaper can be advised."""
     asked = ["advise", "cylinder", "--tolerance", "2 %", "--quantities", "force", "--json"]
-    assert exit_code(asked) == 0
+    assert run_command(asked) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["tolerance"] == 0.02
     assert document["cheapest"]["method"] == "reduced"
     assert document["sentence"].startswith("For 2\u202f% in force: reduced model")
     for wrong in (["--tolerance", "many"], ["--tolerance", "-1"], ["--quantities", "beauty"]):
-        assert exit_code(["advise", "cylinder", *wrong]) == 2
-
-
-exit_code = run_command
-
-
-# --- verdicts -------------------------------------------------------------------------------
-
-
-def test_an_unknown_bar_resolves_nothing_and_no_error_is_no_result():
-    assert judge([1e-9], [np.nan], 0.01) == "not resolved"
-    assert judge([10.0], [np.nan], 0.01) == "not resolved"
-    # A step that could not be compared may be anything: it forbids "within", not "outside".
-    assert judge([np.nan, 0.001], [0.0, 0.0], 0.01) == "not resolved"
-    assert judge([np.nan, 0.1], [0.0, 0.0], 0.01) == "outside"
-    assert judge([np.nan], [0.0], 0.01) == "no result"
-
-
-def test_the_step_that_decides_is_the_one_the_word_stands_on():
-    """Not the largest error: the widest reach where that is open, the surest miss if outside."""
-    assert judged([0.02, 0.001], [0.001, 0.05], 0.03).step == 1  # not resolved by step 2's bar
-    assert judged([0.02, 0.001], [0.001, 0.05], 0.01).step == 0  # outside by step 1
-    assert judged([0.002, 0.004], [0.001, 0.0], 0.01).step == 1  # within, closest at step 2
-    unknown = judged([0.002, 0.004, 0.003], [np.nan, 0.0, np.nan], 0.01)
-    assert (unknown.word, unknown.step) == ("not resolved", 2)
-    # Alike by similarity: the same step on every processor.
-    assert judged([0.01, 0.01 * (1 + 1e-15)], [0.0, 0.0], 0.02).step == 0
+        assert run_command(["advise", "cylinder", *wrong]) == 2
 
 
 # --- small facts ----------------------------------------------------------------------------

@@ -103,15 +103,6 @@ def test_slow_pairs_are_left_to_full_runs(hard_cases):
     assert (only.kind, only.reason) == ("left out", "--full runs it")
 
 
-def test_unknown_methods_and_cases_are_listed_at_once(hard_cases, capsys):
-    code, folder = hard_cases("nastran", "--case", "moon")
-    said = capsys.readouterr().err
-    assert code == 2
-    assert "'nastran'" in said
-    assert "'moon'" in said
-    assert not folder.exists()
-
-
 @pytest.mark.parametrize("name", ["report.html", "study.json"])
 def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
     (tmp_path / "out").mkdir()

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from comparisons.judging.reference import NO_REFERENCE
-from comparisons.judging.verdicts import judge, worst
+from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
 from comparisons.results.decisions import second_rows, verdicts
 from comparisons.results.rows import NO_ROWS, Rows
@@ -185,24 +185,6 @@ def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
     assert "active set cycled after 30 rounds" in parsed.text
     disagreement = parsed.text.index("References disagree")
     assert disagreement < parsed.text.index("Verdicts")
-
-
-@pytest.mark.parametrize(
-    ("error", "bar", "word"),
-    [
-        (0.25, 0.25, "within"),  # |e| + u = t holds
-        (-0.25, 0.25, "within"),
-        (0.25, 0.2500001, "not resolved"),
-        (0.75, 0.25, "not resolved"),  # |e| - u = t does not fail
-        (-0.7500001, 0.25, "outside"),
-        (0.5, 0.0, "within"),
-        (0.5000001, 0.0, "outside"),
-        (math.inf, 0.1, "no result"),
-    ],
-)
-def test_the_verdict_at_the_boundaries_of_its_rule(error, bar, word):
-    """Binary fractions make the boundaries exact; the tolerance is one half."""
-    assert judge(error, bar, 0.5) == word
 
 
 def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):

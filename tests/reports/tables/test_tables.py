@@ -52,7 +52,7 @@ def test_text_of_strangers_is_text_in_every_renderer(judged):
     assert HOSTILE in on_a_terminal(judged)
     assert "&lt;i&gt;" in on_a_page(judged)
     assert "&lt;i&gt;" in notebook.table(judged)
-    assert r"a\|b" in in_markdown(judged)
+    assert r"a\|b \[bold\] &lt;i&gt;" in in_markdown(judged)
     assert r"\$x" in latex(judged, "x")
 
 

@@ -71,22 +71,6 @@ def test_the_remaining_time_says_whether_it_is_all(rest, words):
     assert live.progress(Half()) == words
 
 
-@pytest.mark.parametrize(
-    ("more", "told"),
-    [
-        (["--part", "6/5"], "--part: expected K/N with K from 1 to N, such as 2/5, got '6/5'"),
-        (["--part", "half"], "got 'half'"),
-        (["--part", "1/" + "9" * 5000], "got '1/999"),
-        (["--workers", "2", "--scheduler", "tcp://a:1"], "expected at most one"),
-    ],
-)
-def test_wrong_shares_of_the_work_are_code_2_and_write_nothing(tmp_path, capsys, more, told):
-    out = tmp_path / "out"
-    assert run_command(["run", "paraboloid", "--out", str(out), *more]) == 2
-    assert told in capsys.readouterr().err
-    assert not out.exists()
-
-
 @pytest.mark.slow
 def test_parts_on_the_command_line_merge(tmp_path, capsys):
     options = ["--methods", "closed_form,reduced", "--no-pictures"]

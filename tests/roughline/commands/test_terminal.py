@@ -13,7 +13,6 @@ from comparisons.results.finding import finding
 from comparisons.results.rows import NO_ROWS
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
-from reports.tables import lists
 from roughline.commands import terminal
 
 # Everything that a markup language of terminals might take for its own.
@@ -132,17 +131,6 @@ def test_many_scenes_are_told_in_25_lines(capsys, record):
     assert "axisymmetric bodies (40 scenes)" in told
 
 
-def test_details_are_the_verdicts_and_the_advice(capsys, record):
-    terminal.print_study(record, [], verbose=True)
-    told = capsys.readouterr().out
-    for label in ("force", "penetration", "contact area"):
-        (row,) = [line for line in told.splitlines() if f" {label} " in line and "within" in line]
-        assert "within 1" in row
-    assert f"ball: {record.scenes[0].answer}" in told
-    assert str(record.directory / "report.html") in told
-    assert "lost" not in told
-
-
 def test_a_solution_is_printed_in_prefixed_units(capsys):
     """Hertz at d = 1 um under R = 10 mm, steel: F = 4/3 E* R^(1/2) d^(3/2) = 30.7692 N."""
     result = solve_scene("paraboloid", "closed_form")
@@ -155,17 +143,6 @@ def test_a_solution_is_printed_in_prefixed_units(capsys):
     assert float(first[0]) == pytest.approx(1.0, rel=1e-5)
     assert float(first[1]) == pytest.approx(force, rel=1e-5)
     assert any("resolution 1" in line for line in lines)
-
-
-def test_every_built_in_scene_and_method_has_a_line(capsys):
-    terminal.print_table(lists.scenes())
-    told = capsys.readouterr().out
-    (row,) = [line for line in told.splitlines() if line.startswith("paraboloid ")]
-    assert "quick, single" in row
-    terminal.print_table(lists.methods())
-    told = capsys.readouterr().out
-    (row,) = [line for line in told.splitlines() if line.startswith("reduced ")]
-    assert "a line" in row
 
 
 def test_a_narrow_terminal_breaks_no_word(capsys, record, monkeypatch):
