@@ -1,0 +1,68 @@
+"""The page "Who is right?" follows from its script; skipped without the numbers of others.
+
+ROUGHLINE_OTHERS names the folder that `docs/examples/who_is_right.py` reads.
+"""
+
+import os
+import runpy
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = ROOT / "docs" / "examples" / "who_is_right.py"
+PAGE = (ROOT / "docs" / "who-is-right.md").read_text(encoding="utf-8")
+FOLDER = os.environ.get("ROUGHLINE_OTHERS")
+needs_numbers = pytest.mark.skipif(not FOLDER, reason="ROUGHLINE_OTHERS names no folder")
+
+
+@pytest.fixture(scope="module")
+def script():
+    return runpy.run_path(str(SCRIPT))
+
+
+@pytest.fixture(scope="module")
+def known():
+    return tomllib.loads(SCRIPT.with_suffix(".toml").read_text(encoding="utf-8"))
+
+
+def test_half_a_ball_in_a_small_contact_is_hertzs(script):
+    """At a/R = 0.01; that the body ends is worth a share of a/R."""
+    radius, modulus, depth = 50.0, 20e3, 0.005
+    found = script["half_disc"](8, radius, (modulus, 0.3), depth, around=True)
+    plane, strain = modulus / (1 - 0.3**2), np.sqrt(depth / radius)
+    assert found["pressure"] == pytest.approx(2 / np.pi * plane * strain, rel=0.005)
+    assert found["force"] == pytest.approx(4 / 3 * plane * radius**2 * strain**3, rel=0.01)
+
+
+def test_every_problem_has_a_source_and_is_on_the_page(known, script):
+    assert all(line in PAGE for line in script["provenance"]())
+    for problem in known["problems"]:
+        assert problem["source"] in known["sources"]
+        where = f"\n| {problem['name']} |" if "model" in problem else problem["reason"]
+        assert where in PAGE
+
+
+@pytest.mark.slow
+@needs_numbers
+def test_the_page_follows_from_the_numbers(script):
+    _, table, counts = script["report"](Path(FOLDER))
+    shown = [line for line in PAGE.splitlines() if line.startswith("| ")]
+    assert shown[1:] == table
+    assert f"\n{counts}\n" in PAGE
+
+
+@needs_numbers
+def test_numbers_beside_the_problems_are_those_of_the_folder(known):
+    """Of MOOSE and LAMMPS, where the folder has them."""
+    results = {p["name"]: p["results"] for p in known["problems"] if "results" in p}
+    pressures = np.loadtxt(Path(FOLDER, "moose_hertz_cyl_q8_frictionless_pressure.dat"))[:, 1]
+    (kinematic, _) = results["MOOSE: largest pressure, kinematic and by penalty"]
+    assert kinematic == pressures.max()
+    text = Path(FOLDER, "lammps_dem02.yaml.txt").read_text(encoding="utf-8")
+    (rebound,) = results["LAMMPS: speed of rebound after 2508 steps"]
+    (overlap,) = results["LAMMPS, two balls: overlap after 1508 steps"]
+    assert repr(rebound)[:16] in text
+    assert f"{overlap:.2f} um" in text
