@@ -35,6 +35,8 @@ class Reference:
         Disagreements that are small against the tolerance, in words.
     proved : Verification, optional
         Its bars held against theorems.
+    chance : str
+        Why lines that agree with it do so by chance (`comparisons.judging.chance`).
     """
 
     method: str
@@ -45,6 +47,7 @@ class Reference:
     bars: dict[str, Bar] = field(default_factory=dict)
     footnotes: tuple[str, ...] = ()
     proved: Verification | None = None
+    chance: str = ""
 
     @property
     def exact(self) -> bool:

@@ -28,6 +28,7 @@ from comparisons.judging.verdicts import (
 from comparisons.results import selection
 from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import (
+    by_chance,
     equal_at,
     finest,
     judged_methods,
@@ -151,6 +152,8 @@ class Advice:
         Asked quantities that nothing here can answer -> why.
     single : str
         What one line, or surface, of the judged method takes and errs by; "" without an ensemble.
+    lucky : frozenset of str
+        Methods that hold by chance where they hold: none of their settings is advised.
     """
 
     quantities: tuple[str, ...]
@@ -160,6 +163,7 @@ class Advice:
     finest: dict[str, int] = field(default_factory=dict)
     unanswered: dict[str, str] = field(default_factory=dict)
     single: str = ""
+    lucky: frozenset[str] = frozenset()
 
     @property
     def cheapest(self) -> Setting | None:
@@ -184,7 +188,7 @@ class Advice:
             settings = [setting for setting in self.settings if setting.method == method]
             finest_level, sure = self.finest.get(method, -1), []
             for setting in sorted(settings, key=lambda one: one.resolution, reverse=True):
-                if setting.is_truth or setting.resolution > finest_level:
+                if setting.is_truth or setting.resolution > finest_level or method in self.lucky:
                     continue
                 if setting.holds(error):
                     sure.append(setting)
@@ -280,6 +284,7 @@ def advise(record: SceneRecord) -> Advice:
         tuple(sorted(settings, key=_by_time)),
         finest={name: level for name, level in depths.items() if level is not None},
         unanswered=nothing,
+        lucky=frozenset(name for name in depths if by_chance(record, name)),
     )
     return replace(advice, sentence=_sentence(record, advice), single=_single(record))
 
@@ -334,6 +339,9 @@ def _failing(advice: Advice) -> dict[str, list[str]]:
         (last,) = finest_one
         luck = [s.resolution for s in settings if s.verdict == WITHIN and last.verdict == OUTSIDE]
         chance = f"; within by chance at N = {min(luck)}" if luck else ""
+        if last.verdict == WITHIN:  # of few contacts
+            failures[NOT_RESOLVED].append(f"{last.title} (within by chance, N = {last.resolution})")
+            continue
         level = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
         failures[last.verdict].append(f"{last.title} ({last.deciding.text}{level}{chance})")
     return failures

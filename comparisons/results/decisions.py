@@ -90,6 +90,12 @@ def _judged(record: SceneRecord) -> dict[tuple[str, float], dict[str, Verdict]]:
     return settings
 
 
+def by_chance(record: SceneRecord, method: str) -> str:
+    """Return why a method of lines or statistics holds by chance where it holds; else ""."""
+    row = METHODS.get(method)
+    return record.reference.chance if row is not None and row.dimension < 3 else ""
+
+
 def verdicts(record: SceneRecord, method: str = MODEL) -> tuple[Verdict, ...]:
     """Return a verdict per asked quantity: the method's at its finest resolution."""
     return setting_verdicts(record, method, finest(record, method) or 0)

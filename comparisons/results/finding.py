@@ -17,7 +17,7 @@ from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import Setting, advise
 from comparisons.results.confidence import depends_on_depth
-from comparisons.results.decisions import judged_methods, verdicts
+from comparisons.results.decisions import by_chance, judged_methods, verdicts
 from comparisons.results.store import SceneRecord, once
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.indenters.indenter import Indenter
@@ -161,7 +161,9 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     known = [item for item in verdicts(record, method) if answers(record, item)]
     held = in_order(item.quantity for item in known if item.word == WITHIN)
     within = list(map(symbol, held))
-    if not within:
+    if within and by_chance(record, method):
+        use = NOT_KNOWN
+    elif not within:
         use = NO if any(item.word == OUTSIDE for item in known) else NOT_KNOWN
     else:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
@@ -169,7 +171,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
     exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
     others = (item for item in advice.reaching() if item.method != method)
     own = advice.cheapest_for(record.tolerance).get(method)
-    if held and use != YES:  # the fastest that is within in all that it may be used for
+    if use not in (YES, NO, NOT_KNOWN):  # the fastest that is within in all that it may be used for
         able = [
             setting
             for setting in advice.settings

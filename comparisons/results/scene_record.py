@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.facts.quantities import FIELDS, quantity
+from comparisons.judging.chance import chance
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.reference import NO_REFERENCE, Reference
 from comparisons.judging.verdicts import NO_RESULT, Verdict
@@ -61,6 +62,7 @@ def record_scene(
             bars=truth_bars(plan, truth),
             footnotes=tuple(small),
             proved=verification,
+            chance=chance(plan, truth),
         )
     record = SceneRecord(
         name=scene.name,

@@ -200,5 +200,7 @@ def roughness_of(geometry: RoughGeometry) -> Roughness:
         float(geometry.rms_slope),
         float(curvature),
         float(1.5 * (height * curvature / slope**2) ** 2),
-        *(() if scaled is None else (float(np.mean(scaled**power)) for power in (3, 4))),
+        None if scaled is None else float(np.mean(scaled**3)),
+        None if scaled is None else float(np.mean(scaled**4)),
+        geometry.area,
     )

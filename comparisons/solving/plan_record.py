@@ -47,7 +47,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class Roughness:
-    """Spectrum C2D(q) and statistics of a surface in SI units; skewness and kurtosis of maps."""
+    """Spectrum C2D(q) and statistics of a surface in SI units; skewness and kurtosis of maps.
+
+    `area` is the apparent one, A0.
+    """
 
     wavenumber: tuple[float, ...]
     density: tuple[float, ...]
@@ -57,6 +60,7 @@ class Roughness:
     nayak: float
     skewness: float | None = None
     kurtosis: float | None = None
+    area: float | None = None
 
     def __post_init__(self) -> None:
         pairs = len(self.wavenumber) == len(self.density)

@@ -43,6 +43,7 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                     method: [_verdict(scene, verdict) for verdict in verdicts(scene, method)]
                     for method in judged_methods(scene)
                 },
+                "lucky": sorted(advice.lucky),
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
             for anchor, scene, advice in scenes
@@ -82,7 +83,9 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
         "seconds": setting.seconds,
         "truth": setting.is_truth,
         # Beyond the finest grid that solved the most steps, a grid is no evidence.
-        "judged": not setting.is_truth and setting.resolution <= deepest,
+        "judged": not setting.is_truth
+        and setting.resolution <= deepest
+        and setting.method not in advice.lucky,
         "finest": setting.resolution == deepest,
         "ranked": setting.method != CLOSED_FORM,
         "verdicts": [_ends(verdict) for verdict in setting.verdicts],

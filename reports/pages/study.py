@@ -37,7 +37,7 @@ from reports.plots.style import look
 from reports.plots.sweeps import sweeps
 from reports.tables import cells
 from reports.tables import scene as tables
-from reports.tables.card import card
+from reports.tables.card import card, not_known_here
 from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
 from reports.tables.table import Cell, Head, Table, table
@@ -89,6 +89,7 @@ class SceneView:
     fastest: tuple[Setting, ...]
     truth: str
     card: list[tuple[str, str]]
+    unknown: str
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     loads: stored.SliderSteps
@@ -219,6 +220,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
         fastest=tuple(advice.reaching()[:MOST_NAMED]),
         truth=_truth(scene, advice),
         card=card(scene),
+        unknown=not_known_here(scene),
         plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN, judged
-from comparisons.questions.claims.nearest import Measured, Nearest, nearest
+from comparisons.questions.claims.nearest import Measured, Nearest, nearest_to
 from comparisons.questions.claims.record import (
     ClaimRecord,
     NuisanceRecord,
@@ -21,8 +19,6 @@ from comparisons.questions.claims.record import (
 )
 from comparisons.questions.claims.wording import error_text, value
 from comparisons.results.store import SceneRecord
-from comparisons.scene.physics.absolute_loads import loads_of
-from comparisons.scene.scene import Scene, load_scene
 from reports.plots.axes import error_axis, error_range, tolerance_line
 from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, INK, VERMILION, Look, Marker
@@ -153,7 +149,7 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
     """Return the rows of all claims that a scene of the study lies on, or None without any."""
     rows: dict[str, list[tuple[str, Nearest]]] = {}
     for record in scenes:
-        for answer in _known(record):
+        for answer in nearest_to(record):
             key = f"{quantity(answer.quantity).label} ({answer.measured.claim})"
             rows.setdefault(key, []).append((record.name, answer))
     if not rows:
@@ -180,26 +176,6 @@ def validity_map(scenes: Sequence[SceneRecord]) -> Figure | None:
         Axis("", limits=(len(rows) - 0.5, -0.5), ticks=ticks),
         tuple(series),
     )
-
-
-def _known(record: SceneRecord) -> list[Nearest]:
-    """Return what is known of a scene; nothing of one whose files would have to be read."""
-    named = any("file" in record.tables.get(name, {}) for name in ("surface", "surface2", "body"))
-    if named or not record.quantities:
-        return []
-    try:
-        scene: Scene = load_scene({"name": record.name, **record.tables})
-        # A0 and h' of a synthetic surface, as it was made; NaN where they are not known.
-        area = slope = math.nan
-        size = None if scene.surface is None else scene.surface.size
-        if size is not None and record.plan.roughness:
-            area = math.prod(size)
-            slope = record.plan.roughness.rms_slope
-        modulus_slope = scene.effective_modulus * slope
-        unit = scene.loading.unit(area, modulus_slope) if math.isfinite(area) else None
-        return nearest(scene, loads_of(scene, unit), area * modulus_slope)
-    except (InputError, KeyError, TypeError, ValueError):
-        return []  # damaged results, or of another version
 
 
 def _place(measured: Measured, value: float) -> float:

@@ -10,17 +10,19 @@ import numpy as np
 from pydantic import BaseModel
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import CLOSED_FORM
+from comparisons.facts.methods import CLOSED_FORM, MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.methods.normal.closed_form import form_of, form_pressure
+from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results import selection
+from comparisons.results.decisions import by_chance
 from comparisons.results.rows import Rows
 from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
-from reports.plots.stored import finest_fields, stored_fields
+from reports.plots.stored import stored_fields
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
@@ -63,13 +65,21 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
-        sized = finest_fields(scene, "size")
         force = _reference_curve(scene)["force"]
-        if sized is not None and np.isfinite(force).any():
-            area = float(np.prod(sized.fields["size"]))
-            scale = body.effective_modulus * area * slope
+        if roughness.area and np.isfinite(force).any():
+            scale = body.effective_modulus * roughness.area * slope
             lines.append(("reduced load F/(E* A₀ h')", _range(force / scale, "")))
+    if said := not_known_here(scene):
+        lines.append(("use the reduced model?", said))
     return lines
+
+
+def not_known_here(scene: SceneRecord) -> str:
+    """Return that the reduced model can agree by chance only, and what is known; else ""."""
+    if not (reason := by_chance(scene, MODEL)):
+        return ""
+    known = in_words(nearest_to(scene), scene.tolerance)
+    return " ".join(filter(None, [f"Not known here: {reason}, agreement is chance.", known]))
 
 
 def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:

@@ -17,6 +17,7 @@ from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.finding import finding, symbol
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
+from reports.tables.card import not_known_here
 from reports.tables.table import Cell, Table, table
 
 
@@ -59,6 +60,9 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     note = _explained(name for name in names if symbol(name) in words)
     if any("*" in row.instead for row in found):
         note = "; ".join(filter(None, [note, ITSELF]))
+    told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
+    if method == MODEL:
+        note = "\n".join(filter(None, [note, *told]))
     return table(heads, rows, title=title[0].upper() + title[1:], note=note)
 
 

@@ -294,10 +294,9 @@ def contact_quantities(
     }
     if rough:
         values["mean_gap"] = contact.mean_gap
-        if quantities & {"contact_count", "contact_length"}:
-            patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
-            length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
-            values |= {"contact_count": float(patches.count), "contact_length": length}
+        patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
+        length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
+        values |= {"contact_count": float(patches.count), "contact_length": length}
     asked = bool(quantities & {"stiffness", "contact_length_stiffness"})
     cut = rough and not periodic and not task.scene.physics and reaches_rim(mask)
     if asked or cut:

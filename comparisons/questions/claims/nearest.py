@@ -10,17 +10,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NOT_RESOLVED, WITHIN, WORST_FIRST, judged
 from comparisons.questions.claims.record import STORED, load_claims_record
+from comparisons.results.store import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
-from comparisons.scene.physics.absolute_loads import AbsoluteLoads
-from comparisons.scene.scene import Scene
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
+from comparisons.scene.scene import Scene, make_scene
 from reference.closed_form.adhesive import maugis_parameter
 
 SAME = 1e-3  # relative distance along a parameter that is none
@@ -126,6 +129,21 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
             if name not in answers or answer.worst > answers[name].worst:
                 answers[name] = answer
     return [answers[name] for name in scene.compare.quantities if name in answers]
+
+
+def nearest_to(record: SceneRecord) -> list[Nearest]:
+    """Return the same of a scene that was solved; none of its files is read again."""
+    if "body" in record.tables or not record.quantities:
+        return []
+    try:
+        scene, surface = make_scene(dict(record.tables), record.name, Path()), record.plan.roughness
+        # A0 and h' as the surface was made; NaN where they are not known
+        area, slope = (surface.area or np.nan, surface.rms_slope) if surface else (np.nan, np.nan)
+        per_area = scene.effective_modulus * slope
+        unit = scene.loading.unit(area, per_area) if np.isfinite(area) else None
+        return nearest(scene, loads_of(scene, unit), area * per_area)
+    except (InputError, KeyError, TypeError, ValueError):
+        return []  # damaged results, or of another version
 
 
 def in_words(answers: list[Nearest], tolerance: float) -> str:

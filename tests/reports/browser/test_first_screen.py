@@ -1,6 +1,7 @@
 """The first screen: it judges anew as Python does, stays short, and leads to the evidence."""
 
 from dataclasses import astuple, replace
+from functools import partial
 
 import pytest
 
@@ -8,6 +9,7 @@ from comparisons.judging.verdicts import NO_RESULT, word_for, worst
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
+from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow
 
@@ -64,6 +66,23 @@ def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolera
         assert row[2] == best
     said = finding(list(asked_anew(study, tolerance)))
     assert found(page) == [astuple(row) for row in said]
+
+
+def test_what_holds_by_chance_is_no_recommendation_at_any_tolerance(visit, study, tmp_path):
+    """At 50 % the lines of the rough ensemble are within: it is not known, as Python says."""
+    scenes = [
+        replace(scene, reference=replace(scene.reference, chance="3 contacts, fewer than 30"))
+        if scene.reference.method == "bem_fft"
+        else scene
+        for scene in study.scenes
+    ]
+    lucky = replace(study, scenes=tuple(scenes))
+    write_report(lucky, tmp_path / "report.html", pictures=False)
+    there = partial(visit.func, visit.args[0], tmp_path / "report.html")
+    with there(fragment="#?tolerance=0.5") as seen:
+        said = [astuple(row) for row in finding(list(asked_anew(lucky, 0.5)))]
+        assert found(seen.page) == said
+        assert "not known" in {row[1] for row in said}
 
 
 def test_without_the_worst_quantity_a_scene_is_judged_by_the_rest(followed, study):
