@@ -257,13 +257,17 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
 
 def _cost(group: list[_Standing]) -> str:
     own = [item.own for item in group if item.own]
-    ratios = [
-        item.other.seconds / item.own.seconds
+    pairs = [
+        (item.own, item.other)
         for item in group
         if item.own and item.other and item.own.seconds > 0 and fmt.finite(item.other.seconds)
     ]
+    ratios = [other.seconds / model.seconds for model, other in pairs]
     if not ratios:
         return _range(own)
+    if max(ratios) < 1:
+        solver = _range([other for _, other in pairs])
+        return f"no need: the 3-D solver is cheaper ({solver} against {_range(own)})"
     # One digit: times of milliseconds repeat to some tens of per cent.
     ends = dict.fromkeys(fmt.number(ratio, 1) for ratio in (min(ratios), max(ratios)))
     return f"{_range(own)}, 3-D takes ≈ {' to '.join(ends)} ×"

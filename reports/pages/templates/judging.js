@@ -105,8 +105,11 @@ const findingOf = (method) => {
     const worst = group.filter((one) => one.worst).reduce((most, one) =>
       !most || before(severityOf(one.worst, one.tolerance), severityOf(most.worst, most.tolerance)) ? one : most, null);
     const error = worst ? worst.worst.largest + (group.length > 1 ? `, ${worst.scene.name}` : "") : "–";
-    const ratios = group.filter((one) => one.own?.seconds > 0 && one.other?.seconds != null).map((one) => one.other.seconds / one.own.seconds).sort((a, b) => a - b);
-    const cost = timesOf(group.map((one) => one.own).filter(Boolean)) + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
+    const pairs = group.filter((one) => one.own?.seconds > 0 && one.other?.seconds != null);
+    const ratios = pairs.map((one) => one.other.seconds / one.own.seconds).sort((a, b) => a - b);
+    const own = timesOf(group.map((one) => one.own).filter(Boolean));
+    const cost = ratios.length && ratios[ratios.length - 1] < 1
+      ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.other))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "nothing that was run" : `${[...titles].join(" or ")} ${timesOf(chosen)}`

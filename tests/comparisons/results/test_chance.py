@@ -1,11 +1,15 @@
 """Where a line agrees with a rough surface by chance: few contacts, or hardly any load."""
 
+from dataclasses import replace
+
 import pytest
 
+from comparisons import formatting as fmt
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import NOT_KNOWN, YES, finding
+from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
@@ -44,6 +48,23 @@ def test_within_by_chance_is_no_recommendation(load, reasons):
     said = not_known_here(record)
     assert all(reason in said for reason in reasons)
     assert "claim rough-penetration" in said
+
+
+def test_a_model_that_takes_longer_than_a_solver_is_not_needed():
+    """Lines that take a microsecond are worth it, lines that take an hour are not."""
+    record = solved(0.3)
+    table = record.rows.frame()
+    lines = table["method"] == "reduced"
+
+    def cost(seconds):
+        times = table["seconds_all"].where(~lines, seconds)
+        (row,) = finding([replace(record, rows=Rows.of(table.assign(seconds_all=times)))])
+        return row.cost
+
+    (grid,) = (item for item in advise(record).reaching() if item.method == "bem_fft")
+    solver = f"{fmt.duration(grid.seconds)} (N = {grid.resolution})"
+    assert cost(3600.0).startswith(f"no need: the 3-D solver is cheaper ({solver} against ")
+    assert cost(1e-6).endswith("×")
 
 
 def test_merged_contacts_are_few_and_no_chance():
