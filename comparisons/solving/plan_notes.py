@@ -19,6 +19,7 @@ from comparisons.scene.scene import Scene
 from comparisons.solving.plan import Plan
 from comparisons.solving.plan_record import MethodPlan
 from comparisons.tasks.shown_loads import MOST_POINTS
+from comparisons.tasks.stresses import FROM_PRESSURE
 
 # Means of nonlinear curves differ by what is held: where the gap is, high peaks carry most force.
 MEANS_AT_EQUAL_GAP = (
@@ -36,10 +37,12 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
     yield from scene_notes(scene, geometry)
     grids = [max(m.resolutions) for m in methods if m.method == GRID and m.resolutions]
     finest = max(grids, default=0)
+    stresses = FROM_PRESSURE - {"pressure_peak"} & set(scene.compare.quantities)
     if isinstance(geometry, RoughGeometry) and cells(geometry, finest) > MOST_POINTS:
         yield (
             f"fields of {GRID} above {MOST_POINTS} cells are stored as means over blocks, "
             f"at most {SIDE} a side; quantities are of all cells"
+            + (", but for stresses inside, which are not computed" if stresses else "")
         )
     if scene.physics and draft.realisations < scene.realisations:
         yield (

@@ -294,6 +294,8 @@ def contact_quantities(
     }
     if rough:
         values["mean_gap"] = contact.mean_gap
+        # of all cells: fields of large maps are means over blocks
+        values["pressure_peak"] = float(contact.pressure.max())
         patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
         length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
         values |= {"contact_count": float(patches.count), "contact_length": length}

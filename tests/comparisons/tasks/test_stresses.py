@@ -1,12 +1,16 @@
 """Peak pressure and stresses inside, as every method gives them."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
+from comparisons.methods.normal import grid
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
+PEAK = {"quantities": ["pressure", "pressure_peak"]}
 NAMES = ["pressure_mean", "pressure_peak", "shear_max", "von_mises_max", "von_mises_depth"]
 
 
@@ -45,6 +49,19 @@ def test_what_is_unbounded_below_a_sharp_edge_or_tip_is_not_given(scene):
     for indenter in ({"shape": "cylinder", "radius": 1e-2}, {"shape": "cone", "slope": 0.1}):
         (plan,) = plan_scene(scene(indenter=indenter, compare={"quantities": NAMES}))
         assert set(NAMES) & set(quantities(plan, "closed_form", 1)) == {"pressure_mean"}
+
+
+def test_the_peak_is_that_of_all_cells_where_fields_are_means_over_blocks(scene, monkeypatch):
+    """As it is on maps of more than 2^20 cells, on a small one."""
+    rough = {"kind": "self_affine", "size": 1e-3, "points": 32, "hurst": 0.8, "rms_height": 1e-6}
+    plan = partial(plan_scene, scene(surface=rough, loading={"pressure": 1e8}, compare=PEAK))
+    whole = quantities(plan()[0], "bem_fft", 32)["pressure_peak"]
+    monkeypatch.setattr(grid, "MOST_POINTS", 256)
+    monkeypatch.setattr(grid, "SIDE", 16)
+    solution = execute(task_of(plan()[0], "bem_fft", 32), 1)
+    # a field is kept in single precision, where it is kept
+    assert solution.quantities["pressure_peak"][0, -1] == pytest.approx(whole, rel=1e-6)
+    assert solution.fields["pressure"].max() < 0.9 * whole
 
 
 def test_of_a_rough_surface_cells_and_waves_give_the_stress(scene):
