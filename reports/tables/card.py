@@ -41,13 +41,19 @@ READABLE = {
 }
 
 
+HARDNESS = 3.0  # over the yield stress
+# Yield stress over E* of the strongest metals: 2 GPa of a bearing steel with E* = 230 GPa.
+STRONGEST = 0.01
+
+
 def card(scene: SceneRecord) -> list[tuple[str, str]]:
     """Return the lines of a scene's card, each a heading and a text.
 
     Bodies with their moduli; the smallest and the largest load of the reference; where nothing
     pulls, the mean pressure F/A, and under an indenter without an edge the highest pressure that
     the reference found, with the largest von Mises stress inside; of rough surfaces the reduced
-    load F/(E* A0 h').
+    load F/(E* A0 h')
+    and from which yield stress on they are elastic.
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
@@ -62,6 +68,8 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         depth = fmt.with_unit(most["von_mises_depth"], "m")
         text = f"{stress}, {depth} below the surface: elastic only if the yield stress is higher"
         lines.append(("von Mises' stress", text))
+    if body.rough and not body.physics:
+        lines += _yielding(scene, body)
     if roughness := scene.plan.roughness:
         height, slope = fmt.with_unit(roughness.rms_height, "m"), roughness.rms_slope
         lines.append(("roughness", f"rms height {height}, rms slope h' {fmt.number(slope)}"))
@@ -162,6 +170,22 @@ def _loads(scene: SceneRecord) -> list[tuple[str, str]]:
     if pressed.any() and not (force < 0).any():
         lines.append(("mean pressure F/A", _range(force[pressed] / area[pressed], "Pa")))
     return lines
+
+
+def _yielding(scene: SceneRecord, body: Scene) -> Iterator[tuple[str, str]]:
+    """Yield from which yield stress on the contacts of a rough surface stay elastic.
+
+    Their mean pressure is at most the hardness, 3 Y (Tabor 1951).
+    """
+    rows = _reference_curve(scene)
+    pressed = rows["contact_area"] > 0
+    if pressed.any():
+        least = float(np.max(rows["force"][pressed] / rows["contact_area"][pressed])) / HARDNESS
+        text = f"elastic only if Y is above F/(3 A) = {fmt.with_unit(least, 'Pa')}"
+        if least > STRONGEST * body.effective_modulus:
+            share = fmt.number(body.effective_modulus / least, 2)
+            text += f" = E*/{share}: they yield, hardened steel has E*/{1 / STRONGEST:.0f}"
+        yield "yield stress Y", text
 
 
 def _range(values: np.ndarray, unit: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 import roughline
 from comparisons import formatting as fmt
 from comparisons.scene.scene import builtin_names, load_scene
-from comparisons.scene.units import number_and_unit
+from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from reports.tables.card import _bodies, card
 
 BALL = """
@@ -26,10 +26,10 @@ penetration = { values = ["1 um", "16 um"] }
 
 @pytest.fixture
 def of(tmp_path):
-    def solved(text: str) -> dict[str, str]:
+    def solved(text: str, methods=("closed_form", "reduced")) -> dict[str, str]:
         path = tmp_path / "scene.toml"
         path.write_text(text, encoding="utf-8")
-        study = roughline.Study(path, tmp_path / "out", methods=["closed_form", "reduced"])
+        study = roughline.Study(path, tmp_path / "out", methods=list(methods))
         return dict(card(study.run().record.scenes[0]))
 
     return solved
@@ -63,6 +63,45 @@ def test_a_blunt_body_presses_hardest_off_its_axis(of):
     )
     # int 2 x (1 + 2 x^2) (1 - x^2)^(1/2) dx = 2/3 + 8/15 = 6/5, of a peak 2^(1/2); three digits
     assert peak / mean == pytest.approx(2**0.5 / 1.2, rel=6e-3)
+
+
+ROUGH = """
+name = "rough"
+[half_space]
+effective_modulus = "230 GPa"
+[surface]
+kind = "self_affine"
+hurst = 0.8
+size = "1 um"
+points = 64
+rms_slope = SLOPE
+short_cutoff = "0.1 um"
+[loading]
+force = { values = [0.03], relative_to = "E* A0 h'" }
+[compare]
+methods = ["reduced", "bem_fft"]
+quantities = ["contact_area"]
+resolutions = [64]
+"""
+
+
+@pytest.mark.parametrize(("slope", "yields"), [(0.2, True), (0.01, False)])
+def test_rough_contacts_tell_which_steel_yields(of, slope, yields):
+    """F/A is near E* h'/2 (Persson 2001: (pi/8)^(1/2) E* h' = 0.63), and the hardness 3 Y."""
+    told = of(ROUGH.replace("SLOPE", str(slope)), ["reduced", "bem_fft"])
+    text = told["yield stress Y"]
+    least, mean, highest = (
+        to_si(value, PRESSURE)
+        for value in (
+            re.search(r"= ([\d.]+\s[GM]Pa)", text)[1],
+            told["mean pressure F/A"],
+            told["highest pressure, last load"],
+        )
+    )
+    assert 0.4 < mean / (230e9 * slope) < 1.0
+    assert least == pytest.approx(mean / 3, rel=1e-2)  # printed with three digits
+    assert ("they yield" in text) == yields
+    assert highest > mean
 
 
 def test_a_force_that_pulls_has_no_mean_pressure(of):
