@@ -37,6 +37,26 @@ def test_half_a_ball_in_a_small_contact_is_hertzs(script):
     assert found["force"] == pytest.approx(4 / 3 * plane * radius**2 * strain**3, rel=0.01)
 
 
+def test_large_rotations_cost_no_force(script):
+    """What linear elasticity has in excess is all it has, in the plane."""
+    line, angle = np.linspace(0, 1, 3), 0.3
+    body = script["Section"]((line, line), lambda x, y: (x, y), (1.0, 0.3), {"back": "xy"})
+    turn = np.array([[np.cos(angle) - 1, -np.sin(angle)], [np.sin(angle), np.cos(angle) - 1]])
+    places, rows = body.basis.doflocs, body.basis.split_indices()
+    moved = np.zeros(body.basis.N)
+    for row, part in zip(rows, turn, strict=True):
+        moved[row] = part @ places[:, row]
+    linear = body.stiffness @ moved
+    assert body.excess(moved) == pytest.approx(linear, abs=1e-12 * np.abs(linear).max())
+
+
+def test_places_on_a_quadratic_surface_are_exact(script):
+    x, places = np.linspace(0, 2, 5), np.array([0.1, 0.9, 1.7])
+    matrix, slope = script["across"](places, x, x**2)
+    assert matrix @ x**2 == pytest.approx(places**2)
+    assert slope == pytest.approx(2 * places)
+
+
 def test_every_problem_has_a_source_and_is_on_the_page(known, script):
     assert all(line in PAGE for line in script["provenance"]())
     for problem in known["problems"]:
