@@ -29,11 +29,7 @@ def scene():
     """Return a maker of scenes: a steel half-space under a ball, and what is said otherwise."""
 
     def make(directory: Path = Path(), **tables) -> Scene:
-        data = {
-            "name": "test",
-            "half_space": STEEL,
-            "loading": {"penetration": [1e-6, 2e-6, 4e-6]},
-        }
+        data = {"name": "test", "half_space": STEEL, "loading": {"penetration": [1e-6, 2e-6, 4e-6]}}
         if "surface" not in tables:
             data["indenter"] = BALL
         return make_scene(data | tables, "test.toml", directory)

@@ -1,7 +1,5 @@
 """The page for mail: no script, small, the same words as the report."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

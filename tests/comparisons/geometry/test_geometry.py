@@ -1,11 +1,9 @@
 """Prepared geometry: the same surface for every method, and loads made absolute once."""
 
-import pickle
-
 import numpy as np
 import pytest
 
-from comparisons.geometry.prepare import RoughGeometry, equivalent_profile, prepare
+from comparisons.geometry.prepare import equivalent_profile, prepare
 from comparisons.scene.scene import SceneError
 
 
@@ -158,20 +156,6 @@ def test_absolute_loads_stay_as_they_are(rough):
     assert loads.values.tolist() == [1e-9, 2e-9]
 
 
-# --- identity -------------------------------------------------------------------------------
-
-
-def test_the_digest_knows_the_map(measured):
-    heights = smooth_map()
-    digest = prepare(measured(heights))[0].digest
-    assert prepare(measured(heights.copy()))[0].digest == digest
-    changed = heights.copy()
-    changed[3, 4] = np.nextafter(changed[3, 4], 1)
-    assert prepare(measured(changed))[0].digest != digest
-    assert prepare(measured(heights, size=(1e-6, 1.1e-6)))[0].digest != digest
-    assert prepare(measured(heights.reshape(16, 24)))[0].digest != digest
-
-
 def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
     with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
         prepare(measured(np.zeros((8, 8))))
@@ -237,11 +221,3 @@ def test_a_table_of_two_points_is_a_cone_with_a_sharp_edge(scene, interpolation)
     table = {"shape": "profile", "r": [0, 1e-3], "f": [0, 1e-6], "interpolation": interpolation}
     geometry, _ = prepare(scene(indenter=table, loading={"penetration": [1e-7]}))
     assert geometry.contact_radius == pytest.approx(2 / np.pi * 1e-4, rel=1e-6)
-
-
-def test_geometries_survive_a_pickle(rough):
-    """Tasks travel to workers."""
-    geometry, _ = prepare(rough())
-    again = pickle.loads(pickle.dumps(geometry))
-    assert isinstance(again, RoughGeometry)
-    np.testing.assert_array_equal(again.heights(1, 16), geometry.heights(1, 16))

@@ -130,19 +130,16 @@ def test_lateral_unit_where_no_lengths_are_in_the_file(tmp_path, rough):
 
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
 def test_decimal_commas_are_read_and_said(tmp_path, rough, delimiter):
+    """In a table, and in a list of points."""
     path = tmp_path / "map.csv"
     np.savetxt(path, rough, fmt="%.3f", delimiter=delimiter)
     path.write_text(path.read_text().replace(".", ","))
-    surface = read(path, size=1e-6, height_unit="nm", detrend="none")
-    assert np.array_equal(surface.heights, rough / 1e9)
-    assert "with decimal commas" in surface.treatment[0]
-
-
-def test_decimal_commas_in_a_list_of_points(tmp_path, rough):
-    path = listed(tmp_path / "scan.xyz", rough, comma=True)
-    surface = read(path, detrend="none", **UNITS)
-    assert np.array_equal(surface.heights, rough / 1e9)
-    assert surface.size == pytest.approx((3e-6, 1.25e-6), rel=1e-12)
+    points = listed(tmp_path / "scan.xyz", rough, comma=True, delimiter=delimiter)
+    table = read(path, size=(3e-6, 1.25e-6), height_unit="nm", detrend="none")
+    for surface in (table, read(points, detrend="none", **UNITS)):
+        assert np.array_equal(surface.heights, rough / 1e9)
+        assert surface.size == pytest.approx((3e-6, 1.25e-6), rel=1e-12)
+    assert "with decimal commas" in table.treatment[0]
 
 
 def test_whole_numbers_before_the_first_comma(tmp_path):

@@ -1,7 +1,5 @@
 """The one surface of a map among single lines, beside their mean."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """From solutions to errors: planted deviations must come out with their size and their sign."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -363,14 +361,6 @@ def test_a_reference_of_unknown_error_cannot_disagree():
     assert chosen(solved).disagreements(COMPARABLE) == ()
 
 
-def test_a_closed_form_is_defended_against_every_solver():
-    """The same planted fault, seen from the closed form."""
-    solved = levels("fem", *converging(factor=0.95, error=0.01))
-    solved[("closed_form", 1)] = solution(hertz())
-    (sentence,) = chosen(solved).disagreements(COMPARABLE)
-    assert f"{METHODS['closed_form'].title} differ in force" in sentence
-
-
 @pytest.mark.parametrize(("bars", "doubted"), [(1.5, False), (3.0, True)])
 def test_a_closed_form_is_in_doubt_where_a_check_is_far_beyond_its_bar(bars, doubted):
     """Bars are missed by half of themselves (calibration); that is told, and the truth stands."""
@@ -379,7 +369,8 @@ def test_a_closed_form_is_in_doubt_where_a_check_is_far_beyond_its_bar(bars, dou
     solved = levels("fem", *converging(factor=(1 - bars * bar) / end, error=0.01))
     solved[("closed_form", 1)] = solution(hertz())
     truth = chosen(solved)
-    assert len(truth.disagreements(COMPARABLE)) == 1
+    (sentence,) = truth.disagreements(COMPARABLE)
+    assert f"{METHODS['closed_form'].title} differ in force" in sentence
     np.testing.assert_allclose(truth.disputed("force"), bars * bar if doubted else 0, rtol=0.05)
 
 
@@ -416,30 +407,6 @@ def ring_fields(r, pressure, weight):
         "pressure": pressure,
         "pressure_weight": weight,
     }
-
-
-def test_the_ring_around_a_singular_edge_is_left_out(scene):
-    """Under a flat punch p = F/(2 pi a sqrt(a^2 - r^2)): only the outer tenth is spoilt."""
-    a = 1e-3
-    asked = {"quantities": ["force", "pressure"]}
-    punch = scene(indenter={"shape": "cylinder", "radius": a}, compare=asked)
-    (plan,) = plan_scene(punch)
-    depths = plan.loads.values
-    curves = {"penetration": depths, "force": 2 * punch.effective_modulus * a * depths}
-    r = (np.arange(200) + 0.5) * a / 200
-    weight = 2 * np.pi * r * a / 200
-    exact = curves["force"][-1] / (2 * np.pi * a * np.sqrt(a**2 - r**2))
-    spoilt = np.where(r > 0.9 * a, 10 * exact, 1.05 * exact)
-    solved = {
-        ("closed_form", 1): solution(curves),
-        ("reduced", 10): solution(curves, fields=ring_fields(r, spoilt, weight)),
-    }
-    result = compare(plan, solved, CONSTANTS)
-    measure = measure_of(result, "reduced", "pressure", "last load")
-    assert measure["rms"] == pytest.approx(0.05, rel=1e-6)
-    # The integral counts everything, also the ring.
-    whole = measure_of(result, "reduced", "pressure_integral", "last load")
-    assert whole["rms"] == pytest.approx(np.sum(spoilt * weight) / curves["force"][-1] - 1)
 
 
 def test_a_pressure_has_a_distance_and_an_integral(scene):

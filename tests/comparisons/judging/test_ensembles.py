@@ -1,7 +1,5 @@
 """Numbers of surfaces and lines follow from the scatter of the first ones."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Measures of how far two solutions are apart."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Paths, histories and speeds through the whole chain, with methods made for these tests."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

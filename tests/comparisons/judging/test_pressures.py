@@ -1,7 +1,5 @@
 """Pressures at the last load: against truths on grids and meshes, away from singular edges."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -31,10 +29,7 @@ def solution(plan, points, pressure, *, shape=None, force=None):
     steps = len(plan.loads.values)
     whole = float(np.sum(pressure * weight)) if force is None else force
     return Solution(
-        quantities={
-            "penetration": plan.loads.values[None, :],
-            "force": np.full((1, steps), whole),
-        },
+        quantities={"penetration": plan.loads.values[None, :], "force": np.full((1, steps), whole)},
         converged=np.ones((1, steps), dtype=bool),
         iterations=np.ones((1, steps), dtype=int),
         violation=np.zeros((1, steps)),

@@ -1,7 +1,5 @@
 """Bars held against intervals that theorems give."""
 
-from __future__ import annotations
-
 import json
 import os
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Full effort: the truth is refined until it is known well enough, or it is said why not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """How well a truth is known: grid convergence, standard errors, their combination."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -49,16 +47,25 @@ def test_the_bar_encloses_the_true_error_of_every_credible_order(order, resoluti
         assert np.all(grid_uncertainty(n, curves) >= error)
 
 
-def test_oscillating_values_get_the_unsafe_factor():
-    """Differences +2 and -1 in 100: the factor times the last one (order one, ratio two)."""
-    bar = grid_uncertainty(N, column(99, 101, 100))
-    assert bar[0] == pytest.approx(RULE.unsafe * 0.01, rel=1e-12)
-
-
-def test_diverging_values_get_the_unsafe_factor():
-    """Differences 1 and 4 in 105."""
-    bar = grid_uncertainty(N, column(100, 101, 105))
-    assert bar[0] == pytest.approx(RULE.unsafe * 4 / 105, rel=1e-12)
+@pytest.mark.parametrize(
+    ("grids", "values", "bar"),
+    [
+        (
+            N,
+            (99, 101, 100),
+            RULE.unsafe * 0.01,
+        ),  # oscillating: the factor times the last difference
+        (N, (100, 101, 105), RULE.unsafe * 4 / 105),  # diverging
+        # two that agree by chance: at first order the last difference is half the one before
+        (N, (98, 100, 100), 1.25 * 0.01),
+        (N[:2], (102, 100), RULE.two * 0.02),  # of two grids, at first order: over r - 1
+        ((10, 30), (102, 100), RULE.two * 0.01),
+        (N, (7, 7, 7), 0.0),
+        (N[:2], (7, 7), 0.0),
+    ],
+)
+def test_other_differences_have_a_factor_of_the_last_one(grids, values, bar):
+    assert grid_uncertainty(np.array(grids), column(*values))[0] == pytest.approx(bar, rel=1e-12)
 
 
 def test_slow_convergence_is_covered_by_half_an_order_and_the_unsafe_factor():
@@ -68,30 +75,11 @@ def test_slow_convergence_is_covered_by_half_an_order_and_the_unsafe_factor():
     assert bar[0] >= (finest - 1) / finest
 
 
-def test_two_finest_grids_that_agree_by_chance_are_not_believed():
-    """At first order the last difference would be half the one before: 1 in 100, times 1.25."""
-    bar = grid_uncertainty(N, column(98, 100, 100))
-    assert bar[0] == pytest.approx(1.25 * 0.01, rel=1e-12)
-
-
 def test_a_load_step_that_agrees_by_chance_has_half_the_typical_bar():
     """First-order convergence at four steps, and one whose grids happen to agree."""
     curves = np.array([[1.04] * 4 + [1.0], [1.02] * 4 + [1.0], [1.01] * 4 + [1.0]])
     bars = grid_uncertainty(N, curves)
     assert bars[-1] == pytest.approx(bars[0] / 2, rel=1e-9)
-
-
-def test_a_constant_is_known_exactly():
-    assert grid_uncertainty(N, column(7, 7, 7))[0] == 0
-    assert grid_uncertainty(N[:2], column(7, 7))[0] == 0
-
-
-def test_two_grids_have_first_order_and_the_factor_of_roache():
-    """The unsafe factor times |f2 - f1|/(r - 1)."""
-    doubled = grid_uncertainty(N[:2], column(102, 100))
-    assert doubled[0] == pytest.approx(RULE.two * 0.02, rel=1e-12)
-    threefold = grid_uncertainty(np.array([10, 30]), column(102, 100))
-    assert threefold[0] == pytest.approx(RULE.two * 0.01, rel=1e-12)
 
 
 def test_one_grid_says_nothing():

@@ -116,7 +116,6 @@ def test_lengths_beyond_double_precision_are_refused_in_words(scene, radius, dep
     with pytest.raises(SceneError, match="beyond the range of double precision"):
         plan_scene(
             scene(
-                indenter={"shape": "paraboloid", "radius": radius},
-                loading={"penetration": [depth]},
+                indenter={"shape": "paraboloid", "radius": radius}, loading={"penetration": [depth]}
             )
         )

@@ -49,11 +49,7 @@ SHAPES = {
         0.09,
     ),
     "power law": ({"shape": "power_law", "exponent": 4, "coefficient": 1e6}, 6e-3, 0.11),
-    "elliptic punch": (
-        {"shape": "elliptic_punch", "semi_axes": ["1 mm", "0.5 mm"]},
-        0.021,
-        1e-12,
-    ),
+    "elliptic punch": ({"shape": "elliptic_punch", "semi_axes": ["1 mm", "0.5 mm"]}, 0.021, 1e-12),
 }
 
 

@@ -1,11 +1,14 @@
 """Impacts as scenes: every method against the closed form, courses in time, what is refused."""
 
+import json
+
 import numpy as np
 import pytest
-import tomli_w
 
 from comparisons.questions.single import solve_scene
-from comparisons.scene.scene import make_scene
+from comparisons.scene.scene import SceneError, make_scene
+from comparisons.solving.planning import plan_scene
+from roughline.commands.app import run_command
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 BALL = {"shape": "paraboloid", "radius": "10 mm"}
@@ -21,16 +24,10 @@ def impact(**changes):
     return make_scene(tables(**changes), "test", ".")
 
 
-@pytest.fixture
-def solved(tmp_path):
-    def solve(method, resolution=None, **changes):
-        path = tmp_path / "hit.toml"
-        path.write_text(tomli_w.dumps(tables(**changes)))
-        solution = solve_scene(str(path), method, resolution)
-        assert solution.converged, solution.reasons
-        return solution
-
-    return solve
+def solved(method, resolution=None, **changes):
+    solution = solve_scene(impact(**changes), method, resolution)
+    assert solution.converged, solution.reasons
+    return solution
 
 
 @pytest.mark.parametrize(
@@ -38,7 +35,7 @@ def solved(tmp_path):
     # measured: springs round-off; grids 2.5e-4 at 64 cells, 2e-3 at 20; elements 1e-4 at 2
     [("reduced", 20, 1e-10), ("bem_fft", 32, 2e-3), ("bem_dense", 10, 1e-2), ("fem", 2, 1e-3)],
 )
-def test_every_method_strikes_as_hertz_did(method, resolution, tolerance, solved):
+def test_every_method_strikes_as_hertz_did(method, resolution, tolerance):
     """Duration, depth and force at two velocities a factor of 100 apart."""
     true = solved("closed_form").columns()
     result = solved(method, resolution).columns()
@@ -47,7 +44,7 @@ def test_every_method_strikes_as_hertz_did(method, resolution, tolerance, solved
     np.testing.assert_array_equal(result["restitution"], 1.0)
 
 
-def test_the_bar_of_a_load_curve_holds_its_error(solved):
+def test_the_bar_of_a_load_curve_holds_its_error():
     """A sphere to half its radius is no power law: the ladder's own bar covers what it errs."""
     scene = {
         "indenter": {"shape": "sphere", "radius": "1 um"},
@@ -61,7 +58,7 @@ def test_the_bar_of_a_load_curve_holds_its_error(solved):
     assert (error <= solution.solution.truncation + 1e-4).all()
 
 
-def test_a_course_in_time_passes_through_the_impact(solved):
+def test_a_course_in_time_passes_through_the_impact():
     """Springs in steps against Runge and Kutta on the closed form: contact, release, flight."""
     scene = {
         "dynamics": {"mass": "10 g", "velocity": "1 m/s"},
@@ -76,7 +73,7 @@ def test_a_course_in_time_passes_through_the_impact(solved):
     assert (result["force"][result["penetration"] < 0] == 0).all()
 
 
-def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
+def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew():
     """A force in the rhythm of the contact drives the mass deeper than its first swing."""
     period = 4.2e-5
     times = np.arange(0, 8) * period / 2
@@ -97,3 +94,29 @@ def test_the_plan_says_how_each_method_strikes(planned):
     assert "by its energy" in modelled["reduced"]
     assert "along its load curve" in modelled["bem_fft"]
     assert set(modelled) >= {"closed_form", "reduced", "bem_dense", "bem_fft", "fem"}
+
+
+def test_an_impact_whose_energy_underflows_is_refused():
+    """A femtometre per second of 1e-290 kg: the square of the speed alone is 1e-30."""
+    dynamics = {"mass": 1e-290, "velocity": [1e-20, 1.0]}
+    with pytest.raises(SceneError, match="kinetic energy"):
+        plan_scene(impact(dynamics=dynamics))
+
+
+@pytest.mark.slow
+def test_the_command_line_solves_runs_and_reports_an_impact(tmp_path, capsys):
+    """Every command of the contract on one scene with physics, as a user types them."""
+
+    def said(*words):
+        capsys.readouterr()
+        assert run_command(list(words)) == 0
+        return capsys.readouterr().out
+
+    document = json.loads(said("solve", "impact-ball", "--method", "reduced", "--json"))
+    assert len(document["restitution"]) == len(document["velocity"]) == 9
+    assert "switched on: inertia" in said("run", "impact-ball", "--plan")
+    out = tmp_path / "out"
+    said("run", "impact-ball", "--methods", "closed_form,reduced", "--out", str(out))
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Duration of contact against velocity of impact" in page
+    assert "velocity" in (out / "results.csv").read_text().splitlines()[0].split(",")

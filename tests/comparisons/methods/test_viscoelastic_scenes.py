@@ -12,11 +12,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 
-RUBBER = {
-    "model": "prony",
-    "shear_moduli": [0.5e6, 1e6, 2e6],
-    "relaxation_times": [1.0, 0.01],
-}
+RUBBER = {"model": "prony", "shear_moduli": [0.5e6, 1e6, 2e6], "relaxation_times": [1.0, 0.01]}
 BALL = {"shape": "paraboloid", "radius": 0.01}
 OUT = {"time": [0.0, 0.1, 0.3, 0.4], "penetration": [0.0, 1e-4, 1e-4, 2e-5], "substeps": 4}
 

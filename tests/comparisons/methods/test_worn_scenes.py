@@ -87,8 +87,7 @@ def test_springs_agree_with_cells(name, changes):
 def test_rough_surface_runs_in():
     """Area grows, the highest peaks go first, and cells lose what Archard says."""
     scene = changed(
-        ROUGH,
-        {"surface.points": 32, "surface.realisations": 1, "surface.short_cutoff": "0.25 um"},
+        ROUGH, {"surface.points": 32, "surface.realisations": 1, "surface.short_cutoff": "0.25 um"}
     )
     cells, lines = solved(scene, "bem_fft", 32), solved(scene, "reduced", 32)
     for curves in (cells, lines):

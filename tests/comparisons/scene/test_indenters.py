@@ -45,10 +45,7 @@ FORMULAS = {
         {"semi_axes": [2.0, 1.0]},
         lambda x, y: 0 if x * x / 4 + y * y <= 1 else math.inf,
     ),
-    "square_punch": (
-        {"side": 2.0},
-        lambda x, y: 0 if max(abs(x), abs(y)) <= 1 else math.inf,
-    ),
+    "square_punch": ({"side": 2.0}, lambda x, y: 0 if max(abs(x), abs(y)) <= 1 else math.inf),
 }
 
 

@@ -1,7 +1,5 @@
 """Measured maps prepared otherwise: trends and quarters, at one nominal pressure."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -726,10 +726,7 @@ def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypat
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize(
-    "module",
-    ["cyclopts.exceptions", "pydantic", "scipy.linalg", "skfem"],
-)
+@pytest.mark.parametrize("module", ["cyclopts.exceptions", "pydantic", "scipy.linalg", "skfem"])
 def test_control_c_while_packages_are_imported_is_code_3(tmp_path, module):
     """Whichever import it meets; before our first line, Python itself answers."""
     words = ("-X", "importtime", *PROGRAM, "run", "paraboloid", "--plan")
@@ -819,8 +816,7 @@ def test_a_later_control_c_ends_a_program_that_is_long_in_ending(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "arguments",
-    [["solve", "paraboloid", "--method", "closed_form", "--json"], ["list", "scenes"]],
+    "arguments", [["solve", "paraboloid", "--method", "closed_form", "--json"], ["list", "scenes"]]
 )
 def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
     """As in roughline ... | head -1; tables of rich have a mind of their own about it."""

@@ -37,27 +37,21 @@ def scene(shape, **changes):
 
 @needs_ngsolve
 @pytest.mark.slow
-def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart(solved):
-    """1e-4 with two elements of fourth order per radius: far field 1e-5, penalty 1e-5, mesh."""
-    made = scene("paraboloid")
-    exact = solved(made, "closed_form", 1).quantities
-    solution = solved(made, "ngsolve", 2)
-    np.testing.assert_allclose(solution.quantities["force"], exact["force"], rtol=1e-4)
-    np.testing.assert_allclose(
-        solution.quantities["contact_area"], exact["contact_area"], rtol=5e-3
-    )
-    assert solution.seconds > 0
-    assert solution.unknowns > 5000
-
-
-@needs_ngsolve
-@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 def test_it_agrees_with_closed_forms(solved, shape):
-    """An independent code on each kind of contact edge; sharp ones converge slowly."""
-    made = scene(shape, loading={"penetration": [1e-6]})
+    """An independent code on each kind of contact edge; sharp ones converge slowly.
+
+    Loads a hundredfold apart. A ball: 1e-4 with two elements of fourth order per radius, of far
+    field 1e-5, penalty 1e-5, and the mesh.
+    """
+    made = scene(shape)
     exact = solved(made, "closed_form", 1).quantities
-    result = solved(made, "ngsolve", 2).quantities
+    solution = solved(made, "ngsolve", 2)
+    result = solution.quantities
+    assert solution.seconds > 0
+    assert solution.unknowns > 1000
+    if shape == "paraboloid":
+        np.testing.assert_allclose(result["contact_area"], exact["contact_area"], rtol=5e-3)
     np.testing.assert_allclose(result["force"], exact["force"], rtol=SHAPES[shape][1])
     np.testing.assert_allclose(result["stiffness"], exact["stiffness"], rtol=0.015)
 

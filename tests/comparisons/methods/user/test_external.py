@@ -167,21 +167,6 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
-    add_methods([bad], Limits(seconds=15, memory=6e8))
-    names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
-    result = {
-        part.method: part
-        for part in answer_of(outcomes(catalogue()["nu-0-3"], [*names, "reduced"], full=True))
-    }
-    assert result["fine"].kind == "accurate"
-    assert result["nan"].lost == [1]
-    assert {result[name].kind for name in names[2:]} == {"lost"}
-    assert all(result[name].reason for name in names[1:])
-    assert result["reduced"].deviation == ""
-
-
-@pytest.mark.slow
 def test_workers_know_the_methods_of_the_command_line(tmp_path):
     """Also those that an earlier study of this process started, before it had the method."""
     earlier = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,reduced"]
