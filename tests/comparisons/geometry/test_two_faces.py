@@ -144,8 +144,6 @@ def test_faces_that_do_not_match_are_refused_in_words(store):
         caught.value
     )
     assert "surface2: expected the sides of [surface]" in str(caught.value)
-    with pytest.raises(SceneError, match="both surfaces periodic, or both free patches"):
-        made(second=SECOND | {"periodic": True})
     relief = np.random.default_rng(1).standard_normal((8, 8))
     with pytest.raises(SceneError, match="no gap is rough"):
         prepare(made(store("a", relief), store("b", -relief)))
@@ -157,17 +155,3 @@ def test_faults_of_both_maps_are_told_at_once(store, tmp_path):
         prepare(made(gone, gone | {"file": "lost.npy"}))
     assert "surface.file: gone.npy" in str(caught.value)
     assert "surface2.file: lost.npy" in str(caught.value)
-
-
-def test_a_second_face_needs_a_first():
-    ball = {"shape": "paraboloid", "radius": "1 mm"}
-    with pytest.raises(SceneError, match=r"surface2: expected a \[surface\] beside it"):
-        load_scene(
-            {
-                "name": "one",
-                "half_space": STEEL,
-                "indenter": ball,
-                "surface2": SECOND,
-                "loading": {"force": [1.0]},
-            }
-        )

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from comparisons.scene.scene import SceneError, load_scene
 from reference.lubrication.formulas import squeezed_film
 
 SOFT = {
@@ -20,39 +19,6 @@ SQUEEZED = SOFT | {
     "lubrication": {"viscosity": 1.0},
     "loading": {"force": [0.01, 0.1], "squeeze_speed": 1e-3},
 }
-
-
-FLAT = {"waviness": {"amplitude": 0, "wavelength": 1}}
-WAVY = {"waviness": {"amplitude": 1e-6, "wavelength": 1e-3}}
-ROUGH = {"roughness": {"rms_height": 1e-6, "longest": 1e-3, "shortest": 1e-5}}
-
-
-@pytest.mark.parametrize(
-    ("oil", "loading", "expected"),
-    [
-        ({"viscosity": 0, "speed": 1}, {}, "viscosity: expected a positive"),
-        ({"viscosity": -1, "speed": 1} | FLAT, {}, "viscosity: expected a positive"),
-        ({"speed": 1} | FLAT, {}, "amplitude: expected a positive"),
-        ({}, {}, "expected speed or loading.squeeze_speed, got none"),
-        ({"speed": 1}, {"squeeze_speed": 1}, "or loading.squeeze_speed, got both"),
-        ({"speed": 1}, {"force": None, "penetration": 1e-6}, "expected a force with"),
-        ({"speed": [2, 1]}, {}, "strictly increasing"),
-        ({"speed": 1, "slide_to_roll": 1} | WAVY, {}, "expected 2: a rough ball that moves"),
-        ({"speed": 1} | ROUGH, {}, "expected from 1 to 16 times shortest"),
-    ],
-)
-def test_a_scene_says_what_the_film_needs(oil, loading, expected):
-    """Each fault by its path: no film without viscosity, one way of moving, a load."""
-    loading = {key: value for key, value in ({"force": 1} | loading).items() if value is not None}
-    with pytest.raises(SceneError) as caught:
-        load_scene(SOFT | {"lubrication": {"viscosity": 1} | oil, "loading": loading})
-    assert expected in "\n".join(caught.value.problems)
-
-
-def test_a_squeeze_speed_needs_oil():
-    dry = {k: v for k, v in SQUEEZED.items() if k != "lubrication"}
-    with pytest.raises(SceneError, match="there is no film"):
-        load_scene(dry)
 
 
 @pytest.mark.slow

@@ -12,7 +12,6 @@ from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import (
     SUITES,
-    SceneError,
     builtin_folder,
     builtin_names,
     load_scene,
@@ -26,12 +25,6 @@ FRICTION = {"friction": {"coefficient": 0.3}}
 PULL = {"force": "10 N", "tangential_force": ["1 N", "-1 N"]}
 HISTORY = {"time": [0, "10 ms", "30 ms"], "penetration": [0, "1 um", 0]}
 GLUE = {"work": "50 mJ/m^2"}
-
-
-def problems(maker, **tables) -> str:
-    with pytest.raises(SceneError) as caught:
-        maker(**tables)
-    return "\n".join(caught.value.problems)
 
 
 # --- what a scene says ----------------------------------------------------------------------
@@ -102,10 +95,6 @@ def ball():
     return make
 
 
-def test_an_elastic_scene_without_loads_is_told_so(ball):
-    assert problems(ball) == "loading: expected, but missing"
-
-
 @pytest.mark.parametrize(
     "table",
     [
@@ -170,85 +159,6 @@ def test_a_scene_that_wears_compares_what_its_methods_give(name):
 def test_a_plain_scene_compares_force_and_penetration_at_each_other(scene):
     (plan,) = plan_scene(scene())
     assert plan.compared == ("force", "penetration", "contact_area")
-
-
-def test_quantities_that_the_scene_cannot_have_are_refused(scene):
-    text = problems(scene, compare={"quantities": ["restitution", "friction_coefficient"]})
-    assert "restitution: expected [dynamics] in the scene" in text
-    assert "friction_coefficient: expected [friction] or [sliding] in the scene" in text
-
-
-# --- what goes together ---------------------------------------------------------------------
-
-
-def test_everything_wrong_is_listed_at_once(scene):
-    text = problems(
-        scene,
-        friction={"coefficient": -1, "law": "coulomb"},
-        adhesion={"work": "50 mJ", "range": "-1 nm"},
-        viscoelastic={"model": "standard", "shear_moduli": [1e6], "viscosities": [1e3, 1e3]},
-        loading={"penetration": "1 um", "time": [0.0, 0.0]},
-    )
-    for expected in (
-        "friction.coefficient: expected a positive finite number, got -1",
-        "friction.law: unknown key",
-        "adhesion.work: expected a unit of kg s^-2",
-        "adhesion.range: expected a not negative finite length, got '-1 nm'",
-        "viscoelastic: shear_moduli: expected 2 of them, got 1; viscosities: expected 1",
-        "loading.time: expected strictly increasing times",
-        "friction: expected no [viscoelastic] beside it",
-        "friction: expected loading.tangential_force or loading.tangential_displacement",
-    ):
-        assert expected in text, text
-
-
-@pytest.mark.parametrize(
-    ("tables", "reason"),
-    [
-        ({"loading": PULL}, "loading.tangential_force: expected a [friction] table"),
-        (FRICTION, "friction: expected loading.tangential_force"),
-        ({"viscoelastic": RUBBER}, "viscoelastic: expected loading.time"),
-        ({"sliding": {"speed": 1}}, "sliding: expected [viscoelastic]"),
-        ({"loading": {"time": [1], "force": [1]}}, "loading.time: expected [viscoelastic] or"),
-        ({"loading": {"force": [1], "substeps": 3}}, "loading.substeps: expected a path"),
-        ({"loading": {"force": [0, -1]}}, "loading.force: expected positive finite loads"),
-        (
-            {"loading": PULL, "half_space": {"effective_modulus": 1e9}, **FRICTION},
-            "half_space: expected E or G with nu: tangential contact needs two elastic constants",
-        ),
-        (
-            {"loading": PULL, "counter_body": SOFT, **FRICTION},
-            "counter_body: expected no [friction] beside it",
-        ),
-        (
-            {"adhesion": GLUE, "sliding": {"speed": 1}, "viscoelastic": RUBBER},
-            "adhesion: expected no [sliding] beside it",
-        ),
-        (
-            {"viscoelastic": RUBBER, "loading": HISTORY | {"time": [0, 1]}},
-            "loading: time: expected one for each of the 3 loads, got 2",
-        ),
-        (
-            {"viscoelastic": RUBBER, "half_space": SOFT}
-            | {"loading": {"time": [0, 1], "force": [1, -1]}},
-            "loading.force: expected no negative force without [adhesion]",
-        ),
-        (
-            {"viscoelastic": RUBBER, "loading": HISTORY},
-            "half_space: expected poisson_ratio alone, or a shear modulus of 1e+06 Pa or 1e+07 Pa",
-        ),
-        (
-            {"dynamics": {"mass": 1, "velocity": 1}},
-            "loading.penetration: expected its times (loading.time) with [dynamics]",
-        ),
-        (
-            {"dynamics": {"mass": 1, "velocity": 0}, "loading": {"time": [0, 1]}},
-            "dynamics.velocity: expected above zero, or a loading.force",
-        ),
-    ],
-)
-def test_what_makes_no_sense_is_refused_with_the_reason(scene, tables, reason):
-    assert reason in problems(scene, **tables)
 
 
 # --- what grids are laid out for ------------------------------------------------------------

@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from comparisons.methods.registry import concerned
-from comparisons.scene.scene import Scene, SceneError
+from comparisons.scene.scene import Scene
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 ROLLS = {"creep": [-0.002, 0.0, 0.001, 0.01]}
@@ -82,26 +82,3 @@ def test_theories_of_rolling_are_no_part_of_other_plans(scene):
     assert "kalker" not in concerned(pushed)
     assert "kalker" in concerned(rolling(scene))
     assert "fastsim" in concerned(scene(compare={"methods": ["fastsim"]}))
-
-
-def test_wrong_tables_are_told_together(scene):
-    with pytest.raises(SceneError) as caught:
-        rolling(
-            scene,
-            rolling={"creep": [0.1, 0.1], "lateral_creep": "fast", "spin": "1 m"},
-            loading={"force": 1.0, "tangential_force": 0.1},
-            adhesion={"work": 1.0},
-        )
-    text = str(caught.value)
-    for part in (
-        "strictly increasing creeps",
-        "lateral_creep",
-        "spin",
-        "tangential_force: expected none",
-        "no [adhesion]",
-    ):
-        assert part in text
-    with pytest.raises(SceneError, match=r"rolling: expected \[friction\]"):
-        scene(rolling={"creep": 0.1}, loading={"force": 1.0})
-    with pytest.raises(SceneError, match="one value beside several"):
-        rolling(scene, rolling={"creep": [0.1, 0.2], "lateral_creep": [0.1, 0.2]})

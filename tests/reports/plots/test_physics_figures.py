@@ -134,3 +134,19 @@ def test_one_model_beside_its_truth_has_a_ratio_where_both_coincide():
     assert "see their ratios to the reference" in curve.caption
     (model,) = ratio.series
     assert model.y == pytest.approx([1.005, 1.01])  # of the largest, as the record has it
+
+
+def test_a_path_has_arrows_and_a_load_curve_has_none(study):
+    """On a path there and back two branches look alike; arrows turn with the point before."""
+
+    def arrows(scene):
+        drawn = [part for figure in curves.curves(scene) for part in spec(figure)["data"]]
+        return [part for part in drawn if part.get("marker", {}).get("symbol") == "arrow"]
+
+    scene = study.scenes[0]
+    assert arrows(scene) == []
+    path = replace(scene, axis="step")
+    drawn = arrows(path)
+    assert len(drawn) == len(curves.curves(path))
+    assert all(part["marker"]["angleref"] == "previous" for part in drawn)
+    assert all(part["showlegend"] is False for part in drawn)

@@ -7,7 +7,7 @@ from comparisons.geometry.estimates import elastic_body
 from comparisons.geometry.prepare import prepare
 from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
-from comparisons.scene.scene import SceneError, load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.tasks.task import Task
 from reference.layered import Graded, RoundContact, Stack
 
@@ -39,38 +39,6 @@ def test_units_and_digests_know_the_layers():
     assert "thickness = 2e-06" in made.text
     graded = elastic_body(scene({"grading": {"exponent": 0.5, "depth": "1 mm"}}))
     assert (graded.exponent, graded.depth) == (0.5, 1e-3)
-
-
-def test_everything_wrong_with_layers_is_told_at_once():
-    wrong = {
-        "thickness": -1,
-        "layers": [{"thickness": 0, "youngs_modulus": "soft", "poisson_ratio": 0.51}],
-        "grading": {"exponent": 1.0, "depth": "1 mm"},
-    }
-    tables = {"friction": {"coefficient": 0.1}, "counter_body": {"effective_modulus": 1e9}}
-    with pytest.raises(SceneError) as error:
-        scene(wrong, **tables)
-    text = str(error.value)
-    for part in (
-        "half_space.thickness: expected a positive finite length, got -1",
-        "half_space.layers.0.thickness: expected a positive",
-        "half_space.layers.0.youngs_modulus",
-        "half_space.layers.0.poisson_ratio: expected a number with -1 < nu <= 0.5, got 0.51",
-        "half_space.grading.exponent: expected a number with -1 < k < 1",
-        "half_space.grading: expected no layers and thickness beside it",
-        "counter_body: expected none beside half_space.layers",
-        "half_space.layers: expected no [friction]",
-    ):
-        assert part in text
-    with pytest.raises(SceneError, match="two elastic constants"):
-        load_scene(
-            {
-                "name": "one-constant",
-                "half_space": {"effective_modulus": 1e9, "thickness": 1.0},
-                "indenter": BALL,
-                "loading": DEPTHS,
-            }
-        )
 
 
 @pytest.mark.slow

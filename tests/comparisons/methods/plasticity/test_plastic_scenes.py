@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.scene.scene import Scene, SceneError
+from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
@@ -149,23 +149,6 @@ def test_hardening_of_either_law_carries_more(solved, scene):
     for more in ({"hardening": "10 GPa"}, {"hardening_exponent": 0.2}):
         hard = curve(solved(yielding(scene, 10, plasticity=YIELDS | more), "fem", 3))
         assert hard > 1.01 * soft
-
-
-def test_wrong_tables_are_told_together(scene):
-    with pytest.raises(SceneError) as caught:
-        scene(
-            plasticity={"yield_stress": -1, "hardening_exponent": 2, "model": "best", "cap": 1},
-            half_space={"effective_modulus": "100 GPa"},
-            loading={"mean_gap": 1e-6},
-            friction={"coefficient": 0.3},
-        )
-    text = str(caught.value)
-    for part in ("yield_stress", "hardening_exponent", "model", "cap", "nu:", "no [friction]"):
-        assert part in text
-    with pytest.raises(SceneError, match="one of hardening and hardening_exponent"):
-        yielding(scene, 2, plasticity=YIELDS | {"hardening": 1e9, "hardening_exponent": 0.1})
-    with pytest.raises(SceneError, match="no negative force"):
-        yielding(scene, loading={"force": [1.0, -1.0]})
 
 
 @pytest.mark.slow
