@@ -1,7 +1,6 @@
 """The sentence of a scene, the verdict, and the small facts that every result carries."""
 
 import json
-import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,6 @@ import pandas as pd
 import pytest
 
 from comparisons import machine
-from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.judging.reference import NO_REFERENCE, Bar, Reference
 from comparisons.judging.verdicts import Verdict, worst
@@ -232,12 +230,6 @@ def test_the_machine_is_one_line():
     text = machine.machine_text(described)
     assert text
     assert "\n" not in text
-
-
-def test_input_errors_are_value_errors_and_survive_a_pickle():
-    again = pickle.loads(pickle.dumps(InputError("wrong")))
-    assert isinstance(again, ValueError)
-    assert str(again) == "wrong"
 
 
 # --- the finding -----------------------------------------------------------------------------

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from comparisons.errors import InputError, LostWorkError, ResultsError
+from comparisons.geometry.reading import FileError
 from comparisons.scene.scene import (
     SceneError,
     builtin_names,
@@ -353,6 +355,12 @@ def test_each_wrong_surface_is_named(changes, expected):
     [
         ({"file": None}, "surface.file: expected, but missing"),
         ({"file": ""}, "surface.file: expected a non-empty text"),
+        ({"size": 0.0}, "surface.size.0: expected a positive finite length, got 0.0"),
+        ({"size": (1e-6, math.nan)}, "surface.size.1: expected a positive finite length, got nan"),
+        ({"size": [1, 2, 3]}, "surface.size: expected"),
+        ({"size": True}, "surface.size.0: expected a number in m"),
+        ({"crop": [0.5, 0, 5, 5]}, "surface.crop.0: expected a whole number, got 0.5"),
+        ({"crop": "0055"}, "surface.crop: expected a"),
         ({"crop": [0, 0, 1, 8]}, "surface.crop.2: expected greater than or equal to 2, got 1"),
         ({"crop": [-1, 0, 8, 8]}, "surface.crop.0: expected greater than or equal to 0, got -1"),
         ({"crop": [0, 0, 8]}, "surface.crop.3: expected, but missing"),
@@ -405,15 +413,22 @@ def test_a_map_in_place_of_a_scene_is_told_where_it_belongs(tmp_path):
         assert said in refusal(tmp_path / name)
 
 
-def test_a_scene_error_names_file_and_problems_and_survives_a_pickle(tmp_path):
-    """Workers send their errors home by pickle."""
+@pytest.mark.parametrize("kind", [FileError, InputError, LostWorkError, ResultsError, SceneError])
+def test_workers_send_their_errors_home_by_pickle(kind):
+    error = kind("map: with a colon", ["one", "two"]) if kind is SceneError else kind("map: 5 %")
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again)) == (kind, str(error))
+    assert getattr(again, "problems", ()) == getattr(error, "problems", ())
+    assert isinstance(InputError(""), ValueError)
+
+
+def test_a_scene_error_names_file_and_problems(tmp_path):
     file = tmp_path / "bad.toml"
     file.write_text("name = 3")
     with pytest.raises(SceneError) as caught:
         load_scene(file)
     assert str(caught.value).splitlines()[0] == f"{file}:"
     assert all(line.startswith("  ") for line in str(caught.value).splitlines()[1:])
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 def test_files_are_found_beside_the_scene_from_anywhere(tmp_path, monkeypatch):
