@@ -29,6 +29,7 @@ SPHERE_METHODS = {
     "bem_fft": ((16, 32, 64), 8e-3, 4.5, 6e-3, 1.2),
     "fem": ((4, 8, 16), 0.9, 6.0, 2.5e-2, 1.1),
 }
+ROUGH_ONLY = "the surface is smooth: ContactMechanics takes rough maps only"
 HOSTILE = "Ball <script>alert(1)</script> & 'quotes' on a half-space"
 
 
@@ -44,18 +45,18 @@ def hertz(depth: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
-    rows = []
-    exact = hertz(DEPTHS)
+    exact, parts = hertz(DEPTHS), []
     for method, (resolutions, seconds, growth, error, rate) in SPHERE_METHODS.items():
         for level, resolution in enumerate(resolutions):
+            took = seconds * growth**level
             common = {
                 "scene": "steel-ball",
                 "method": method,
                 "options": "contact=penalty" if method == "fem" else "",
                 "resolution": resolution,
                 "realisation": "0",
-                "seconds": seconds * growth**level,
-                "setup_seconds": 0.7 * seconds * growth**level if method != "closed_form" else 0.0,
+                "seconds": took,
+                "setup_seconds": 0.7 * took if method != "closed_form" else 0.0,
                 "compile_seconds": 0.4,
                 "unknowns": resolution ** (1 if method == "reduced" else 2),
                 "memory": 1e6 * growth**level,
@@ -64,37 +65,32 @@ def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
             }
             if method == "bem_dense" and level == 2:
                 reason = "active set cycled after 30 rounds: [<b>residual</b> 1e-3]"
-                rows.append(common | {"converged": False, "reason": reason, "step": np.nan})
+                parts.append(pd.DataFrame([common | {"converged": False, "reason": reason}]))
                 continue
             signed = error / 2 ** (rate * level) * (-1.0 if method == "fem" else 1.0)
-            wiggle = 1 + 0.3 * rng.standard_normal(len(DEPTHS))
-            for step, depth in enumerate(DEPTHS):
-                e_force, e_area = signed * wiggle[step], 3 * signed * wiggle[-step - 1]
-                rows.append(
-                    common
-                    | {
-                        "step": step,
-                        "penetration": depth,
-                        "force": exact["force"][step] * (1 + e_force),
-                        "contact_area": exact["contact_area"][step] * (1 + e_area),
-                        "contact_area_raw": exact["contact_area"][step] * (1 + 2 * e_area),
-                        "contact_radius": exact["contact_radius"][step],
-                        "stiffness": exact["stiffness"][step],
-                        "error_force": e_force,
-                        "error_contact_area": e_area,
-                        "reference_uncertainty": 0.0,
-                        "reference_uncertainty_force": 0.0,
-                        "reference_uncertainty_contact_area": 0.0,
-                        "iterations": 12 + step,
-                        "violation": 1e-9,
-                        "converged": True,
-                    }
-                )
-    reason = "the surface is smooth: ContactMechanics takes rough maps only"
-    rows.append(
-        {"scene": "steel-ball", "method": "contactmechanics", "converged": False, "reason": reason}
-    )
-    return _one_surface(pd.DataFrame(rows))
+            e_force = signed * (1 + 0.3 * rng.standard_normal(len(DEPTHS)))
+            e_area = 3 * e_force[::-1]
+            solved = {
+                "step": np.arange(len(DEPTHS)),
+                "penetration": DEPTHS,
+                "force": exact["force"] * (1 + e_force),
+                "contact_area": exact["contact_area"] * (1 + e_area),
+                "contact_area_raw": exact["contact_area"] * (1 + 2 * e_area),
+                "contact_radius": exact["contact_radius"],
+                "stiffness": exact["stiffness"],
+                "error_force": e_force,
+                "error_contact_area": e_area,
+                "reference_uncertainty": 0.0,
+                "reference_uncertainty_force": 0.0,
+                "reference_uncertainty_contact_area": 0.0,
+                "iterations": 12 + np.arange(len(DEPTHS)),
+                "violation": 1e-9,
+                "converged": True,
+            }
+            parts.append(pd.DataFrame(common | solved))
+    refused = {"scene": "steel-ball", "method": "contactmechanics", "converged": False}
+    parts.append(pd.DataFrame([refused | {"reason": ROUGH_ONLY}]))
+    return _one_surface(pd.concat(parts, ignore_index=True))
 
 
 def _one_surface(rows: pd.DataFrame) -> pd.DataFrame:
@@ -201,8 +197,7 @@ def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
         MethodPlan(name, True, "", spec[0], modelled.get(name, cells))
         for name, spec in SPHERE_METHODS.items()
     ]
-    reason = "the surface is smooth: ContactMechanics takes rough maps only"
-    methods.append(MethodPlan("contactmechanics", False, reason))
+    methods.append(MethodPlan("contactmechanics", False, ROUGH_ONLY))
     return whole(
         SceneRecord(
             name="steel-ball",
@@ -243,8 +238,7 @@ ROUGH_METHODS = {
 
 
 def rough_rows(rng: np.random.Generator) -> pd.DataFrame:
-    rows = []
-    forces = np.geomspace(1e-7, 1e-5, 8)
+    forces, parts = np.geomspace(1e-7, 1e-5, 8), []
     gap = 3e-8 * np.log(5e-5 / forces)
     for method, (resolutions, seconds, growth, error, rate) in ROUGH_METHODS.items():
         for level, resolution in enumerate(resolutions):
@@ -252,44 +246,40 @@ def rough_rows(rng: np.random.Generator) -> pd.DataFrame:
             scatter = 1 + 0.15 * rng.standard_normal((5, 1))
             area = 9e-9 * (forces / 1e-5) ** 0.95 * scatter * (1 + signed) * 1e-4
             depth = (2e-7 - gap) * scatter * (1 + 0.5 * signed)
+            is_truth = (method, resolution) == ("bem_fft", 128)
+            mean = {
+                "stderr_penetration": 0.03 * gap,
+                "stderr_contact_area": 0.06 * area.mean(axis=0),
+                "error_penetration": np.nan if is_truth else 0.5 * signed,
+                "error_contact_area": np.nan if is_truth else signed,
+            }
             for realisation in [*range(5), "mean"]:
-                for step, force in enumerate(forces):
-                    is_mean = realisation == "mean"
-                    pick = slice(None) if is_mean else realisation
-                    rows.append(
-                        {
-                            "scene": "rough-patch",
-                            "method": method,
-                            "options": "",
-                            "resolution": resolution,
-                            "realisation": str(realisation),
-                            "step": step,
-                            "force": force,
-                            "penetration": np.mean(depth[pick, step]),
-                            "contact_area": np.mean(area[pick, step]),
-                            "mean_gap": gap[step],
-                            "stderr_penetration": 0.03 * gap[step] if is_mean else np.nan,
-                            "stderr_contact_area": 0.06 * np.mean(area[:, step])
-                            if is_mean
-                            else np.nan,
-                            "error_penetration": 0.5 * signed if is_mean else np.nan,
-                            "error_contact_area": signed if is_mean else np.nan,
-                            "reference": "bem_fft 128",
-                            "reference_uncertainty": 0.02,
-                            "reference_uncertainty_penetration": 0.01,
-                            "reference_uncertainty_contact_area": 0.02,
-                            "seconds": seconds * growth**level,
-                            "setup_seconds": 0.2 * seconds * growth**level,
-                            "unknowns": resolution ** (1 if method == "reduced" else 2),
-                            "iterations": 40,
-                            "violation": 1e-10,
-                            "converged": True,
-                        }
-                    )
-    table = _one_surface(pd.DataFrame(rows))
-    truth = (table["method"] == "bem_fft") & (table["resolution"] == 128)
-    table.loc[truth, ["error_penetration", "error_contact_area"]] = np.nan
-    return table
+                pick = slice(None) if realisation == "mean" else [realisation]
+                solved = {
+                    "scene": "rough-patch",
+                    "method": method,
+                    "options": "",
+                    "resolution": resolution,
+                    "realisation": str(realisation),
+                    "step": range(len(forces)),
+                    "force": forces,
+                    "penetration": depth[pick].mean(axis=0),
+                    "contact_area": area[pick].mean(axis=0),
+                    "mean_gap": gap,
+                    **(mean if realisation == "mean" else dict.fromkeys(mean, np.nan)),
+                    "reference": "bem_fft 128",
+                    "reference_uncertainty": 0.02,
+                    "reference_uncertainty_penetration": 0.01,
+                    "reference_uncertainty_contact_area": 0.02,
+                    "seconds": seconds * growth**level,
+                    "setup_seconds": 0.2 * seconds * growth**level,
+                    "unknowns": resolution ** (1 if method == "reduced" else 2),
+                    "iterations": 40,
+                    "violation": 1e-10,
+                    "converged": True,
+                }
+                parts.append(pd.DataFrame(solved))
+    return _one_surface(pd.concat(parts, ignore_index=True))
 
 
 def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int], Path]:
