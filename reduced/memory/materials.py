@@ -235,7 +235,6 @@ def fit(
     *,
     times: Sequence[float] | np.ndarray | None = None,
     per_decade: float = 2.0,
-    solid: bool = True,
     dashpot: bool = False,
 ) -> Fit:
     """Return a fit of G'(w), G''(w) by a Prony series with G_i >= 0 (Baumgaertel & Winter 1989).
@@ -250,8 +249,8 @@ def fit(
         Angular frequencies w > 0 in any order, and G' + i G'', neither of them negative.
     times : array_like, optional
         Relaxation times; default: `per_decade` per decade over [1/w_max, 1/w_min].
-    solid, dashpot : bool
-        Whether to include G_inf and a parallel dashpot.
+    dashpot : bool
+        Whether to include a parallel one.
 
     Examples
     --------
@@ -285,7 +284,7 @@ def fit(
     turns = w[:, None] * tau
     columns = [turns * (turns + 1j) / (1 + turns * turns)]
     # all unknowns in units of modulus: the dashpot by its stress at the highest frequency
-    columns.append(np.full((w.size, int(solid)), 1.0 + 0j))
+    columns.append(np.full((w.size, 1), 1.0 + 0j))
     columns.append(1j * np.repeat(w[:, None] / w.max(), int(dashpot), axis=1))
     matrix, weight = np.hstack(columns), 1 / np.abs(data)
     unit = 2.0 ** np.round(np.log2(np.abs(data).max()))
@@ -297,7 +296,7 @@ def fit(
         np.abs(relative * coefficients).max(axis=0) > _ROUNDING, coefficients, 0.0
     )
     material = prony(
-        coefficients[tau.size] if solid else 0.0,
+        coefficients[tau.size],
         coefficients[: tau.size],
         tau,
         viscosity=coefficients[-1] / w.max() if dashpot else 0.0,

@@ -14,6 +14,7 @@ import numpy as np
 from reduced.errors import ConvergenceError
 
 _COARSEST, _FINEST = 4, 8
+_CHANGE = float(np.sqrt(1e-13))  # from step to step, relative
 _RANGE = 4.0  # the first node is 5e-38 from the end: enough for an inverse square root
 
 
@@ -48,7 +49,6 @@ def integrate_panels(
     function: Callable[[np.ndarray, np.ndarray], np.ndarray],
     lower: np.ndarray,
     upper: np.ndarray,
-    tolerance: float = 1e-13,
 ) -> np.ndarray:
     """Integrate a function over adjacent panels, with possible singularities at panel ends.
 
@@ -58,9 +58,9 @@ def integrate_panels(
         function(t, row): t of shape (k, panels, nodes), row of shape (k, 1, 1) the row numbers.
     lower, upper : ndarray, shape (k, panels)
         Ends of the panels; a panel with upper <= lower contributes nothing.
-    tolerance : float
-        Relative to the integral of the absolute value. Halving the step squares the error of the
-        rule, so a step is accepted if it changes the result by less than the square root.
+
+    Halving the step squares the error of the rule, so a step is accepted if it changes the result
+    by less than the root of 1e-13 of the integral of the absolute value.
 
     Raises ConvergenceError if the finest rule still changes the result (an unmarked breakpoint).
     """
@@ -77,6 +77,6 @@ def integrate_panels(
         scale = (np.abs(values) * weights).sum(axis=(1, 2))
         change = np.abs(fine - coarse)
         history.append(float(np.max(change / np.where(scale > 0, scale, 1.0), initial=0.0)))
-        if history[-1] <= np.sqrt(tolerance):
+        if history[-1] <= _CHANGE:
             return fine
     raise ConvergenceError("quadrature does not converge: pass the kinks as breakpoints", history)

@@ -24,6 +24,7 @@ from reduced.rough.surface_spectrum import (
     ROUNDING,
     Grid,
     SelfAffine,
+    Spectrum,
     SurfaceSpectrum,
     self_affine,
 )
@@ -32,7 +33,7 @@ RULES = ("rings", "split", "printed")
 
 
 @dataclass(frozen=True)
-class LineSpectrum:
+class LineSpectrum(Spectrum):
     """Spectrum of a rough line of period L, positive modes only, arrays of shape (m,).
 
     `wavenumber` is q_k = 2 pi k/L, k = 1 ... m, and `power` B1D(q_k)^2, the squared amplitude of
@@ -44,27 +45,13 @@ class LineSpectrum:
     length: float
 
     @property
-    def rms_height(self) -> float:
-        """Root mean square height sqrt<h^2>."""
-        return self._moment(0)
-
-    @property
-    def rms_slope(self) -> float:
-        """Root mean square slope sqrt<h'^2>, equal to the full gradient of the surface."""
-        return self._moment(1)
-
-    @property
-    def rms_curvature(self) -> float:
-        """Root mean square curvature sqrt<h''^2>, equal to the Laplacian of the surface."""
-        return self._moment(2)
-
-    @property
     def density(self) -> np.ndarray:
         """C1D(q_k) = L/(2 pi) B1D^2 (19.25)."""
         return self.length / (2 * np.pi) * self.power
 
-    def _moment(self, order: int) -> float:
-        return float(np.sqrt(2 * np.sum(self.wavenumber ** (2 * order) * self.power)))
+    def mean_square(self, order: int) -> float:
+        """Sum over positive and negative modes."""
+        return float(2 * np.sum(self.wavenumber ** (2 * order) * self.power))
 
 
 @dataclass(frozen=True)

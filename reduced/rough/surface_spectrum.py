@@ -6,6 +6,8 @@ C2D = Lx Ly/(2 pi)^2 |B2D|^2 (19.23), so that <h^2> = sum |B2D|^2.
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -37,8 +39,31 @@ class RadialAverage:
     spread: np.ndarray
 
 
+class Spectrum(ABC):
+    """Root mean squares of what has a spectrum; those of the line equal those of the surface."""
+
+    @abstractmethod
+    def mean_square(self, order: int) -> float:
+        """Sum of q^(2 order) times the power of all modes."""
+
+    @property
+    def rms_height(self) -> float:
+        """sqrt<h^2>."""
+        return math.sqrt(self.mean_square(0))
+
+    @property
+    def rms_slope(self) -> float:
+        """sqrt<h'^2> of a line, of a surface sqrt<|grad h|^2>, of the full gradient."""
+        return math.sqrt(self.mean_square(1))
+
+    @property
+    def rms_curvature(self) -> float:
+        """sqrt<h''^2> of a line, of a surface sqrt<(lap h)^2>."""
+        return math.sqrt(self.mean_square(2))
+
+
 @dataclass(frozen=True)
-class SurfaceSpectrum:
+class SurfaceSpectrum(Spectrum):
     """Two-dimensional power spectrum on sides Lx, Ly.
 
     `power` is |B2D|^2 of every mode, (nx, ny), in the order of the FFT; zero for the mean.
@@ -61,21 +86,6 @@ class SurfaceSpectrum:
     def density(self) -> np.ndarray:
         """C2D(q) = Lx Ly/(2 pi)^2 |B2D|^2 of every mode (19.23)."""
         return self.size[0] * self.size[1] / (4 * np.pi**2) * self.power
-
-    @property
-    def rms_height(self) -> float:
-        """Root mean square height sqrt<h^2>."""
-        return self._moment(0)
-
-    @property
-    def rms_slope(self) -> float:
-        """Root mean square of the full gradient, sqrt<|grad h|^2>."""
-        return self._moment(1)
-
-    @property
-    def rms_curvature(self) -> float:
-        """Root mean square of the Laplacian, sqrt<(lap h)^2>."""
-        return self._moment(2)
 
     @property
     def whole_rings(self) -> int:
@@ -127,8 +137,9 @@ class SurfaceSpectrum:
         wavenumber = 2 * np.pi / self.length * np.arange(1, count.size)
         return RadialAverage(wavenumber, mean[1:], count[1:], spread[1:])
 
-    def _moment(self, order: int) -> float:
-        return float(np.sqrt(np.sum(self.magnitude ** (2 * order) * self.power)))
+    def mean_square(self, order: int) -> float:
+        """Sum over all modes."""
+        return float(np.sum(self.magnitude ** (2 * order) * self.power))
 
 
 def measured(

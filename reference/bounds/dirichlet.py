@@ -300,12 +300,11 @@ class Prisms:
         across = np.repeat(section.points[section.unknowns].mean(axis=1), len(vertical), axis=0)
         downwards = np.tile(0.5 * (depths[:-1] + depths[1:]), len(section.unknowns))
         self._system = LinearSystem(
-            self.matrices,
-            self.places,
-            np.zeros((0, 0)),
-            self.unknowns,
-            self.surface[retained],
-            np.column_stack([across, downwards]),
+            matrices=self.matrices,
+            unknowns=self.places,
+            first=self.unknowns,
+            retained=self.surface[retained],
+            centres=np.column_stack([across, downwards]),
         )
         self._fronts: list[Front | Shift] = []
         self.stiffness = condense(self._system, self._fronts)

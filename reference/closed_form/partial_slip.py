@@ -176,12 +176,12 @@ class PartialSlipPath:
         inner = [self._inner_depth(terms[-1]) if terms else depth for terms in self.terms]
         return np.array([float(form.contact_radius(d)) for d in inner])
 
-    def traction(self, x: ArrayLike, y: ArrayLike, point: int = -1) -> Array:
-        """Traction q along x at points, after the point of the path with this index."""
+    def traction(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Traction q along x at points, after the end of the path."""
         form = self.contact.form
         pressure = form.pressure(x, y, self.contact.penetration)
         total = np.zeros(np.shape(pressure))
-        for term in self.terms[point]:
+        for term in self.terms[-1]:
             inner = form.pressure(x, y, self._inner_depth(term))
             total += term.factor * self.contact.friction * (pressure - inner)
         return total

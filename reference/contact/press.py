@@ -306,7 +306,11 @@ def _descend(
     if control == "force":
         reach = _REACH * overlap_depth(body, gap, value) if bounded else np.inf
     while True:
-        window = _window(gap, reach, start) if bounded else np.s_[:, :]
+        window = np.s_[:, :]
+        if bounded:
+            within = gap < reach if start is None else (gap < reach) | (start > 0)
+            smallest = rectangle(within)
+            window = smallest if gap[smallest].size < 0.7 * gap.size else window
         inside = np.ascontiguousarray(gap[window])
         part = body if inside.shape == body.shape else body.restrict(inside.shape)
         if start is None:
@@ -346,21 +350,15 @@ def _descend(
         reach, start = 1.2 * found.depth, pressure
 
 
-def _window(gap: Field, reach: float, start: Field | None) -> tuple[slice, slice]:
-    """Return the smallest useful rectangle of cells with gap < reach, or the whole grid."""
-    near = gap < reach
-    if start is not None:
-        near |= start > 0
+def rectangle(cells: Mask) -> tuple[slice, slice]:
+    """Return the smallest rectangle around cells, its sides rounded up to 8 to share kernels."""
     sides = []
-    for axis, size in enumerate(gap.shape):
-        indices = np.flatnonzero(near.any(axis=1 - axis))
-        # a length rounded up to 8, to share kernels
-        length = min(size, -(-(indices[-1] + 1 - indices[0]) // 8) * 8)
-        first = min(int(indices[0]), size - length)
+    for axis, size in enumerate(cells.shape):
+        used = np.flatnonzero(cells.any(axis=1 - axis))
+        length = min(size, -(-int(used[-1] + 1 - used[0]) // 8) * 8)
+        first = min(int(used[0]), size - length)
         sides.append(slice(first, first + length))
-    rows, columns = sides
-    cells = (rows.stop - rows.start) * (columns.stop - columns.start)
-    return (rows, columns) if cells < 0.7 * gap.size else np.s_[: gap.shape[0], : gap.shape[1]]
+    return sides[0], sides[1]
 
 
 def _starting_pressure(

@@ -83,10 +83,10 @@ class BlockMotion:
         """Return the times at which a block starts to slide, sticks or reverses."""
         return self.time * np.array([phase.start for phase in self.phases[1:]])
 
-    def time_sticking(self, block: int = 0) -> float:
-        """Return the total sticking time of a block."""
+    def time_sticking(self) -> float:
+        """Return the total sticking time of the first block."""
         starts = np.array([0.0, *self.events])
-        sticks = np.array([phase.direction[block] == 0 for phase in self.phases])
+        sticks = np.array([phase.direction[0] == 0 for phase in self.phases])
         return float(np.diff([*starts, self.duration]) @ sticks)
 
 

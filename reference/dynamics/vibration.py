@@ -74,13 +74,11 @@ def course(
     velocity: float,
     times: ArrayLike,
     history: tuple[ArrayLike, ArrayLike] | None = None,
-    tolerance: float = 1e-10,
 ) -> tuple[Array, Array]:
     """Return x and x' at given times of m x'' = f(t) - F(x), x = 0 and x' = v >= 0 at t = 0.
 
     Velocity or force must move the mass; times increase, from 0 on. `history` is increasing times
-    and the force f there, linear in between, constant outside. The tolerance of the integrator is
-    relative to the largest numbers of the motion.
+    and the force f there, linear in between, constant outside.
 
     >>> from reference.closed_form import cylinder
     >>> x, v = course(cylinder(0.5, 1.0), 1.0, 1.0, [0.5 * np.pi, np.pi + 1])  # k = m = 1
@@ -105,7 +103,7 @@ def course(
             return True
 
     # units: the largest power of two at which the mass is not yet stopped, and the time to there
-    depth = 1.0
+    depth, tolerance = 1.0, 1e-10
     while stops(depth):
         depth /= 2
     while not stops(depth):

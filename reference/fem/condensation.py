@@ -30,7 +30,7 @@ LEAF_UNKNOWNS = 600
 SMALLEST_PIVOT = 1e-9  # relative pivot of a determined mean stress, against rounding of 1e-16
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class LinearSystem:
     """Element matrices with their unknowns.
 
@@ -41,7 +41,8 @@ class LinearSystem:
 
     matrices: Array  # (elements, size, size); none where the stiffness is applied without them
     unknowns: Integers  # (elements, size), number of the unknown of every row; -1: held
-    boundary: Array  # (boundary unknowns, far-field unknowns)
+    # (boundary unknowns, far-field unknowns)
+    boundary: Array = field(default_factory=lambda: np.zeros((0, 0)))
     first: int  # number of free unknowns
     retained: Integers  # (r,), the retained free unknowns
     centres: Array  # (elements, 3), of the elements, for the bisection

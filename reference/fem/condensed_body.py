@@ -221,8 +221,6 @@ def half_space_body(
     mesh: RingMesh | TensorMesh,
     material: Material,
     *,
-    far_field: str = "boussinesq",
-    reduced_integration: bool = True,
     solver: str = HALF_SPACE_SOLVERS[0],
 ) -> CondensedBody:
     """Return a half-space condensed onto the normal displacements of its candidate surface nodes.
@@ -232,16 +230,11 @@ def half_space_body(
 
     Parameters
     ----------
-    far_field : {"boussinesq", "fixed"}
-        "fixed" clamps the outer boundary; for comparisons with published models only.
-    reduced_integration : bool
-        False shows locking.
     solver : {"nested_dissection", "pardiso", "conjugate_gradients"}
         "pardiso" needs the optional package pypardiso and is no faster; "conjugate_gradients"
         condenses and assembles nothing (see `matrix_free`).
     """
-    faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
-    faults += choice_faults("solver", solver, HALF_SPACE_SOLVERS)
+    faults = choice_faults("solver", solver, HALF_SPACE_SOLVERS)
     if solver == "pardiso" and not pardiso.available():
         faults.append(
             "solver = 'pardiso' needs the package pypardiso (pip install roughline[fast])"
@@ -269,12 +262,10 @@ def half_space_body(
     nodes = facet_nodes(grid.mesh, grid.surface)
     nodes = nodes[meshed.candidate(*points[:2, nodes])]
     nodes = nodes[np.lexsort(np.round(points[1::-1, nodes], 9))]
-    # what is held, and what follows point forces on the surface
-    held, outer = grid.held, facet_nodes(grid.mesh, grid.outer)
+    # what follows point forces on the surface
+    outer = facet_nodes(grid.mesh, grid.outer)
     beyond = facet_quadrature(grid.mesh, grid.outer, 5)[2:]
-    groups = [] if far_field == "fixed" else source_groups(*meshed.sources, grid.planes)
-    if not groups:
-        held[outer] = True
+    groups = source_groups(*meshed.sources, grid.planes)
     # the elements, and the numbers of their unknowns
     if solver == "conjugate_gradients":
         size = 3 * len(grid.mesh.dofs.element_dofs)
@@ -282,24 +273,22 @@ def half_space_body(
     elif material.incompressible:
         matrices = mixed_matrices(grid.mesh, nu)
     else:
-        matrices = stiffness_matrices(grid.mesh, nu, reduced_integration=reduced_integration)
+        matrices = stiffness_matrices(grid.mesh, nu)
     system = linear_system(
         grid.mesh,
         matrices,
-        held,
+        grid.held,
         3 * nodes + 2,
         outer=outer,
         fields=[group_field(points.T[outer], group, nu)[0] for group in groups],
-        exterior=exterior_stiffness(*beyond, groups, nu) if groups else None,
+        exterior=exterior_stiffness(*beyond, groups, nu),
         stretch=meshed.stretch,
     )
     seconds["assembly"], mark = time.perf_counter() - mark, time.perf_counter()
     # all but the candidates are eliminated; the inverse of their stiffness is the compliance
     flexibility: DenseFlexibility | IterativeFlexibility
     if solver == "conjugate_gradients":
-        flexibility = IterativeFlexibility(
-            system, grid, nu, reduced_integration=reduced_integration
-        )
+        flexibility = IterativeFlexibility(system, grid, nu)
     elif solver == "pardiso":
         stiffness = pardiso.condense(stiffness_matrix(system), system.retained)
         flexibility = DenseFlexibility.of(system, stiffness)

@@ -219,8 +219,8 @@ def press(
     return steps(nowhere if start is None else np.asarray(start, bool) & np.isfinite(gap))
 
 
-def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> CondensedBody:
-    """Return the body with the Gauss points of its candidate surface as candidates.
+def at_quadrature_points(body: CondensedBody) -> CondensedBody:
+    """Return the body with Gauss points of its candidate surface as candidates, 3 x 3 an element.
 
     With a penalty eps the pressure at a point is ``eps <d - g - u>`` and the nodal forces are its
     moments ``int N_i p dA`` (Wriggers 2006, *Computational Contact Mechanics*, sec. 9.1): in the
@@ -229,13 +229,6 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     are considered. There are more points than nodes, so rigid contact ("active_set") is undefined:
     `press` accepts "penalty" only, with the gap at the `points` of the result. Interior fields and
     energies follow as for nodal contact (`recover`).
-
-    Parameters
-    ----------
-    body : CondensedBody
-        A body with condensed compliance, not of conjugate gradients.
-    per_direction : int
-        Gauss points per direction of a surface element.
     """
     if body.nodal is not None:
         raise ValueError("contact at quadrature points needs a body with nodes as candidates")
@@ -243,12 +236,10 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
         raise ValueError(
             "contact at quadrature points needs a condensed body, got solver conjugate_gradients"
         )
-    if int(per_direction) != per_direction or per_direction < 1:
-        raise ValueError(f"per_direction must be a positive integer, got {per_direction!r}")
     mesh = body.grid.mesh
     place = np.full(mesh.doflocs.shape[1], -1)
     place[body.nodes] = np.arange(len(body.nodes))
-    nodes, shapes, points, areas = facet_quadrature(mesh, body.grid.surface, per_direction)
+    nodes, shapes, points, areas = facet_quadrature(mesh, body.grid.surface, 3)
     covered = (place[nodes] >= 0).all(axis=1)
     count = int(covered.sum()) * shapes.shape[1]
     interpolation = np.zeros((count, len(body.nodes)))

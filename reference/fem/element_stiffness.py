@@ -117,23 +117,20 @@ def shape_gradients(
     return gradients, np.abs(determinant) * weights
 
 
-def stiffness_matrices(
-    mesh: MeshHex | MeshTet, poisson_ratio: float, *, reduced_integration: bool = True
-) -> NDArray[np.float64]:
+def stiffness_matrices(mesh: MeshHex | MeshTet, poisson_ratio: float) -> NDArray[np.float64]:
     """Return stiffness matrices (elements, 3 nodes, 3 nodes) for a unit Young's modulus.
 
     ``K = int lambda div(v) div(u) + 2 mu eps(v) : eps(u)``; degrees of freedom are ordered
-    component fastest. With `reduced_integration` the lambda term uses one Gauss point per direction
-    less (selective reduced integration; Hughes, *The Finite Element Method*, 2000, sec. 4.4),
-    without which nearly incompressible elements lock. Linear elements and tetrahedra use the mean
-    dilatation instead (Nagtegaal, Parks & Rice 1974), which is equivalent for bricks but passes the
-    patch test for distorted cells. A negative lambda (nu < 0) is always fully integrated, because
-    there is no locking and reduced integration would lose positive definiteness.
+    component fastest. The lambda term uses one Gauss point per direction less (selective reduced
+    integration; Hughes, *The Finite Element Method*, 2000, sec. 4.4), without which nearly
+    incompressible elements lock. Linear elements and tetrahedra use the mean dilatation instead
+    (Nagtegaal, Parks & Rice 1974), which is equivalent for bricks but passes the patch test for
+    distorted cells. A negative lambda (nu < 0) is fully integrated, because there is no locking
+    and reduced integration would lose positive definiteness.
     """
     lame, shear = lame_parameters(poisson_ratio)
     full = element_order(mesh) + 1
     mean = element_order(mesh) == 1 or isinstance(mesh, MeshTet)
-    reduced = reduced_integration and lame > 0.0
     nodes = mesh.dofs.element_dofs
     count, size = nodes.shape[1], 3 * len(nodes)
     result = np.empty((count, size, size))
@@ -141,12 +138,12 @@ def stiffness_matrices(
         part = slice(start, start + AT_ONCE)
         products = _gradient_products(*shape_gradients(mesh, full, part))
         _shear_stiffness(products, shear, result[part])
-        if reduced and mean:  # V <dN_a/dx_i> <dN_b/dx_j> with means over the elements
+        if lame > 0.0 and mean:  # V <dN_a/dx_i> <dN_b/dx_j> with means over the elements
             gradients, volumes = shape_gradients(mesh, full, part)
             total = np.einsum("eqaj,eq->eaj", gradients, volumes, optimize=True)
             total = total.reshape(-1, size) / np.sqrt(volumes.sum(axis=1))[:, None]
             products = total[:, :, None] * total[:, None, :]
-        elif reduced:
+        elif lame > 0.0:
             products = _gradient_products(*shape_gradients(mesh, full - 1, part))
         products *= lame
         result[part] += products

@@ -147,12 +147,10 @@ class ExtrudedStiffness:
     factors of the lambda term have a Gauss point less.
     """
 
-    def __init__(
-        self, lattice: Lattice, poisson_ratio: float, *, reduced_integration: bool = True
-    ) -> None:
+    def __init__(self, lattice: Lattice, poisson_ratio: float) -> None:
         lame, shear = lame_parameters(poisson_ratio)
         full = lattice.order + 1
-        rule = full - 1 if reduced_integration and lame > 0.0 else full
+        rule = full - 1 if lame > 0.0 else full
         ours = self.products = Products.of(lattice, full)
         volume = self.volume = Products.of(lattice, rule)
         (pxx, pxy), (pyx, pyy) = ours.plane
@@ -301,20 +299,11 @@ class IterativeFlexibility:
     of every solve.
     """
 
-    def __init__(
-        self,
-        system: LinearSystem,
-        grid: GradedMesh,
-        poisson_ratio: float,
-        *,
-        reduced_integration: bool = True,
-    ) -> None:
+    def __init__(self, system: LinearSystem, grid: GradedMesh, poisson_ratio: float) -> None:
         lattice = Lattice.of(grid)
         exterior = np.zeros((0, 0)) if system.exterior is None else system.exterior
         self.system, self.exterior = system, exterior
-        self.stiffness = ExtrudedStiffness(
-            lattice, poisson_ratio, reduced_integration=reduced_integration
-        )
+        self.stiffness = ExtrudedStiffness(lattice, poisson_ratio)
         elements = grid.mesh.dofs.element_dofs.T
         numbers = np.empty((grid.mesh.p.shape[1], 3), dtype=np.int64)
         numbers[elements] = system.unknowns.reshape(*elements.shape, 3)

@@ -18,14 +18,11 @@ def growing_lines(start: float, end: float, first: float, growth: float) -> NDAr
     return start + (end - start) * lines / lines[-1]
 
 
-def edge_lines(
-    reach: float, count: int, exponent: float, far_exponent: float = 1.0
-) -> NDArray[np.float64]:
+def edge_lines(reach: float, count: int, exponent: float) -> NDArray[np.float64]:
     """Return lines from 0 to `reach` with cells refined towards 0 and growing beyond 1.
 
-    The cell size at t is proportional to ``t^exponent (1 + t)^(far_exponent - exponent)``: the
-    first power suits a field with a root or a singularity at 0, the second a field that decays with
-    1 + t.
+    The cell size at t is proportional to ``t^exponent (1 + t)^(1 - exponent)``: the first power
+    suits a field with a root or a singularity at 0, the second a field that decays with 1 + t.
 
     >>> np.round(edge_lines(3.0, 4, 0.5), 3)
     array([0.   , 0.112, 0.5  , 1.337, 3.   ])
@@ -33,7 +30,7 @@ def edge_lines(
     # t = reach s^(1/(1 - exponent)) makes the integral of 1/size smooth
     s = np.linspace(0.0, 1.0, 4001)
     t = reach * s ** (1.0 / (1.0 - exponent))
-    number = cumulative_simpson((1.0 + t) ** (exponent - far_exponent), x=s, initial=0.0)
+    number = cumulative_simpson((1.0 + t) ** (exponent - 1.0), x=s, initial=0.0)
     place = np.interp(np.linspace(0.0, number[-1], count + 1), number, s)
     return reach * place ** (1.0 / (1.0 - exponent))
 

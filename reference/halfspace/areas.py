@@ -256,11 +256,9 @@ def located_area(contact: Contact, hardness: float = np.inf, *, patch: bool = Fa
         return cells * contact.operator.cell_area
     operator = contact.operator
     # gaps are needed beside the rim only: on large grids a map of them would be the largest field
-    fields = mask, contact.pressure, contact.initial_gap, contact.displacement
-    numbers = contact.penetration, operator.spacing, operator.effective_modulus, float(hardness)
-    shift, rim, located, crossings = np.sum(
-        [_shift(*fields, *numbers, periodic, axis, side) for axis in (0, 1) for side in (1, -1)],
-        axis=0,
+    shift, rim, located, crossings = _shift(
+        *(mask, contact.pressure, contact.initial_gap, contact.displacement, contact.penetration),
+        *(operator.spacing, operator.effective_modulus, float(hardness), periodic),
     )
     # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
@@ -311,60 +309,55 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shift(  # noqa: PLR0913
-    mask,
-    pressure,
-    initial,
-    displacement,
-    penetration,
-    spacing,
-    modulus,
-    hardness,
-    periodic,
-    axis,
-    side,
+def _shift(
+    mask, pressure, initial, displacement, penetration, spacing, modulus, hardness, periodic
 ):
-    """Return the area, in cells, between cell edges and contact line on one side of all cells.
+    """Return the area, in cells, between the edges of cells and the contact line.
 
-    Also the length of the rim there, in cells, the number of crossings included, and of all
-    crossings.
+    Also the length of the rim, in cells, the number of crossings included, and of all crossings.
     """
-    total, rim, located, crossings = 0.0, 0.0, 0, 0
-    size = mask.shape[axis]
-    for i in range(mask.shape[0]):
-        for j in range(mask.shape[1]):
-            if not mask[i, j]:
-                continue
-            own = i if axis == 0 else j
-            beside = _along(i, j, axis, side, size)
-            if not periodic and (own + side < 0 or own + side >= size):
-                crossings += 1  # the rim of the patch is an end
-                continue
-            if mask[beside]:
-                continue
-            crossings += 1
-            inner = pressure[_along(i, j, axis, -side, size)]
-            innermost = pressure[_along(i, j, axis, -2 * side, size)]
-            opening = max(initial[beside] - penetration + displacement[beside], 0.0)
-            if not np.isfinite(opening) or pressure[i, j] >= hardness:
-                continue
-            # Rising over three cells towards one side: an edge sharper than the grid, under which
-            # the pressure does not vanish. Symmetric cells differ by rounding, which is no rise.
-            if pressure[i, j] > _MORE * inner and inner > _MORE * innermost and innermost > 0:
-                continue
-            located += 1
-            steep = (
-                _slope(mask, (i, j), axis, periodic) + _slope(mask, beside, axis, periodic)
-            ) / spacing[axis]
-            across = (
-                _slope(mask, (i, j), 1 - axis, periodic) + _slope(mask, beside, 1 - axis, periodic)
-            ) / spacing[1 - axis]
-            square = steep**2 / max(steep**2 + across**2, _TINY)
-            cosine = max(np.sqrt(square), _LEAST_COSINE)
-            ratio = modulus * opening / spacing[axis] / pressure[i, j]
-            total += square * (place(ratio, cosine) - 0.5)
-            rim += square / cosine
-    return total, rim, located, crossings
+    shift, length, located, crossings = 0.0, 0.0, 0, 0
+    for axis in range(2):
+        size = mask.shape[axis]
+        for side in (1, -1):
+            total, rim = 0.0, 0.0
+            for i in range(mask.shape[0]):
+                for j in range(mask.shape[1]):
+                    if not mask[i, j]:
+                        continue
+                    own = i if axis == 0 else j
+                    beside = _along(i, j, axis, side, size)
+                    if not periodic and (own + side < 0 or own + side >= size):
+                        crossings += 1  # the rim of the patch is an end
+                        continue
+                    if mask[beside]:
+                        continue
+                    crossings += 1
+                    inner = pressure[_along(i, j, axis, -side, size)]
+                    innermost = pressure[_along(i, j, axis, -2 * side, size)]
+                    opening = max(initial[beside] - penetration + displacement[beside], 0.0)
+                    if not np.isfinite(opening) or pressure[i, j] >= hardness:
+                        continue
+                    # Rising over three cells towards one side: an edge sharper than the grid, under
+                    # which the pressure does not vanish. Symmetric cells differ by rounding, which
+                    # is no rise.
+                    rising = pressure[i, j] > _MORE * inner and inner > _MORE * innermost
+                    if rising and innermost > 0:
+                        continue
+                    located += 1
+                    steep, across = 0.0, 0.0
+                    for cell in ((i, j), beside):
+                        steep += _slope(mask, cell, axis, periodic)
+                        across += _slope(mask, cell, 1 - axis, periodic)
+                    steep, across = steep / spacing[axis], across / spacing[1 - axis]
+                    square = steep**2 / max(steep**2 + across**2, _TINY)
+                    cosine = max(np.sqrt(square), _LEAST_COSINE)
+                    ratio = modulus * opening / spacing[axis] / pressure[i, j]
+                    total += square * (place(ratio, cosine) - 0.5)
+                    rim += square / cosine
+            shift += total
+            length += rim
+    return shift, length, located, crossings
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -31,6 +31,7 @@ Field = NDArray[np.float64]
 _MEMORY, _ITERATIONS = 20, 20_000
 _SETTINGS = 12  # of the machine at most; each cuts the error by the ratio of both stiffnesses
 _SAME = 1e-3
+_UNBALANCED = 1e-4  # largest tension that nothing balances, relative to the strength of the law
 # The energy is known to its rounding, its slope, the pressure, to the square root of that.
 _ROUNDED = 1e-6
 
@@ -73,24 +74,22 @@ class Adhesive:
         # units of pressure, and of energy per area
         self._unit = float(self._stiffness.max()) * law.reach
 
-    def at_force(self, force: float, start: Field, tolerance: float = 1e-4) -> Settled:
+    def at_force(self, force: float, start: Field) -> Settled:
         """Return the equilibrium under a force F >= 0 that is downhill from a field of gaps."""
         if not force >= 0:
             refuse([f"force must be at least 0, not {force!r}: pulls have no least energy"])
         area = self.operator.cell_area * start.size
-        return self._downhill(start, tolerance, load=force / area)
+        return self._downhill(start, load=force / area)
 
-    def at_setting(self, setting: float, start: Field, tolerance: float = 1e-4) -> Settled:
+    def at_setting(self, setting: float, start: Field) -> Settled:
         """Return the equilibrium in the machine, downhill from a field of gaps.
 
         Its mean gap exceeds the setting by F/(A0 S_max), the deflection of the machine.
         """
         machine = float(self._stiffness.max())
-        return self._downhill(start, tolerance, machine=machine, setting=setting)
+        return self._downhill(start, machine=machine, setting=setting)
 
-    def at_mean_gap(
-        self, mean: float, start: Field, force: float, tolerance: float = 1e-4
-    ) -> Settled:
+    def at_mean_gap(self, mean: float, start: Field, force: float) -> Settled:
         """Return the equilibrium at a mean gap, to a thousandth of the reach of the law.
 
         The machine's first setting is that for `force`, an estimate of F.
@@ -98,7 +97,7 @@ class Adhesive:
         machine = float(self._stiffness.max()) * self.operator.cell_area * start.size
         setting = mean - force / machine
         for _ in range(_SETTINGS):
-            settled = self.at_setting(setting, start, tolerance)
+            settled = self.at_setting(setting, start)
             missing = mean - settled.mean_gap
             if abs(missing) <= _SAME * self.law.reach:
                 return settled
@@ -107,13 +106,7 @@ class Adhesive:
         raise ConvergenceError("no adhesive equilibrium at this mean gap", history)
 
     def _downhill(
-        self,
-        start: Field,
-        tolerance: float,
-        *,
-        load: float = 0.0,
-        machine: float = 0.0,
-        setting: float = 0.0,
+        self, start: Field, *, load: float = 0.0, machine: float = 0.0, setting: float = 0.0
     ) -> Settled:
         """Return the least energy under a force per area and a machine F/A0 = k (<h> - setting)."""
         law, shape, reach = self.law, start.shape, self.law.reach
@@ -130,7 +123,7 @@ class Adhesive:
             slope = elastic + law.tension(gap) + pressed(mean)
             return total / (self._unit * reach), slope.ravel() / (self._unit * gap.size)
 
-        goal = tolerance * law.strength / (self._unit * start.size)
+        goal = _UNBALANCED * law.strength / (self._unit * start.size)
         limits = {"maxcor": _MEMORY, "maxiter": _ITERATIONS, "maxfun": 2 * _ITERATIONS}
         flat = np.maximum(start, 0.0).ravel() / reach
         least = minimize(
@@ -147,7 +140,7 @@ class Adhesive:
         free = pressure + law.tension(gap)
         unbalanced = float(np.where(gap > 0, np.abs(free), np.maximum(-free, 0.0)).max())
         residual = unbalanced / law.strength
-        if not unbalanced <= tolerance * law.strength + _ROUNDED * np.abs(pressure).max():
+        if not unbalanced <= _UNBALANCED * law.strength + _ROUNDED * np.abs(pressure).max():
             raise ConvergenceError("no adhesive equilibrium of least energy", [residual])
         force = mean_pressure * self.operator.cell_area * gap.size
         return Settled(force, gap, pressure, (gap == 0) & (pressure > 0), residual)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.arguments import positive_faults, refuse
 from reference.contact import press as unilateral
-from reference.contact.press import Contact, check_gap, violation
+from reference.contact.press import Contact, check_gap, rectangle, violation
 from reference.contact.slide import Tractions, slide
 from reference.errors import ConvergenceError
 from reference.halfspace.traction import NormalAndTangential
@@ -96,12 +96,7 @@ class FrictionalGrid:
         loaded = bound > 0
         if self.body.periodic or not loaded.any():
             return slide(self, bound, target, total=total, start=start, tolerance=tolerance)
-        box = []
-        for axis, size in enumerate(bound.shape):
-            used = np.flatnonzero(loaded.any(axis=1 - axis))
-            length = min(size, -(-int(used[-1] + 1 - used[0]) // 8) * 8)
-            first = min(int(used[0]), size - length)
-            box.append(slice(first, first + length))
+        box = rectangle(loaded)
         inside = (slice(None), *box)
         part = FrictionalGrid(self.body.restrict(bound[*box].shape))
         solved = slide(
@@ -276,7 +271,6 @@ def tangential_stiffness(
     body: NormalAndTangential,
     mask: ArrayLike,
     direction: tuple[float, float] = (1.0, 0.0),
-    tolerance: float = 1e-8,
 ) -> tuple[float, float]:
     """Return the tangential stiffness in full stick, without coupling to normal displacement.
 
@@ -298,7 +292,7 @@ def tangential_stiffness(
         raise ValueError(f"mask must have shape {body.shape} and a cell in contact")
     target = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
     bound = np.where(mask, np.inf, 0.0)
-    stuck = slide(FrictionalGrid(body), bound, target, tolerance=tolerance)
+    stuck = slide(FrictionalGrid(body), bound, target, tolerance=1e-8)
     along, across = stuck.traction.sum(axis=(1, 2)) * body.cell_area
     c, s = direction
     return float(c * along + s * across), float(c * across - s * along)

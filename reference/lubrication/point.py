@@ -217,7 +217,7 @@ def entrain(ball: Ball, speed: float, resolution: int) -> PointFilm:
         (_STIFF * (grid.surface.compliance / np.pi) / np.sqrt(2)) ** (2 / 3),
     )
     separation += max(0.0, -float(grid.film.gap.min()))
-    rigid = rigid_film_at(grid.film, separation, 1.0)
+    rigid = rigid_film_at(grid.film, separation)
     carried = float((rigid.pressure * grid.film.cells.area).sum())
     s = np.where(rigid.s > 0, rigid.s / carried, rigid.s)
     start = 1 / carried, FilmState(s, separation, rigid.displacement)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import SuperLU, splu
 
-from reference.arguments import count_faults, positive_faults, refuse
+from reference.arguments import count_faults, refuse
 from reference.errors import ConvergenceError
 from reference.lubrication import formulas
 
@@ -170,8 +170,11 @@ def around_line(count: int, reach: float) -> FilmCells:
 
 Gap = Callable[[Field, Field], Field]
 
-# Rounds in which full and ruptured cells of a rigid film may settle.
-_ROUNDS = 30
+# Rounds in which full and ruptured cells of a rigid film may settle, and the imbalance at which
+# they need not.
+_ROUNDS, _BALANCED = 30, 1e-12
+# Half-width of the film below a rigid cylinder, over sqrt(2 R h0).
+_REACH = 1e3
 
 
 @dataclass(frozen=True)
@@ -437,17 +440,15 @@ def _oil(film: Film, state: FilmState) -> Field:
     return (1 - state.vapour) * film.thickness(state)
 
 
-def rigid_film_at(
-    film: Film, separation: float, speed: float, tolerance: float = 1e-12
-) -> FilmState:
-    """Return the film between rigid bodies at a given distance, drawn along at L.
+def rigid_film_at(film: Film, separation: float) -> FilmState:
+    """Return the film between rigid bodies at a given distance, drawn along at L = 1.
 
     With the gap given the equations are linear but for where the film ruptures: each round solves
     them for the cells that were full in the one before. It ends where none switches, or where only
     pressures do that are zero to round-off.
     """
     rigid = np.zeros(film.gap.shape)
-    flow = Entrainment(speed)
+    flow = Entrainment(1.0)
     gap = film.gap + separation
     full = (film.cells.centres[0] < 0) & (gap < film.inlet)
     state = FilmState(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), separation, rigid)
@@ -461,7 +462,7 @@ def rigid_film_at(
         state = replace(state, s=s)
         error = float(np.abs(flow.balance(film, state) / flow.carried(film, state)).max())
         history.append(error)
-        if not switched or error <= tolerance:
+        if not switched or error <= _BALANCED:
             return replace(state, error=error, rounds=rounds + 1, history=history)
     raise ConvergenceError("full and ruptured film do not settle", history)
 
@@ -482,12 +483,12 @@ class LineFilm:
     flow: Field = field(repr=False)
 
 
-def rigid_cylinder(resolution: int, *, inlet: float = np.inf, reach: float = 1e3) -> LineFilm:
+def rigid_cylinder(resolution: int, *, inlet: float = np.inf) -> LineFilm:
     """Return the film below a rigid cylinder on a rigid plane, at its least thickness h0.
 
     It judges the cells: its load and its rupture are known in closed form.
 
-    On so many cells per sqrt(2 R h0), and as far as `reach` of these lengths to either side.
+    On so many cells per sqrt(2 R h0), and as far as a thousand of these lengths to either side.
     `inlet` is the thickness of the arriving layer over h0, from 1 to 1.226, the most that fits
     through a gap which is full as far as one can see; infinite where flooded.
 
@@ -497,14 +498,14 @@ def rigid_cylinder(resolution: int, *, inlet: float = np.inf, reach: float = 1e3
     >>> round(film.load, 2), round(film.rupture, 2)
     (4.9, 0.47)
     """
-    faults = count_faults(2, resolution=resolution) + positive_faults(reach=reach)
+    faults = count_faults(2, resolution=resolution)
     fits = 1 + formulas.RUPTURE**2
     if not (1 < inlet < fits or inlet == np.inf):
         faults.append(f"inlet must lie between 1 and {fits:.3f}, what fits through, not {inlet!r}")
     refuse(faults)
-    cells = around_line(resolution, reach)
+    cells = around_line(resolution, _REACH)
     film = Film(cells, lambda x, y: x**2 + 0 * y, inlet)
-    state = rigid_film_at(film, 1.0, 1.0)
+    state = rigid_film_at(film, 1.0)
     x, pressure = cells.centres[0].ravel(), state.pressure.ravel()
     last = int(np.flatnonzero(pressure)[-1])
     before, root = np.sqrt(pressure[last - 1]), np.sqrt(pressure[last])

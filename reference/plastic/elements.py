@@ -495,8 +495,12 @@ class CoredSystem:
         self, matrices: Array, part: NDArray[np.bool_]
     ) -> tuple[Array, list[Front | Shift]]:
         """Return the stiffness of some elements on the rim, and their eliminations."""
-        nothing, fronts = np.zeros((0, 0)), list[Front | Shift]()
+        fronts = list[Front | Shift]()
         system = LinearSystem(
-            matrices[part], self.unknowns[part], nothing, self.size, self._rim, self.centres[part]
+            matrices=matrices[part],
+            unknowns=self.unknowns[part],
+            first=self.size,
+            retained=self._rim,
+            centres=self.centres[part],
         )
         return condense(system, fronts), fronts

@@ -38,6 +38,7 @@ Mask = NDArray[np.bool_]
 LIMIT = 9000
 """Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
 
+_ROUNDS = 400  # contact sets at most
 _COARSEST = 12  # smallest number of cells per side for a coarser grid
 _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
 _PRECISION = 1e-12  # of the displacements on a contact set
@@ -83,7 +84,6 @@ def slide_on_rubber(
     *,
     slope: ArrayLike | None = None,
     start: ArrayLike | None = None,
-    max_rounds: int = 400,
 ) -> SlidingContact:
     """Return the steady sliding of a rigid shape along +x on a viscoelastic half-space.
 
@@ -125,8 +125,8 @@ def slide_on_rubber(
 
     cells = _Cells(operator, gap)
     if start is None:
-        start = _coarse_start(operator, gap, load, max_rounds)
-    settled = _settled(cells, cells.of_grid(start), load, max_rounds)
+        start = _coarse_start(operator, gap, load)
+    settled = _settled(cells, cells.of_grid(start), load)
     pressure, history = cells.on_grid(settled.pressures), settled.history
     loaded = pressure > 0
     # strips have no cells at their sides
@@ -252,7 +252,7 @@ def _matrix(rows, columns, loaded_rows, loaded_columns, table, mirrored, width):
     return matrix
 
 
-def _settled(cells: _Cells, start: Mask, load: Load, max_rounds: int) -> Pivoted:
+def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
     """Return the contact of the cells; depths include `Travelling.datum` times the mean."""
     area = cells.operator.cell_area * cells.copies
     mean = cells.operator.datum * cells.copies / np.prod(cells.operator.shape)
@@ -272,7 +272,7 @@ def _settled(cells: _Cells, start: Mask, load: Load, max_rounds: int) -> Pivoted
         changes=foremost,
         patience=np.inf,  # a front moves on while as many cells are wrong as before
         rounding=_ROUNDING,
-        max_rounds=max_rounds,
+        max_rounds=_ROUNDS,
     )
 
 
@@ -291,7 +291,7 @@ def _foremost(tension, overlap):
     return change
 
 
-def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int) -> Mask:
+def _coarse_start(operator: Travelling, gap: Array, load: Load) -> Mask:
     """Return the contact set on twice the spacing, or the deeper half of the geometric overlap."""
     if any(n % 2 or n < 2 * _COARSEST for n in operator.shape):
         depth = load.single()
@@ -306,8 +306,8 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
     coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4
     half = operator.coarser()
     cells = _Cells(half, coarse)
-    start = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
-    loaded = cells.on_grid(_settled(cells, start, load, max_rounds).pressures) > 0
+    start = cells.of_grid(_coarse_start(half, coarse, load))
+    loaded = cells.on_grid(_settled(cells, start, load).pressures) > 0
     return loaded.repeat(2, axis=0).repeat(2, axis=1)
 
 

@@ -177,35 +177,23 @@ def test_contact_radius_from_moments_beats_counting():
     assert np.linalg.norm(fitted) < 0.5 * np.linalg.norm(counted)
 
 
-def test_without_reduced_integration_nearly_incompressible_elements_lock():
-    """At nu = 0.499 trilinear elements lock by tens of per cent, with it they do not."""
+def test_nearly_incompressible_elements_do_not_lock():
+    """At nu = 0.499; with as many Gauss points for the volume, forces are a quarter too large."""
     lines = np.linspace(0.0, 1.2, 7)
-    errors = {}
-    for reduced in (True, False):
-        body = half_space_body(
-            TensorMesh(lines, lines, symmetry="quarter"),
-            Material(1.0, 0.499),
-            reduced_integration=reduced,
-        )
-        (step,) = press(body, paraboloid(body), Load("penetration", 0.9))
-        errors[reduced] = hertz_error(body, step)
-    assert abs(errors[True]) < 0.03
-    assert errors[False] > 0.25
+    body = half_space_body(TensorMesh(lines, lines, symmetry="quarter"), Material(1.0, 0.499))
+    (step,) = press(body, paraboloid(body), Load("penetration", 0.9))
+    assert abs(hertz_error(body, step)) < 0.03
 
 
-def test_a_fixed_boundary_is_too_stiff_and_boussinesq_does_not_depend_on_the_extent():
-    """Fixed at 10 a: about +10 % in F; Boussinesq between 3 a and 8 a: 6e-5 (mesh growth)."""
-    errors = {}
-    for far_field, extent in (("fixed", 10.0), ("boussinesq", 3.0), ("boussinesq", 8.0)):
-        body = half_space_body(
-            RingMesh(1.0, elements=2, edge=1.0, extent=extent),
-            Material(1.0, 0.3),
-            far_field=far_field,
-        )
+def test_forces_do_not_depend_on_the_extent_of_the_mesh():
+    """Between 3 a and 8 a by 6e-5, the growth of the mesh."""
+    errors = []
+    for extent in (3.0, 8.0):
+        mesh = RingMesh(1.0, elements=2, edge=1.0, extent=extent)
+        body = half_space_body(mesh, Material(1.0, 0.3))
         (step,) = press(body, paraboloid(body), Load("penetration", 0.99))
-        errors[far_field, extent] = hertz_error(body, step)
-    assert 0.06 < errors["fixed", 10.0] < 0.16
-    assert abs(errors["boussinesq", 3.0] - errors["boussinesq", 8.0]) < 5e-4
+        errors.append(hertz_error(body, step))
+    assert abs(errors[0] - errors[1]) < 5e-4
 
 
 def test_half_and_full_models_agree():

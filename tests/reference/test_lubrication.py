@@ -293,7 +293,7 @@ def test_every_cell_keeps_its_oil_below_a_soft_ball():
     """Out of a cell flows 1e-10 of what surfaces carry through it, pressure's flow left out."""
     cells = around_point(8, (-2.5, 1.5), 2.0, 20.0)
     loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
-    start = rigid_film_at(loaded.film, 1.0, 1.0)
+    start = rigid_film_at(loaded.film, 1.0)
     flow = Entrainment(1 / float((start.pressure * cells.area).sum()))
     state = loaded.solve(flow, start)
     balance = flow.balance(loaded.film, state)
@@ -305,7 +305,7 @@ def test_stagnation_is_not_called_a_thin_film():
     """Asked for more than round-off allows, Newton's method says so."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
     loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
-    start = rigid_film_at(loaded.film, 1.0, 1.0)
+    start = rigid_film_at(loaded.film, 1.0)
     carried = float((start.pressure * cells.area).sum())
     with pytest.raises(ConvergenceError, match="stagnates at round-off"):
         loaded.solve(Entrainment(1 / carried), start, tolerance=0.0)
