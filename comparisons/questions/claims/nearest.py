@@ -32,13 +32,17 @@ Stretch = tuple[float, float]
 
 @dataclass(frozen=True)
 class Measured:
-    """What a full run measured of a claim: e and u at each value of its parameter."""
+    """What a full run measured of a claim: e and u at each value of its parameter.
+
+    `hurst` is the Hurst exponent of its surfaces.
+    """
 
     claim: str
     parameter: str
     spacing: str
     tolerance: float
     points: tuple[tuple[float, float, float], ...]
+    hurst: float | None = None
 
     @property
     def ends(self) -> Stretch:
@@ -66,6 +70,8 @@ class Nearest:
     error, uncertainty : float
     word : str
         "within", "outside" or "not resolved" at the tolerance of the scene.
+    hurst : float or None
+        The Hurst exponent of the scene's surface; None where it states none.
     """
 
     quantity: str
@@ -75,6 +81,7 @@ class Nearest:
     error: float
     uncertainty: float
     word: str
+    hurst: float | None = None
 
     @property
     def worst(self) -> float:
@@ -94,6 +101,9 @@ class Nearest:
         here, there = low if low == high else f"{low} to {high}", f"{self.there:.3g}"
         beside = f", here {here}" if here != there else ""
         far = ", beyond all that was measured" if self.beyond else ""
+        if (made := self.measured.hurst) is not None:
+            own = "not stated" if self.hurst is None else f"{self.hurst:.3g}"
+            far += f", H = {made:.3g}" + (f", here {own}" if own != f"{made:.3g}" else "")
         return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
 
     @property
@@ -109,6 +119,8 @@ class Nearest:
             "uncertainty": self.uncertainty,
             "word": self.word,
             "beyond": self.beyond,
+            "hurst_measured": self.measured.hurst,
+            "hurst_here": self.hurst,
         }
 
 
@@ -127,7 +139,7 @@ def nearest(scene: Scene, loads: AbsoluteLoads, unit: float = np.nan) -> list[Ne
         for name in [name for name in QUANTITIES[claim] if name in scene.compare.quantities]:
             answer = _decided(name, measured()[claim], here[claim], scene.compare.tolerance)
             if name not in answers or answer.worst > answers[name].worst:
-                answers[name] = answer
+                answers[name] = replace(answer, hurst=getattr(scene.surface, "hurst", None))
     return [answers[name] for name in scene.compare.quantities if name in answers]
 
 
@@ -178,6 +190,7 @@ def measured() -> Mapping[str, Measured]:
                 and point.error is not None
                 and point.uncertainty is not None
             ),
+            HURST if claim.id.startswith("rough-") else None,
         )
         for claim in load_claims_record(STORED).claims
         if claim.id in QUANTITIES
@@ -185,10 +198,10 @@ def measured() -> Mapping[str, Measured]:
 
 
 def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Nearest:
-    """Return the worst point among those that the scene covers, and their neighbours.
+    """Return the worst of the points that the scene covers; where it covers none, the nearest.
 
-    The next points on either side count, too: between an exact end, as a ratio of one, and a point
-    that is not, nothing is exact. Beyond all that was measured nothing is known to be within.
+    Within is only what the next points on either side are, too: between an exact end, as a ratio of
+    one, and a point that is not, nothing is exact. Beyond all that was measured nothing is known.
     """
     low, high = (record.along(end) for end in here)
     places = np.array([record.along(value) for value, _, _ in record.points])
@@ -197,12 +210,19 @@ def _decided(name: str, record: Measured, here: Stretch, tolerance: float) -> Ne
     last = places[places >= high - slack].min(initial=places.max())
     if first > last:
         first = last = places.min() if high < places.min() else places.max()
-    near = [p for p, at in zip(record.points, places, strict=True) if first <= at <= last]
-    there, error, bar = max(near, key=lambda point: abs(point[1]) + point[2])
+    placed = list(zip(record.points, places, strict=True))
+    middle = (low + high) / 2
+    covered = [point for point, at in placed if low - slack <= at <= high + slack]
+    nearest_one, _ = min(placed, key=lambda pair: abs(pair[1] - middle))
+    there, error, bar = max(covered or [nearest_one], key=lambda p: abs(p[1]) + p[2])
     answer = Nearest(name, record, here, there, error, bar, judged(error, bar, tolerance).word)
-    return replace(answer, word=NOT_RESOLVED) if answer.beyond and answer.word == WITHIN else answer
+    beside = (judged(e, u, tolerance).word for (_, e, u), at in placed if first <= at <= last)
+    sure = not answer.beyond and all(word == WITHIN for word in beside)
+    return answer if sure or answer.word != WITHIN else replace(answer, word=NOT_RESOLVED)
 
 
+# Of the surfaces of the claims on roughness (`hurst` of rough_area.toml).
+HURST = 0.8
 # The quantities whose error a claim measures. Force and stiffness of a flat face err alike.
 QUANTITIES: dict[str, tuple[str, ...]] = {
     "ellipsoid-force": ("force",),

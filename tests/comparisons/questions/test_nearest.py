@@ -10,7 +10,15 @@ import pytest
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.judging.verdicts import OUTSIDE, WITHIN
-from comparisons.questions.claims.nearest import QUANTITIES, in_words, measured, nearest, places
+from comparisons.questions.claims.nearest import (
+    HURST,
+    QUANTITIES,
+    in_words,
+    measured,
+    nearest,
+    places,
+)
+from comparisons.questions.claims.record import STORED, load_claims_record
 from comparisons.scene.scene import load_scene
 from reference.closed_form.adhesive import strength_of
 from roughline.commands.app import run_command
@@ -39,15 +47,35 @@ def test_an_ellipsoid_stands_at_its_ratio_of_radii():
     assert (far.there, far.word, far.beyond) == (20.0, OUTSIDE, True)
 
 
-def test_between_two_measurements_the_worse_decides():
+def test_between_two_measurements_the_nearest_is_told_and_within_takes_both():
     """Between an exact circle and an ellipse that is not, nothing is exact."""
-    values = np.array([value for value, _, _ in measured()["ellipsoid-force"].points])
+    points = measured()["ellipsoid-force"].points
+    values = np.array([value for value, _, _ in points])
     for ratio in np.geomspace(1.1, 19.0, 17):
         radii = {"indenter.radius_x": 0.01, "indenter.radius_y": 0.01 / ratio}
         force = known("ellipsoid-2", **radii)["force"]
+        assert force.there == values[np.argmin(np.abs(np.log(values / ratio)))]
         beside = values[values <= ratio].max(), values[values >= ratio].min()
-        worst = max(abs(p[1]) + p[2] for p in force.measured.points if p[0] in beside)
-        assert force.worst == pytest.approx(worst)
+        both = all(abs(e) + u <= 0.01 for value, e, u in points if value in beside)
+        assert (force.word == WITHIN) == both
+
+
+def test_a_load_between_two_that_were_measured_is_told_the_nearest_in_logarithms():
+    """0.013 lies nearer to 0.01 than to 0.0316; surfaces of claims have H = 0.8."""
+    load = {"force": {"values": [0.013], "relative_to": "E* A0 h'"}}
+    area = known("rough-free", loading=load)["contact_area"]
+    assert area.there == pytest.approx(0.01)
+    assert area.place == "load F/(E* A0 h') = 0.01, here 0.013, H = 0.8 (claim rough-area)"
+    flat = known("rough-free", loading=load, **{"surface.hurst": 0.3})["contact_area"]
+    assert ", H = 0.8, here 0.3 (" in flat.place
+
+
+def test_the_hurst_exponent_is_that_of_the_claims():
+    for claim in load_claims_record(STORED).claims:
+        if claim.id in QUANTITIES:
+            stated = [n.stated for n in claim.nuisances if n.name.startswith("Hurst")]
+            assert all(value == HURST for value in stated)
+    assert load_scene("rough-free").surface.hurst == HURST
 
 
 def test_beyond_all_that_was_measured_nothing_is_within():
