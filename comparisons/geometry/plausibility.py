@@ -29,6 +29,8 @@ SOFTEST, STIFFEST = 1e3, 2e12
 # Penetration over contact radius: a/R of a paraboloid, the mean slope of a body in the contact. At
 # 0.3 a paraboloid differs from a ball by 2 % of the penetration, and strains are about 0.2 x 0.3.
 STEEPEST = 0.3
+# From here on the difference, (a/R)^2/3 of the penetration, can be told: 0.3 %.
+LARGE = 0.1
 # No elastic contact is deeper than wide.
 DEEPEST = 2.0
 # Wheels and tyres slip all over at a creep of 0.01 to 0.2; 1 is a locked wheel.
@@ -76,11 +78,16 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
             )
     if isinstance(geometry, IndenterGeometry):
         depth, radius = geometry.penetration, geometry.contact_radius
-        if depth > STEEPEST * radius > 0:  # NaN is no contact
-            stated = (
-                f"a penetration of {with_unit(depth, 'm')} is {number(depth / radius)} times the "
-                f"contact radius of {with_unit(radius, 'm')}"
+        stated = (
+            f"a penetration of {with_unit(depth, 'm')} is {number(depth / (radius or 1.0))} times "
+            f"the contact radius of {with_unit(radius, 'm')}"
+        )
+        if LARGE * radius < depth <= STEEPEST * radius:
+            slopes.append(
+                f"small strains: {stated} (a/R of a ball); every method here takes slopes and "
+                f"strains as small, which above some {number(LARGE, 1)} is an approximation"
             )
+        if depth > STEEPEST * radius > 0:  # NaN is no contact
             slopes.append(
                 f"{CHECK}slopes: {stated}; every method here holds for small slopes and strains "
                 f"(below some {number(STEEPEST, 1)}), and their agreement says nothing beyond"

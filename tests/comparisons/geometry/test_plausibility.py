@@ -7,7 +7,7 @@ from comparisons.scene.scene import builtin_names, load_scene, validated
 from comparisons.solving.planning import plan_scene
 
 
-def checks(shape=None, loading=None, **half_space):
+def notes(shape=None, loading=None, **half_space):
     data = {
         "name": "ball",
         "half_space": half_space,
@@ -16,7 +16,11 @@ def checks(shape=None, loading=None, **half_space):
         "compare": {"methods": ["closed_form"]},
     }
     (plan,) = plan_scene(validated(data))
-    return [note for note in plan.notes if note.startswith(CHECK)]
+    return plan.notes
+
+
+def checks(*args, **tables):
+    return [note for note in notes(*args, **tables) if note.startswith(CHECK)]
 
 
 def test_a_modulus_without_its_unit_is_questioned():
@@ -38,6 +42,15 @@ def test_slopes_are_questioned_from_three_tenths_on(depth, told):
     result = checks(loading={"penetration": 0.01 * depth}, effective_modulus=1e9)
     assert bool(result) == told
     assert all(note.startswith("check the slopes: ") for note in result)
+
+
+@pytest.mark.parametrize(("depth", "told"), [(0.0099, 0), (0.0101, 1), (0.0899, 1), (0.0901, 0)])
+def test_strains_that_are_not_small_are_noted_from_a_tenth_on_until_they_are_questioned(
+    depth, told
+):
+    """d/a = a/R = sqrt(d/R) of a paraboloid: 0.1 at 0.01, 0.3 at 0.09."""
+    result = notes(loading={"penetration": 0.01 * depth}, effective_modulus=1e9)
+    assert sum("(a/R of a ball)" in note for note in result) == told
 
 
 def test_steel_is_not_questioned():
