@@ -163,16 +163,18 @@ class Section:
         field = self.basis.interpolate(moved)
         return skfem.LinearForm(density).assemble(self.basis, u=field)
 
-    def log_strain_energy(self, moved: Array) -> float:
-        """Return what logarithmic strains add to the elastic energy, to first order: third powers.
+    def work_of_strains(self, moved: Array) -> float:
+        """Return what finite strains add to the work, to first order: third powers.
 
-        With strain e, stress s and gradient g: the integral of s : (g' g/2 - e e).
+        Cauchy's stress is that of logarithmic strains by Hooke's law. With strain e, stress s and
+        gradient g the integral of s : (g' g/2 - e e + e tr(e)/3), on proportional ways.
         """
 
         def density(w: Any) -> Any:
             grad = self.gradient(w["u"], w)
             strain = symmetric(grad)
             extra = product(grad.swapaxes(0, 1), grad) / 2 - product(strain, strain)
+            extra += np.trace(strain) * strain / 3
             return (self.stress(strain) * extra).sum(axis=(0, 1)) * self.length(w)
 
         field = self.basis.interpolate(moved)
@@ -319,9 +321,9 @@ def half_disc(
     }
     sideways = moved[rows[x.size :]]
     values |= {f"sideways at {place:g}": float(np.interp(place, x, -sideways)) for place in at}
-    if not around:  # dF at a given depth is the slope of the energy's change
-        change = [body.log_strain_energy(pressed(part * depth)[1]) for part in (0.95, 1.05)]
-        values["log strain"] = (change[1] - change[0]) / (0.1 * depth) / found.normal.sum()
+    if not around:  # the change of the force at a given depth is the slope of that of the work
+        change = [body.work_of_strains(pressed(part * depth)[1]) for part in (0.95, 1.05)]
+        values["finite strain"] = (change[1] - change[0]) / (0.1 * depth) / found.normal.sum()
     return values
 
 
@@ -370,7 +372,14 @@ def pair(
     raise ArithmeticError("large displacements did not settle")
 
 
-def punch(count: int, friction: float) -> Values:
+def punch(
+    count: int,
+    friction: float,
+    *,
+    modulus: float = 210e3,
+    stress: float = 100.0,
+    block: tuple[float, float] = (100.0, 200.0),
+) -> Values:
     """Press a steel punch (R 50, H 100, edge R 10) on aluminium (R 100, H 200), 100 MPa: mm."""
     flat, edge, more = 40.0, 10.0, growth(count)
     inside = graded_lines(0, flat, 4 * count, 0.5)
@@ -390,17 +399,17 @@ def punch(count: int, friction: float) -> Values:
         return (1 - s) * x + s * 50 * t / along[-1], (1 - s) * y + s * 100
 
     def below(t: Array, s: Array) -> tuple[Array, Array]:
-        return outline(np.minimum(t, end))[0] + np.maximum(t - end, 0), -200 * s
+        return outline(np.minimum(t, end))[0] + np.maximum(t - end, 0), -block[1] * s
 
-    steel, aluminium, axis = (210e3, 0.3), (70e3, 0.3), (-1.0, 0.0)
-    deep = growing_lines(0, 1, size / 100, more), growing_lines(0, 1, size / 200, more)
+    steel, aluminium, axis = (modulus, 0.3), (70e3, 0.3), (-1.0, 0.0)
+    deep = [growing_lines(0, 1, size / height, more) for height in (100, block[1])]
     lines = along, deep[0]
     upper = Section(lines, above, steel, {"axis": "x"}, pin=("back", axis), around=True)
-    far = end + 100 - outline(end)[0]
+    far = end + block[0] - outline(end)[0]
     wide = np.concatenate([inside, rounded, growing_lines(end, far, edge * last, 1.3)[1:]])
     lower = Section((wide, deep[1]), below, aluminium, {"axis": "x", "back": "xy"}, around=True)
-    load = upper.pushed("back", (0.0, -100.0))
-    total = 100 * np.pi * 50**2
+    load = upper.pushed("back", (0.0, -stress))
+    total = stress * np.pi * 50**2
     x, found, moved = pair(upper, lower, 44.0, flat, load, force=total, mu=friction)
     return {"displacement": -moved[0], "pressure": middle(x, found.normal, 25.0, True)}
 
@@ -479,12 +488,12 @@ def balls(approach: float) -> dict[str, Answer]:
 
 
 def disc(clamped: bool) -> dict[str, Answer]:
-    """Return half a disc on a rigid plane (MOOSE, whose finite strains are logarithmic)."""
+    """Return half a disc on a rigid plane (MOOSE, whose strains are logarithmic)."""
     given = (3.0, (1e6, 0.3), 0.002)
     found = refined((8, 16), lambda count: half_disc(count, *given, around=False, clamped=clamped))
     strain = found["pressure"].value / 1e6
     return {
-        "force": found["force"]._replace(unsolved=abs(found["log strain"].value)),
+        "force": found["force"]._replace(unsolved=abs(found["finite strain"].value)),
         "pressure": found["pressure"]._replace(unsolved=strain),
     }
 

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reference.closed_form import rounded_punch
+
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "docs" / "examples" / "who_is_right.py"
 PAGE = (ROOT / "docs" / "who-is-right.md").read_text(encoding="utf-8")
@@ -35,6 +37,18 @@ def test_half_a_ball_in_a_small_contact_is_hertzs(script):
     plane, strain = modulus / (1 - 0.3**2), np.sqrt(depth / radius)
     assert found["pressure"] == pytest.approx(2 / np.pi * plane * strain, rel=0.005)
     assert found["force"] == pytest.approx(4 / 3 * plane * radius**2 * strain**3, rel=0.01)
+
+
+def test_a_rigid_rounded_punch_on_a_large_block_is_that_on_the_half_space(script):
+    """The block's end is worth a share of a/R in depth, which two blocks show, less in pressure."""
+    stress, exact = 1.0, rounded_punch(40.0, 10.0, 70e3 / (1 - 0.3**2))
+    rigid = {"modulus": 1e10, "stress": stress}
+    small, large = (
+        script["punch"](4, 0.0, block=(size, size), **rigid) for size in (1500.0, 3000.0)
+    )
+    depth = 2 * large["displacement"] - small["displacement"]
+    assert exact.force(depth) == pytest.approx(stress * np.pi * 50**2, rel=0.001)
+    assert large["pressure"] == pytest.approx(float(exact.pressure(0.0, 0.0, depth)), rel=0.001)
 
 
 def test_large_rotations_cost_no_force(script):
