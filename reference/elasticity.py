@@ -27,6 +27,16 @@ class Material:
         refuse(faults + poisson_faults(self.poisson_ratio))
 
     @property
+    def shear_modulus(self) -> float:
+        """G = E/(2 (1 + nu))."""
+        return self.youngs_modulus / (2 * (1 + self.poisson_ratio))
+
+    @property
+    def effective_modulus(self) -> float:
+        """E* = E/(1 - nu^2), under a rigid body."""
+        return self.youngs_modulus / (1 - self.poisson_ratio**2)
+
+    @property
     def incompressible(self) -> bool:
         """Whether displacement methods lock."""
         return self.poisson_ratio > LARGEST_POISSON_RATIO

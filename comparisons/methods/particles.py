@@ -17,7 +17,7 @@ from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load
-from reference.particles import Domain, ParticleContact, ParticleHalfSpace, ParticlePair
+from reference.particles import Domain, ParticleContact, ParticleHalfSpace
 
 
 def contact_step(
@@ -170,17 +170,13 @@ class McaSolver(Solver[G]):
 
     def warm_up(self, task: Task[G]) -> None:
         """Press two automata deep into a handful."""
-        body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), self.constants[0][1])
+        body = ParticleHalfSpace(Domain((2.0, 2.0), 1.0), [(1.0, self.constants[0][1])])
         for _ in body.press((body.points**2).sum(axis=1), Load("penetration", 1.5)):
             pass
 
     def body(self, domain: Domain, spacing: float) -> ParticleHalfSpace:
         """Return the automata of one body, or of two, in SI units."""
-        (modulus, nu), *other = self.constants
-        if other:
-            ((second, ratio),) = other
-            return ParticlePair(domain, (modulus, second), (nu, ratio), spacing=spacing)
-        return ParticleHalfSpace(domain, nu, spacing=spacing, youngs_modulus=modulus)
+        return ParticleHalfSpace(domain, self.constants, spacing=spacing)
 
 
 class Mca(McaSolver[IndenterGeometry]):

@@ -12,6 +12,7 @@ from reduced.arguments import increasing_faults, nonnegative_faults, positive_fa
 from reduced.errors import ConvergenceError
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.profiles.section import Profile
+from reduced.springs.indent import fall
 from reduced.springs.line import NodalLine, SmoothLine, Springs
 
 _ITERATIONS = 200
@@ -150,19 +151,12 @@ def rebound(
         if not short.any():
             break
         depth[short] *= 2
-    history: list[float] = []
-    for _ in range(_ITERATIONS):
-        force, stored, _ = law.respond(depth)
-        step = (stored - load * depth - energy) / (force - load)
-        history.append(float(np.max(np.abs(step) / depth)))
-        depth = depth - step
-        # quadratic convergence, until rounding limits the step
-        if history[-1] <= 4 * np.finfo(float).eps or (
-            history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
-        ):
-            break
-    else:
-        raise ConvergenceError("the largest penetration was not found", history)
+
+    def step(d: np.ndarray) -> np.ndarray:
+        force, stored, _ = law.respond(d)
+        return (stored - load * d - energy) / (force - load)
+
+    depth = fall(step, depth, "the largest penetration was not found")
     nodes, weights = gauss_legendre(_NODES)
     angle = np.pi / 2 * nodes
     approach = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation

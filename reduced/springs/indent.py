@@ -9,11 +9,11 @@ import numpy as np
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.profiles.quadrature import gauss_legendre
-from reduced.profiles.section import Profile, invert
+from reduced.profiles.section import Curve, Profile, invert
 from reduced.springs.line import Springs
 
 CONTROLS = ("penetration", "force")
-_NEWTON = 100
+_NEWTON = 200
 
 
 @dataclass(frozen=True)
@@ -55,21 +55,14 @@ def indent(springs: Springs, load: Load) -> Indentation:
     line = springs.lay(largest)
     d = loads
     if control == "force":
-        # F(d) is convex with slope equal to the contact length: Newton's method from the deep side
-        # decreases monotonically; it ends when rounding stops the decrease
-        goal, history = loads / modulus, []
-        d = line.deep_start(goal)
-        for _ in range(_NEWTON):
+        # F(d) is convex with slope equal to the contact length
+        goal = loads / modulus
+
+        def step(d: np.ndarray) -> np.ndarray:
             length, force, _ = line.respond(d)
-            step = (force - goal) / length
-            history.append(float(np.max(np.abs(step) / d)))
-            d = d - step
-            if history[-1] <= 4 * np.finfo(float).eps or (
-                history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
-            ):
-                break
-        else:
-            raise ConvergenceError("the force could not be inverted", history)
+            return (force - goal) / length
+
+        d = fall(step, line.deep_start(goal), "the force could not be inverted")
     length, reduced_force, reduced_energy = line.respond(d)
     return Indentation(
         penetration=d,
@@ -80,6 +73,23 @@ def indent(springs: Springs, load: Load) -> Indentation:
         spacing=line.spacing,
         springs=line.count_springs(d[-1]),
     )
+
+
+def fall(step: Curve, start: np.ndarray, failure: str) -> np.ndarray:
+    """Return the roots d of a convex function by Newton's method from beyond them.
+
+    The steps f/f' go down monotonically, until rounding stops them; `failure` is the message of the
+    ConvergenceError if it does not.
+    """
+    d, history = start, list[float]()
+    for _ in range(_NEWTON):
+        way = step(d)
+        history.append(float(np.max(np.abs(way) / d)))
+        d = d - way
+        stalled = history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
+        if history[-1] <= 4 * np.finfo(float).eps or stalled:
+            return d
+    raise ConvergenceError(failure, history)
 
 
 def continuum_radius(profile: Profile, reduced_force: float) -> float:

@@ -415,14 +415,13 @@ def _of_waves(
     scaled = Layers([t / unit for t in layers.thicknesses], layers.materials)
     cells = scaled.elements(first, growth)
     top = cells[0][1]
-    shear = top.youngs_modulus / (2 + 2 * top.poisson_ratio)
+    shear = top.shear_modulus
     table, above = np.empty((len(cells), 4)), np.empty(len(cells) + 1)
     for row, (thickness, material) in zip(table, cells, strict=True):
         nu = material.poisson_ratio
         # lambda/mu = 2 nu/(1 - 2 nu); both divided by |lambda|/mu + 1
         whole = 2 * abs(nu) + 1 - 2 * nu
-        modulus = material.youngs_modulus / (2 + 2 * nu) / shear
-        row[:] = thickness, modulus, 2 * nu / whole, (1 - 2 * nu) / whole
+        row[:] = thickness, material.shear_modulus / shear, 2 * nu / whole, (1 - 2 * nu) / whole
     above[0], above[1:] = 0.0, np.cumsum(table[:, 0])
     along, across = np.broadcast_arrays(*(np.asarray(theta, dtype=float) for theta in phases))
     shape = along.shape
@@ -482,8 +481,7 @@ def _base(wave: Array, qx: Array, qy: Array, material: Material) -> Array:
 
     plane = 2 * (1 - nu) * (pair(ahead, ahead) + pair(deep, deep))
     plane -= (1 - 2 * nu) * (pair(ahead, deep) + pair(deep, ahead))
-    shear = material.youngs_modulus / (2 + 2 * nu)
-    stiffness = shear * q * (2 / (3 - 4 * nu) * plane + pair(across, across))
+    stiffness = material.shear_modulus * q * (2 / (3 - 4 * nu) * plane + pair(across, across))
     size = 3 * len(wave)
     return np.einsum("mw,nw,ijw->minjw", wave, wave, stiffness).reshape(size, size, -1)
 

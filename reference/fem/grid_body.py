@@ -24,7 +24,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property, lru_cache
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from scipy import fft
 
 from reference.arguments import choice_faults, refuse
 from reference.contact import press as unilateral
-from reference.contact.body import check_grid, window
+from reference.contact.body import check_grid
 from reference.contact.press import Contact, assemble, check_gap
 from reference.elasticity import Material
 from reference.errors import ConvergenceError
@@ -50,7 +50,7 @@ from reference.layered.layered_grid import (
     is_local,
     uniform,
 )
-from reference.layered.stack import Graded, Stack, plane_modulus
+from reference.layered.stack import Graded, Stack
 from reference.loads import Load
 
 Array = NDArray[np.float64]
@@ -103,7 +103,7 @@ class GridBody(OfBody):
         bottom: Bottom = "clamped",
     ) -> None:
         self.body: Body = Stack([], [], body) if isinstance(body, Material) else body
-        check_grid(shape, spacing, plane_modulus(self.body.top))
+        check_grid(shape, spacing, self.body.top.effective_modulus)
         super().__init__(shape, spacing, cell_modulus(self.body, spacing))
         faults = choice_faults("element", element, ELEMENTS)
         faults += choice_faults("bottom", bottom, BOTTOMS)
@@ -322,8 +322,7 @@ def modes(
     small = (shape[0] // 2 + 1) * (shape[1] // 2 + 1) <= _LARGEST
     # the next realisation, load or repetition of a solve on the same cells has no set-up
     quarter = (_kept_quarter if small else _quarter)(shape, spacing, body, element, bottom)
-    whole: Array = quarter[np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0]))]
-    return whole
+    return kernels.whole(quarter, shape[0])
 
 
 def _quarter(
@@ -389,21 +388,15 @@ class ShearBody(NormalAndTangential):
         element: Element = "splines",
         inertia: float = 0.0,
     ) -> None:
-        super().__init__(shape, spacing, _tangential(material))
+        super().__init__(
+            shape, spacing, Compliance.of(material.shear_modulus, material.poisson_ratio)
+        )
         self.normal = FreeBody(shape, spacing, material, element)
         self.material, self.element, self.inertia = material, element, inertia
 
-    def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
-        """Return the same body of elements below a smaller rectangle of cells (cached)."""
-        if shape == self.shape:
-            return self
-        return window(
-            self._parts,
-            shape,
-            lambda part: ShearBody(
-                part, self.spacing, self.material, element=self.element, inertia=self.inertia
-            ),
-        )
+    def _part(self, shape: tuple[int, int]) -> ShearBody:
+        options: Any = {"element": self.element, "inertia": self.inertia}
+        return ShearBody(shape, self.spacing, self.material, **options)
 
     @cached_property
     def period(self) -> tuple[int, int]:
@@ -419,11 +412,6 @@ class ShearBody(NormalAndTangential):
             self.period, self.spacing, self.material, element=self.element, inertia=self.inertia
         )
         return Cerruti(*(base + field[:nx, :ny] for base, field in zip(cells, more, strict=True)))
-
-
-def _tangential(material: Material) -> Compliance:
-    nu = material.poisson_ratio
-    return Compliance.of(material.youngs_modulus / (2 * (1 + nu)), nu)
 
 
 def beyond_cells(
@@ -451,7 +439,7 @@ def beyond_cells(
     columns = elements[0, 0], elements[1, 1], elements[0, 1], *-elements[2, :2]
     # tractions uniform on cells, with all periodic images: sums of `periodic_factors` over
     # the aliases, times their sincs
-    body = _tangential(material)
+    body = Compliance.of(material.shear_modulus, material.poisson_ratio)
     c1, c2, c3 = body.normal, body.lateral, body.coupling
     qx, qy = kernels.wavenumbers(period, spacing)
     sums = [np.zeros((qx.size, qy.size)) for _ in range(5)]

@@ -25,6 +25,7 @@ from reference.contact.body import ElasticBody
 from reference.contact.press import check_gap
 from reference.errors import ConvergenceError
 from reference.halfspace.cohesive import CohesiveLaw
+from reference.halfspace.kernels import whole
 
 Field = NDArray[np.float64]
 
@@ -67,8 +68,7 @@ class Adhesive:
         faults = [] if operator.periodic else ["operator must be periodic"]
         faults += [] if np.isfinite(self.initial).all() else ["gap must be finite"]
         refuse(faults)
-        rows = np.arange(operator.shape[0])
-        compliance = operator.transfer[np.minimum(rows, rows[::-1] + 1)]
+        compliance = whole(operator.transfer, operator.shape[0])
         self._stiffness = np.zeros_like(compliance)
         np.divide(1.0, compliance, out=self._stiffness, where=compliance > 0)
         # units of pressure, and of energy per area

@@ -222,14 +222,11 @@ class NormalAndTangential:
         self._parts: dict[tuple[int, int], NormalAndTangential] = {}
 
     def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
-        """Return the same free half-space on a smaller rectangle of cells (cached)."""
-        if shape == self.shape:
-            return self
-        return window(
-            self._parts,
-            shape,
-            lambda part: NormalAndTangential(part, self.spacing, self.compliance),
-        )
+        """Return the same free body on a smaller rectangle of cells (cached)."""
+        return self if shape == self.shape else window(self._parts, shape, self._part)
+
+    def _part(self, shape: tuple[int, int]) -> NormalAndTangential:
+        return NormalAndTangential(shape, self.spacing, self.compliance)
 
     def free_coefficients(self) -> Cerruti:
         """Displacements by tractions on a cell of the free half-space, at offsets from zero on."""

@@ -26,7 +26,7 @@ from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import ElasticBody
 from reference.halfspace import kernels
 from reference.halfspace.operators import RIM_EXCESS, FreeOperator
-from reference.layered.stack import PER_DECADE, Graded, Stack, plane_modulus
+from reference.layered.stack import PER_DECADE, Graded, Stack
 
 Array = NDArray[np.float64]
 Pair = tuple[float, float]
@@ -55,7 +55,7 @@ def is_local(
 def cell_modulus(body: Body, spacing: Pair) -> float:
     """Effective modulus of the half-space that gives way as much to waves of four cells."""
     if is_half_space(body):
-        return plane_modulus(body.top)
+        return body.top.effective_modulus
     return float(body.modulus(np.pi / 2 / max(spacing)))
 
 
@@ -180,7 +180,7 @@ def cell_modes(body: Body, shape: tuple[int, int], spacing: Pair) -> Array:
     the ratio of the sides: the points needed grow with its root.
     """
     if is_half_space(body):
-        return kernels.periodic(shape, spacing, plane_modulus(body.top), "cells")
+        return kernels.periodic(shape, spacing, body.top.effective_modulus, "cells")
     qx, qy = (np.abs(q.ravel()) for q in kernels.wavenumbers(shape, spacing))
     points = []
     for step in spacing:
@@ -222,7 +222,7 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: Pair) -> Arra
     """
     if isinstance(body, Stack) and not body.thicknesses:
         i, j = np.ix_(np.arange(shape[0]), np.arange(shape[1]))
-        return kernels.love(i, j, spacing, plane_modulus(body.top))
+        return kernels.love(i, j, spacing, body.top.effective_modulus)
     dx, dy = spacing
     largest = float(np.hypot(shape[0] * dx, shape[1] * dy)) + max(spacing)
     point, disc = _point_force(body, 1e-4 * min(spacing), largest)
@@ -270,7 +270,7 @@ def _point_force(
     if isinstance(body, Graded):
         k, factor = body.exponent, body.point_factor
         return lambda r: factor * r**-k, lambda r: factor * r ** (1 - k) / (1 - k)
-    scale = 1 / (np.pi * plane_modulus(body.top))
+    scale = 1 / (np.pi * body.top.effective_modulus)
     smallest = min(smallest, 1e-3 * min(body.thicknesses))
     number = int(PER_DECADE * np.log10(1.1 * largest / smallest)) + 8
     logs = np.linspace(np.log(smallest), np.log(1.1 * largest), number)

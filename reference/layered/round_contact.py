@@ -29,7 +29,7 @@ from scipy.special import beta, eval_legendre, spherical_jn
 from reference.arguments import choice_faults, positive_faults, refuse
 from reference.closed_form.numerics import gauss_rule
 from reference.errors import ConvergenceError
-from reference.layered.stack import Graded, Stack, plane_modulus
+from reference.layered.stack import Graded, Stack
 
 Array = NDArray[np.float64]
 Line = Callable[[Array], Array]
@@ -98,7 +98,7 @@ class RoundContact:
         # the part that the layers add is smooth: its polynomials sum up at the edge
         added = (solved - sides * (4 * n + 1)).sum(axis=0)
         depth = (float(self.line(np.array([a]))[0]) + added[1]) / (1 + added[0])
-        unit = 2 * a * plane_modulus(self.body.top)
+        unit = 2 * a * self.body.top.effective_modulus
         mean = unit * solved[0]
         # half of int s (d - g), of which sides are the polynomials
         moment = unit * (sides[:, 1] @ (depth * solved[:, 0] - solved[:, 1]))

@@ -142,11 +142,11 @@ class Stack(DeepBody):
         # in units of 1/(G q) of the material that it is in
         below, modulus = np.zeros((waves.size, 2, 2)), 1.0
         if self.base is not None:
-            below, modulus = below + half_space(self.base), shear_modulus(self.base)
+            below, modulus = below + half_space(self.base), self.base.shear_modulus
         layers = list(zip(self.thicknesses, self.materials, strict=True))
         for thickness, material in reversed(layers):
-            below *= shear_modulus(material) / modulus
-            modulus = shear_modulus(material)
+            below *= material.shear_modulus / modulus
+            modulus = material.shear_modulus
             below = through(below, waves * thickness, material)
         result[moving] = -below[:, 1, 1] / (modulus * waves)
         return result.reshape(q.shape)[()]
@@ -160,7 +160,7 @@ class Stack(DeepBody):
         number = int(PER_DECADE * np.log10(highest / lowest)) + 8
         logs = np.linspace(np.log(lowest), np.log(highest), number)
         q = np.exp(logs)
-        table = CubicSpline(logs, np.log(q * self.compliance(q) * plane_modulus(self.top) / 2))
+        table = CubicSpline(logs, np.log(q * self.compliance(q) * self.top.effective_modulus / 2))
 
         def excess(wavenumber: Array) -> Array:
             inside = np.clip(np.log(wavenumber), logs[0], logs[-1])
@@ -168,16 +168,6 @@ class Stack(DeepBody):
             return np.where(hidden, 0.0, np.expm1(table(inside)))
 
         return excess
-
-
-def shear_modulus(material: Material) -> float:
-    """G = E/(2 (1 + nu))."""
-    return material.youngs_modulus / (2 + 2 * material.poisson_ratio)
-
-
-def plane_modulus(material: Material) -> float:
-    """E/(1 - nu^2): the effective modulus of a body under a rigid one."""
-    return material.youngs_modulus / (1 - material.poisson_ratio**2)
 
 
 def half_space(material: Material) -> Array:

@@ -24,7 +24,7 @@ from scipy import fft
 from reference.arguments import refuse, spacing_faults
 from reference.elasticity import Material, von_mises
 from reference.halfspace import kernels
-from reference.layered.stack import Stack, half_space, shear_modulus, through
+from reference.layered.stack import Stack, half_space, through
 
 Array = NDArray[np.float64]
 
@@ -101,10 +101,10 @@ def inside(
     downs, belows = [], []
     below, modulus = np.zeros((q.size, 2, 2)), 1.0
     if body.base is not None:
-        below, modulus = below + half_space(body.base), shear_modulus(body.base)
+        below, modulus = below + half_space(body.base), body.base.shear_modulus
     for thickness, material, _ in reversed(slices):
-        below = below * (shear_modulus(material) / modulus)
-        modulus = shear_modulus(material)
+        below = below * (material.shear_modulus / modulus)
+        modulus = material.shear_modulus
         belows.append(below)
         down = np.empty_like(below)
         below = through(below, q * thickness, material, down)
@@ -126,7 +126,7 @@ def inside(
         traction = (down @ traction[:, :, None])[:, :, 0]
         if depth not in depths:
             continue
-        nu, modulus = material.poisson_ratio, shear_modulus(material)
+        nu, modulus = material.poisson_ratio, material.shear_modulus
         moved = (below @ traction[:, :, None])[wave, :, 0] / (modulus * length[:, None])
         shear, normal = traction[wave].T.copy()
         stretch = modulus * length * moved[:, 0]

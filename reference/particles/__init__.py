@@ -10,7 +10,7 @@ from reference.particles.automata import (
     half_space_packing,
     periodic_packing,
 )
-from reference.particles.particle_body import ParticleContact, ParticleHalfSpace, ParticlePair
+from reference.particles.particle_body import ParticleContact, ParticleHalfSpace
 
 __all__ = [
     "Automata",
@@ -19,7 +19,6 @@ __all__ = [
     "Packing",
     "ParticleContact",
     "ParticleHalfSpace",
-    "ParticlePair",
     "half_space_packing",
     "periodic_packing",
 ]

@@ -29,14 +29,6 @@ MOST_STEPS = 20_000
 
 
 @dataclass(frozen=True, eq=False)
-class Floor:
-    """Least values of some unknowns, by their numbers; -inf where there is none."""
-
-    numbers: NDArray[np.int64]
-    values: Floats
-
-
-@dataclass(frozen=True, eq=False)
 class Rest:
     """A state of equilibrium.
 
@@ -67,28 +59,34 @@ def largest_stiffness(resist: Resist, size: int) -> float:
 
 
 def relax(
-    resist: Resist, load: Floats, floor: Floor, start: Floats, *, tolerance: float, stiffest: float
+    resist: Resist,
+    load: Floats,
+    numbers: NDArray[np.int64],
+    floor: Floats,
+    start: Floats,
+    *,
+    tolerance: float,
+    stiffest: float,
 ) -> Rest:
     """Return the equilibrium above a floor of forces K x, which `resist` returns, and a load b.
 
-    The tolerance is the largest imbalance, relative to the reactions; `stiffest` the largest
-    eigenvalue of K, or more.
+    `floor` has the least values of the unknowns with these numbers. The tolerance is the largest
+    imbalance, relative to the reactions; `stiffest` the largest eigenvalue of K, or more.
 
     Raises ConvergenceError with the history of the imbalance, if it does not fall below the
     tolerance.
     """
-    numbers, values = floor.numbers, floor.values
     history: list[float] = []
 
     def split() -> tuple[NDArray[np.bool_], Floats, Floats]:
         """Split the gradient K x - b: free automata, and those on the floor that are pulled."""
-        active = moved[numbers] <= values
+        active = moved[numbers] <= floor
         free = gradient.copy()
         free[numbers[active]] = 0.0
         return active, free, np.where(active, np.minimum(gradient[numbers], 0.0), 0.0)
 
     moved = start.copy()
-    moved[numbers] = np.maximum(moved[numbers], values)
+    moved[numbers] = np.maximum(moved[numbers], floor)
     gradient, steps = resist(moved) - load, 1
     active, free, pulled = split()
     direction = free.copy()
@@ -121,7 +119,7 @@ def relax(
         response, steps = resist(direction), steps + 1
         curvature = float(direction @ response)
         length = float(gradient @ direction) / curvature
-        falls, room = direction[numbers], moved[numbers] - values
+        falls, room = direction[numbers], moved[numbers] - floor
         most = float(np.min(room[falls > 0] / falls[falls > 0], initial=np.inf))
         moved -= min(length, most) * direction
         gradient -= min(length, most) * response
@@ -133,7 +131,7 @@ def relax(
             continue
         # expansion: a step of fixed length, projected
         moved -= STEP / stiffest * free
-        moved[numbers] = np.maximum(moved[numbers], values)
+        moved[numbers] = np.maximum(moved[numbers], floor)
         gradient, steps = resist(moved) - load, steps + 1
         active, free, pulled = split()
         direction = free.copy()

@@ -13,7 +13,7 @@ conditioned as that of either body. Nothing is said of an effective modulus.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -35,7 +35,7 @@ from reference.particles.automata import (
     components,
     half_space_packing,
 )
-from reference.particles.mprgp import Floor, Rest, largest_stiffness, relax
+from reference.particles.mprgp import Rest, largest_stiffness, relax
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -135,42 +135,42 @@ class Held(NamedTuple):
 
 
 class ParticleHalfSpace:
-    """A half-space of automata.
+    """A half-space of automata below a rigid shape, or two of the same spacing and domain.
 
-    `spacing` and `youngs_modulus` are the units of length and of pressure.
+    `materials` are one or two, by Young's modulus and Poisson's ratio. `spacing` and the first
+    modulus are the units of length and of pressure. A gap belongs to both bodies.
 
     Examples
     --------
     Hertz with two automata per contact radius, within a per cent:
 
-    >>> body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), 0.3)
+    >>> body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), [(1.0, 0.3)])
     >>> x, y = body.points.T
     >>> (contact,) = body.press((x**2 + y**2) / 40, Load("penetration", 0.2))
     >>> exact = 4 / 3 / (1 - 0.3**2) * 20**0.5 * 0.2**1.5
     >>> bool(abs(contact.force / exact - 1) < 0.01)
     True
+
+    Two equal bodies are half as stiff as one below a rigid shape:
+
+    >>> pair = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), [(1.0, 0.3)] * 2)
+    >>> (both,) = pair.press((x**2 + y**2) / 40, Load("penetration", 0.2))
+    >>> round(both.force / contact.force, 4)
+    0.5
     """
 
     def __init__(
-        self,
-        domain: Domain,
-        poisson_ratio: float,
-        *,
-        spacing: float = 1.0,
-        youngs_modulus: float = 1.0,
+        self, domain: Domain, materials: Sequence[tuple[float, float]], *, spacing: float = 1.0
     ) -> None:
-        refuse(positive_faults(spacing=spacing, youngs_modulus=youngs_modulus))
-        self._fill(domain, [(youngs_modulus, poisson_ratio)], spacing)
-
-    def _fill(self, domain: Domain, constants: list[tuple[float, float]], spacing: float) -> None:
-        """Put automata into one or two bodies of a modulus and a Poisson's ratio each."""
-        self.domain, self.spacing, self.youngs_modulus = domain, spacing, constants[0][0]
+        moduli = {f"youngs_modulus[{i}]": modulus for i, (modulus, _) in enumerate(materials)}
+        refuse(positive_faults(spacing=spacing, **moduli))
+        self.domain, self.spacing, self.youngs_modulus = domain, spacing, materials[0][0]
         packing = half_space_packing(domain.half_widths)
-        self.all_automata = [Automata(packing, Elastic(nu)) for _, nu in constants]
+        self.all_automata = [Automata(packing, Elastic(nu)) for _, nu in materials]
         self.automata = self.all_automata[0]
-        self.ratios = [modulus / self.youngs_modulus for modulus, _ in constants]
-        self.bodies = len(constants)
-        self._far = [FarField(domain, packing, nu) for _, nu in constants]
+        self.ratios = [modulus / self.youngs_modulus for modulus, _ in materials]
+        self.bodies = len(materials)
+        self._far = [FarField(domain, packing, nu) for _, nu in materials]
         self._moved = np.zeros((self.bodies, len(packing.places), 6))
         self._traces = np.zeros((self.bodies, len(packing.places)))
         self._forces = np.empty((self.bodies, packing.free, 6))
@@ -310,8 +310,8 @@ class ParticleHalfSpace:
                     "the shape passes between the automata: their net is too coarse"
                 )
             share = self.bodies**-0.5
-            floor = Floor(6 * near + 2, share * (depth - gap[near]))
-            rest = self._relaxed(floor, moved, sources, balance)
+            floor = share * (depth - gap[near])
+            rest = self._relaxed(6 * near + 2, floor, moved, sources, balance)
             moved, reactions = rest.moved, share * rest.reactions
             steps += rest.steps
             # the far field of its forces
@@ -351,14 +351,16 @@ class ParticleHalfSpace:
             history,
         )
 
-    def _relaxed(self, floor: Floor, moved: Floats, sources: Floats, balance: float) -> Rest:
-        """Return the equilibrium above a floor, in a given far field."""
+    def _relaxed(
+        self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float
+    ) -> Rest:
+        """Return the equilibrium above the floor of some unknowns, in a given far field."""
         self._hold(sources)
         load = self._pulls(np.zeros(self._forces.size), self.flowed).copy()
         self._hold(None)
         return relax(
             lambda way: -self._pulls(way, UNFLOWED),
-            *(load, floor, moved),
+            *(load, numbers, floor, moved),
             tolerance=balance,
             stiffest=self.stiffest,
         )
@@ -446,33 +448,3 @@ class ParticleHalfSpace:
             traces=self._traces.copy() if self.bodies > 1 else self._traces[0].copy(),
             flowed=self.flowed.copy(),
         )
-
-
-class ParticlePair(ParticleHalfSpace):
-    """Two half-spaces of automata of the same spacing and domain; a gap belongs to both.
-
-    Examples
-    --------
-    Two equal bodies are half as stiff as one below a rigid shape:
-
-    >>> from reference.loads import Load
-    >>> domain = Domain((3.0, 3.0), 4.0)
-    >>> pair, single = ParticlePair(domain, (1.0, 1.0), (0.3, 0.3)), ParticleHalfSpace(domain, 0.3)
-    >>> gap = (pair.points**2).sum(axis=1) / 40
-    >>> forces = [next(b.press(gap, Load("penetration", 0.2))).force for b in (pair, single)]
-    >>> round(forces[0] / forces[1], 4)
-    0.5
-    """
-
-    def __init__(
-        self,
-        domain: Domain,
-        youngs_moduli: tuple[float, float],
-        poisson_ratios: tuple[float, float],
-        *,
-        spacing: float = 1.0,
-    ) -> None:
-        first, second = youngs_moduli
-        faults = positive_faults(youngs_modulus=first, second_youngs_modulus=second)
-        refuse(faults + positive_faults(spacing=spacing))
-        self._fill(domain, list(zip(youngs_moduli, poisson_ratios, strict=True)), spacing)

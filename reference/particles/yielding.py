@@ -27,8 +27,13 @@ from numpy.typing import ArrayLike, NDArray
 from reference.errors import ConvergenceError
 from reference.loads import LoadPath
 from reference.particles.automata import Domain
-from reference.particles.mprgp import Floor, Rest
-from reference.particles.particle_body import BALANCE, ParticleContact, ParticleHalfSpace
+from reference.particles.mprgp import Rest
+from reference.particles.particle_body import (
+    BALANCE,
+    Numbers,
+    ParticleContact,
+    ParticleHalfSpace,
+)
 from reference.plastic.j2 import PlasticMaterial, plastic_step
 
 Floats = NDArray[np.float64]
@@ -52,7 +57,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
     def __init__(self, domain: Domain, material: PlasticMaterial, *, spacing: float = 1.0) -> None:
         elastic = material.elastic
         modulus = elastic.youngs_modulus
-        super().__init__(domain, elastic.poisson_ratio, spacing=spacing, youngs_modulus=modulus)
+        super().__init__(domain, [(modulus, elastic.poisson_ratio)], spacing=spacing)
         self.material = material.scaled(modulus)
         count = len(self.automata.packing.places)
         self.flowed, self.amount = np.zeros((count, 3, 3)), np.zeros(count)
@@ -101,7 +106,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         moved, sources = np.zeros(self._forces.size), np.zeros(self._far[0].shares.shape[1])
         rest = Rest(moved, nothing, np.zeros(0, dtype=bool), 0, [0.0])
         if self.amount.any():
-            rest = self._relaxed(Floor(none, nothing), moved, sources, balance)
+            rest = self._relaxed(none, nothing, moved, sources, balance)
         left = self._contact(0.0, sources, rest, nothing, none, rest.steps)
         if not keep:
             self.flowed, self.amount, self._before = state
@@ -109,14 +114,16 @@ class PlasticHalfSpace(ParticleHalfSpace):
             depth = float(np.min(gap + left.displacement / self.spacing))
         return replace(left, penetration=depth * self.spacing)
 
-    def _relaxed(self, floor: Floor, moved: Floats, sources: Floats, balance: float) -> Rest:
+    def _relaxed(
+        self, numbers: Numbers, floor: Floats, moved: Floats, sources: Floats, balance: float
+    ) -> Rest:
         """Solve for displacements and plastic strains in turn until no automaton yields further."""
         free, double = self.automata.packing.free, 2 * self.automata.material.shear
         begun, amount = self._before
         history: list[float] = []
         steps, pace, last = 0, 1.0, self.flowed
         for _ in range(MOST_TURNS):
-            rest = super()._relaxed(floor, moved, sources, balance)
+            rest = super()._relaxed(numbers, floor, moved, sources, balance)
             moved, steps = rest.moved, steps + rest.steps
             # radial return from the trial stress of each automaton
             self._hold(sources)
@@ -152,7 +159,7 @@ class PlasticHalfSpace(ParticleHalfSpace):
         sources: Floats,
         rest: Rest,
         reactions: Floats,
-        near: NDArray[np.int64],
+        near: Numbers,
         steps: int,
     ) -> ParticleContact:
         """Return the contact, from whose plastic strains the next load begins."""

@@ -48,11 +48,6 @@ class PlasticMaterial:
         refuse(faults)
 
     @property
-    def shear_modulus(self) -> float:
-        """G = E/(2 (1 + nu))."""
-        return self.elastic.youngs_modulus / (2 * (1 + self.elastic.poisson_ratio))
-
-    @property
     def bulk_modulus(self) -> float:
         """K = E/(3 (1 - 2 nu))."""
         return self.elastic.youngs_modulus / (3 * (1 - 2 * self.elastic.poisson_ratio))
@@ -99,7 +94,7 @@ def respond(
     The step minimises a convex incremental potential; the consistent tangent, where asked for, is
     its second derivative (Simo & Taylor 1985; Simo & Hughes 1998, box 3.2).
     """
-    shear, bulk = material.shear_modulus, material.bulk_modulus
+    shear, bulk = material.elastic.shear_modulus, material.bulk_modulus
     trace = np.where(np.arange(strain.shape[-1]) < 3, 1.0, 0.0)
     twice = 2 - trace  # a shear stands for two components of the tensor
     deviator = np.diag((1 + trace) / 2) - np.outer(trace, trace) / 3
@@ -130,7 +125,7 @@ def plastic_step(material: PlasticMaterial, trial: Array, amount: Array) -> Arra
     active = trial > material.flow_stress(amount)[0]
     if not active.any():
         return more
-    trial, start, shear = trial[active], amount[active], material.shear_modulus
+    trial, start, shear = trial[active], amount[active], material.elastic.shear_modulus
     step = np.zeros(trial.shape)
     for _ in range(_ROUNDS):
         flow, slope = material.flow_stress(start + step)

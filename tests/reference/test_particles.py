@@ -19,7 +19,7 @@ from reference.particles.automata import (
     wave_speeds,
     wave_stiffness,
 )
-from reference.particles.mprgp import Floor, largest_stiffness, relax
+from reference.particles.mprgp import largest_stiffness, relax
 from reference.particles.yielding import PlasticHalfSpace
 from reference.plastic import PlasticMaterial
 
@@ -152,7 +152,7 @@ def test_shells_do_not_move():
 
 def pressed(per_radius, nu=0.3, load=None):
     """Hertz with some automata per contact radius a = R/10, lengths in spacings."""
-    body = ParticleHalfSpace(Domain((1.5 * per_radius,) * 2, 2.5 * per_radius), nu)
+    body = ParticleHalfSpace(Domain((1.5 * per_radius,) * 2, 2.5 * per_radius), [(1.0, nu)])
     gap = (body.points**2).sum(axis=1) / (20 * per_radius)
     (contact,) = body.press(gap, load or Load("penetration", 0.1 * per_radius))
     return contact, paraboloid(10.0 * per_radius, body.effective_modulus)
@@ -176,7 +176,7 @@ def test_force_control_is_the_inverse_of_penetration_control():
 
 def test_units_do_not_change_the_answer():
     plain, _ = pressed(2)
-    body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), 0.3, spacing=1e-9, youngs_modulus=2e11)
+    body = ParticleHalfSpace(Domain((3.0, 3.0), 5.0), [(2e11, 0.3)], spacing=1e-9)
     gap = (body.points**2).sum(axis=1) / 40e-9
     (contact,) = body.press(gap, Load("penetration", 0.2e-9))
     assert contact.force == pytest.approx(plain.force * 2e11 * 1e-18, rel=1e-9)
@@ -194,7 +194,7 @@ def test_nothing_pulls_and_nothing_overlaps():
 
 def test_the_largest_stress_below_a_ball_is_that_of_hertz():
     """Johnson 1985: 0.620 p0 at 0.48 a (nu = 0.3); layers are 0.24 a apart here: 3 per cent."""
-    body = ParticleHalfSpace(Domain((4.5, 4.5), 7.5), 0.3)
+    body = ParticleHalfSpace(Domain((4.5, 4.5), 7.5), [(1.0, 0.3)])
     (contact,) = body.press((body.points**2).sum(axis=1) / 60, Load("penetration", 0.3))
     stresses = body.equivalent_stresses(contact)
     peak = 2 * body.effective_modulus * 3.0 / (np.pi * 30.0)
@@ -214,21 +214,23 @@ def test_relaxation_finds_the_lowest_energy_above_a_floor():
     half = RNG.normal(size=(6, 6))
     stiffness = half @ half.T + np.eye(6)
     load = RNG.normal(size=6)
-    floor = Floor(np.arange(3), np.array([0.1, 0.2, -0.1]))
+    numbers, floor = np.arange(3), np.array([0.1, 0.2, -0.1])
     stiffest = largest_stiffness(lambda x: stiffness @ x, 6)
     assert stiffest >= np.linalg.eigvalsh(stiffness)[-1]
     rest = relax(
-        lambda x: stiffness @ x, load, floor, np.zeros(6), tolerance=1e-12, stiffest=stiffest
+        *(lambda x: stiffness @ x, load, numbers, floor, np.zeros(6)),
+        tolerance=1e-12,
+        stiffest=stiffest,
     )
     lowest = np.inf
     for number in range(8):
         held = [k for k in range(3) if number >> k & 1]
         others = [k for k in range(6) if k not in held]
         x = np.zeros(6)
-        x[held] = floor.values[held]
+        x[held] = floor[held]
         pull = load[others] - stiffness[np.ix_(others, held)] @ x[held]
         x[others] = np.linalg.solve(stiffness[np.ix_(others, others)], pull)
-        if (x[:3] >= floor.values - 1e-12).all():
+        if (x[:3] >= floor - 1e-12).all():
             lowest = min(lowest, 0.5 * x @ stiffness @ x - load @ x)
     energy = 0.5 * rest.moved @ stiffness @ rest.moved - load @ rest.moved
     assert energy == pytest.approx(lowest, rel=1e-10)
@@ -243,7 +245,7 @@ def test_impossible_materials_are_refused(nu):
 def test_wrong_arguments_are_named_all_at_once():
     with pytest.raises(ValueError, match=r"loaded_x.*; margin"):
         Domain((-1.0, 2.0), np.nan)
-    body = ParticleHalfSpace(Domain((2.0, 2.0), 2.0), 0.3)
+    body = ParticleHalfSpace(Domain((2.0, 2.0), 2.0), [(1.0, 0.3)])
     with pytest.raises(ValueError, match="gap must have one number for each of"):
         next(body.press([1.0, 2.0], Load("penetration", 1.0)))
     with pytest.raises(ConvergenceError, match="passes between the automata"):

@@ -24,7 +24,7 @@ from reduced.springs import stress
 from reduced.springs.indent import Indentation, indent
 from reduced.springs.layers import Coatings, Grading
 from reduced.springs.line import Springs
-from reference.layered.stack import Stack, plane_modulus
+from reference.layered.stack import Stack
 
 # Rounds in which a force finds the radius that its own modulus depends on.
 _ROUNDS = 200
@@ -99,15 +99,18 @@ def bed_of(scene: Scene, profile: equivalents.Profile) -> Bed:
     reading, body = scene.methods.reduced.layers, elastic_body(scene)
     assert isinstance(body, Stack)
     if reading == "effective":
-        moduli = [plane_modulus(material) for material in body.materials]
-        base = np.inf if body.base is None else plane_modulus(body.base)
+        moduli = [material.effective_modulus for material in body.materials]
+        base = np.inf if body.base is None else body.base.effective_modulus
         coatings = Coatings(body.thicknesses, moduli, base, body.top.poisson_ratio)
         note = "one modulus for each contact radius (Xu & Pharr 2006)"
         return Bed(profile, coatings.base, "E*(a) dx", note, coatings)
     lowest = "substrate" if body.base is not None else "layer on the rigid base"
     modulus, note = scene.effective_modulus, f"layers read as a half-space of the {lowest}"
     if reading == "layer":
-        modulus, note = plane_modulus(body.top), "layers read as a half-space of the uppermost one"
+        modulus, note = (
+            body.top.effective_modulus,
+            "layers read as a half-space of the uppermost one",
+        )
     return Bed(profile, modulus, "E* dx", note)
 
 

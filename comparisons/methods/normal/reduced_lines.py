@@ -23,7 +23,7 @@ from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
 from reduced.rough.regions import line_stress, regions
 from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
-from reference.layered.stack import Stack, plane_modulus
+from reference.layered.stack import Stack
 
 # Lines that distributions are taken of: the mean of three hundred scatters by some per cent.
 MOST_LINES = 300
@@ -105,7 +105,7 @@ class LineSolver(Solver[RoughGeometry]):
         if not scene.half_space.uniform and options.layers == "layer":
             body = elastic_body(scene)
             assert isinstance(body, Stack)
-            self.modulus, reading = plane_modulus(body.top), "; layers read as the uppermost one"
+            self.modulus, reading = body.top.effective_modulus, "; layers read as the uppermost one"
         elif not scene.half_space.uniform:
             reading = "; layers read as their substrate"
         self.note = f"rough line with C1D = pi q C2D (19.26), area rule (19.29){reading}"

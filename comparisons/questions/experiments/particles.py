@@ -215,7 +215,7 @@ def particle_wear(
 def _contact(poisson_ratio: float, per_radius: int) -> tuple[ParticleHalfSpace, ParticleContact]:
     """Return automata under a ball of ten contact radii."""
     domain = Domain((1.5 * per_radius,) * 2, 2.5 * per_radius)
-    body = ParticleHalfSpace(domain, poisson_ratio)
+    body = ParticleHalfSpace(domain, [(1.0, poisson_ratio)])
     gap = (body.points**2).sum(axis=1) / (20 * per_radius)
     (contact,) = body.press(gap, Load("penetration", 0.1 * per_radius))
     return body, contact
