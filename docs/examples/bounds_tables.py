@@ -26,7 +26,7 @@ from reference.bounds.dirichlet import Prisms
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
-from reference.bounds.revolution import PowerLaw, RoundedPunch, Sphere, cone, paraboloid
+from reference.bounds.revolution import cone, paraboloid, power_law, rounded_punch, sphere
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.loads import Load
@@ -123,13 +123,13 @@ def pressed_to(radius: float) -> float:
     return radius * (math.sqrt(radius**2 - 1) - math.acos(1 / radius))
 
 
-ROUNDED = (RoundedPunch(1.0, 1.0), closed_form.rounded_punch(1.0, 1.0, 1.0))
-BALL = (Sphere(1.0), closed_form.sphere(1.0, 1.0))
+ROUNDED = (rounded_punch(1.0, 1.0), closed_form.rounded_punch(1.0, 1.0, 1.0))
+BALL = (sphere(1.0), closed_form.sphere(1.0, 1.0))
 ROUND: dict[str, tuple[Any, Any, float]] = {
     "paraboloid": (paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
     "cone": (cone(1.0), closed_form.cone(1.0, 1.0), 1.0),
     **{
-        f"r^{n:g}": (PowerLaw(n, 1.0), closed_form.power_law(n, 1.0, 1.0), 1.0)
+        f"r^{n:g}": (power_law(n, 1.0), closed_form.power_law(n, 1.0, 1.0), 1.0)
         for n in (1.5, 3.0, 4.0, 6.0)
     },
     **{f"sphere, a/R = {s:g}": (*BALL, s * math.atanh(s)) for s in (0.1, 0.5)},

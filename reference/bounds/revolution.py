@@ -9,14 +9,15 @@ J. Strain Anal. 9, 230), and what S carries is the mean of d - g under the press
 punch on S times the punch's stiffness, F >= k_S (d - <g>_S): the dual of
 F = min {int q : q >= 0, K q >= d - g}.
 
-The bodies are rising, convex profiles (`Profile`); others are refused by having no class here.
+The bodies are rising, convex profiles, a row each; others have none.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from reference.bounds.interval import EPSILON, Interval, above, below
 from reference.fem.mesh_lines import power_lines
 
 Array = NDArray[np.float64]
+Law = Callable[[Array], Array]
 
 # Rings and elements per contact radius: widths fall with their third power and beyond.
 CELLS = 32
@@ -53,167 +55,91 @@ _CHORDS = 4000
 _STEPS = 2**16
 
 
-@dataclass(frozen=True)
-class Profile(ABC):
+@dataclass(frozen=True, eq=False)
+class Profile:
     """Gap f(r) before contact: f(0) = 0, rising and convex, with a third derivative of one sign.
 
-    A value; its fields are positive and finite. All functions to a few units in the last place.
+    All functions to a few units in the last place. Equal shapes are one object.
     """
 
-    def __post_init__(self) -> None:
-        refuse(positive_faults(**{f.name: getattr(self, f.name) for f in fields(self)}))
-
-    @property
-    def degree(self) -> float | None:
-        """Exponent n where f(s r) = s^n f(r), else None: the body has a length."""
-        return None
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Radii at which a higher derivative jumps; f''' keeps its sign between them."""
-        return ()
-
-    @property
-    def rising_curvature(self) -> bool:
-        """Whether f''' >= 0 between the corners; else f''' <= 0."""
-        return True
-
-    @property
-    def deepest(self) -> float:
-        """Penetrations are below this, where the gap ends; infinite where it does not."""
-        return math.inf
-
-    @abstractmethod
-    def gap(self, r: Array) -> Array:
-        """f(r)."""
-
-    @abstractmethod
-    def slope(self, r: Array) -> Array:
-        """f'(r)."""
-
-    @abstractmethod
-    def moment(self, r: Array) -> Array:
-        """Integral of f(s) s ds from 0 to r."""
-
-    @abstractmethod
-    def reach(self, penetration: float) -> float:
-        """Radius at which f is the penetration: contact stays inside of it."""
+    gap: Law  # f(r)
+    slope: Law  # f'(r)
+    moment: Law  # integral of f(s) s ds from 0 to r
+    reach: Callable[[float], float]  # radius at which f is the penetration: contact stays inside
+    degree: float | None = None  # n where f(s r) = s^n f(r); else the body has a length
+    # radii at which a higher derivative jumps; between them f''' >= 0, or else <= 0
+    corners: tuple[float, ...] = ()
+    rising_curvature: bool = True
+    deepest: float = math.inf  # penetrations are below this, where the gap ends
 
 
-@dataclass(frozen=True)
-class PowerLaw(Profile):
-    """f(r) = c r^n with n >= 1: n = 1 is a cone of slope c, n = 2 a paraboloid of radius 1/(2c)."""
-
-    exponent: float
-    coefficient: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.exponent < 1:
-            raise ValueError(
-                f"the bounds hold for convex bodies, r^n with n >= 1, not n = {self.exponent!r}"
-            )
-
-    @property
-    def degree(self) -> float | None:
-        """Degree n."""
-        return float(self.exponent)
-
-    @property
-    def rising_curvature(self) -> bool:
-        """Sign of n (n-1) (n-2) c r^(n-3)."""
-        return self.exponent >= 2 or self.exponent == 1
-
-    def gap(self, r: Array) -> Array:
-        """Return c r^n."""
-        return self.coefficient * r**self.exponent
-
-    def slope(self, r: Array) -> Array:
-        """Return c n r^(n-1)."""
-        return self.coefficient * self.exponent * r ** (self.exponent - 1)
-
-    def moment(self, r: Array) -> Array:
-        """Return c r^(n+2)/(n+2)."""
-        return self.coefficient / (self.exponent + 2) * r ** (self.exponent + 2)
-
-    def reach(self, penetration: float) -> float:
-        """(d/c)^(1/n)."""
-        return (penetration / self.coefficient) ** (1 / self.exponent)
+@lru_cache(maxsize=64)
+def power_law(exponent: float, coefficient: float) -> Profile:
+    """f(r) = c r^n with n >= 1, which is convex; f''' has the sign of n - 2."""
+    n, c = exponent, coefficient
+    refuse(positive_faults(exponent=n, coefficient=c))
+    if n < 1:
+        raise ValueError(f"the bounds hold for convex bodies, r^n with n >= 1, not n = {n!r}")
+    return Profile(
+        gap=lambda r: c * r**n,
+        slope=lambda r: c * n * r ** (n - 1),
+        moment=lambda r: c / (n + 2) * r ** (n + 2),
+        reach=lambda d: (d / c) ** (1 / n),
+        degree=float(n),
+        rising_curvature=n >= 2 or n == 1,
+    )
 
 
-def paraboloid(radius: float) -> PowerLaw:
+def paraboloid(radius: float) -> Profile:
     """Paraboloid r^2/(2R)."""
     refuse(positive_faults(radius=radius))
-    return PowerLaw(2.0, 0.5 / radius)
+    return power_law(2.0, 0.5 / radius)
 
 
-def cone(slope: float) -> PowerLaw:
+def cone(slope: float) -> Profile:
     """Cone s r."""
-    return PowerLaw(1.0, slope)
+    return power_law(1.0, slope)
 
 
-@dataclass(frozen=True)
-class Sphere(Profile):
-    """f(r) = R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space."""
+@lru_cache(maxsize=64)
+def sphere(radius: float) -> Profile:
+    """Ball R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space."""
+    R = radius
+    refuse(positive_faults(radius=R))
 
-    radius: float
+    def gap(r: Array) -> Array:
+        return r**2 / (R + np.sqrt((R - r) * (R + r)))
 
-    @property
-    def deepest(self) -> float:
-        """R, where the ball ends."""
-        return self.radius
+    def moment(r: Array) -> Array:
+        return gap(r) ** 2 * (R / 2 - gap(r) / 3)  # r dr = (R - f) df
 
-    def gap(self, r: Array) -> Array:
-        """r^2/(R + sqrt(R^2 - r^2)), which does not cancel."""
-        return r**2 / (self.radius + np.sqrt((self.radius - r) * (self.radius + r)))
-
-    def slope(self, r: Array) -> Array:
-        """r/sqrt(R^2 - r^2)."""
-        return r / np.sqrt((self.radius - r) * (self.radius + r))
-
-    def moment(self, r: Array) -> Array:
-        """R f^2/2 - f^3/3, as r dr = (R - f) df."""
-        f = self.gap(r)
-        return f**2 * (self.radius / 2 - f / 3)
-
-    def reach(self, penetration: float) -> float:
-        """sqrt(d (2R - d)); a penetration of R or more, where the gap has no value, is refused."""
-        if penetration >= self.radius:
+    def reach(penetration: float) -> float:
+        if penetration >= R:
             raise ValueError(
-                f"a sphere of radius {self.radius!r} is bounded for penetrations below its "
+                f"a sphere of radius {R!r} is bounded for penetrations below its "
                 f"radius, not for {penetration!r}"
             )
-        return math.sqrt(penetration * (2 * self.radius - penetration))
+        return math.sqrt(penetration * (2 * R - penetration))
+
+    return Profile(gap, lambda r: r / np.sqrt((R - r) * (R + r)), moment, reach, deepest=R)
 
 
-@dataclass(frozen=True)
-class RoundedPunch(Profile):
-    """f = 0 to r = b, then (r - b)^2/(2R)."""
+@lru_cache(maxsize=64)
+def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
+    """Punch, flat up to r = b, then (r - b)^2/(2R)."""
+    b, R = flat_radius, edge_radius
+    refuse(positive_faults(flat_radius=b, edge_radius=R))
 
-    flat_radius: float
-    edge_radius: float
+    def beyond(r: Array) -> Array:
+        return np.maximum(r - b, 0.0)
 
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """b, where the curvature jumps."""
-        return (self.flat_radius,)
-
-    def gap(self, r: Array) -> Array:
-        """(r - b)^2/(2R) beyond b."""
-        return np.maximum(r - self.flat_radius, 0.0) ** 2 / (2 * self.edge_radius)
-
-    def slope(self, r: Array) -> Array:
-        """(r - b)/R beyond b."""
-        return np.maximum(r - self.flat_radius, 0.0) / self.edge_radius
-
-    def moment(self, r: Array) -> Array:
-        """t^3 (t/4 + b/3)/(2R) with t = r - b."""
-        t = np.maximum(r - self.flat_radius, 0.0)
-        return t**3 * (t / 4 + self.flat_radius / 3) / (2 * self.edge_radius)
-
-    def reach(self, penetration: float) -> float:
-        """Return b + sqrt(2 R d)."""
-        return self.flat_radius + math.sqrt(2 * self.edge_radius * penetration)
+    return Profile(
+        gap=lambda r: beyond(r) ** 2 / (2 * R),
+        slope=lambda r: beyond(r) / R,
+        moment=lambda r: beyond(r) ** 3 * (beyond(r) / 4 + b / 3) / (2 * R),
+        reach=lambda d: b + math.sqrt(2 * R * d),
+        corners=(b,),
+    )
 
 
 def minorant(profile: Profile, radii: Array) -> Array:
@@ -275,7 +201,7 @@ def force(
 
     Examples
     --------
-    >>> pressed = force(Sphere(1.0), 0.01, 1.0)
+    >>> pressed = force(sphere(1.0), 0.01, 1.0)
     >>> pressed.width < 1e-4
     True
     """
@@ -355,7 +281,7 @@ def penetration(
     Examples
     --------
     >>> hertz = (0.75 * 1e-6) ** (2 / 3)
-    >>> depth = penetration(Sphere(1.0), 1e-6, 1.0)
+    >>> depth = penetration(sphere(1.0), 1e-6, 1.0)
     >>> round(depth.middle / hertz, 3), depth.width < 1e-4
     (1.0, True)
     """

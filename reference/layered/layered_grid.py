@@ -182,11 +182,13 @@ def cell_modes(body: Body, shape: tuple[int, int], spacing: Pair) -> Array:
     if is_half_space(body):
         return kernels.periodic(shape, spacing, body.top.effective_modulus, "cells")
     qx, qy = (np.abs(q.ravel()) for q in kernels.wavenumbers(shape, spacing))
-    points = []
+    points, weights = [], []
     for step in spacing:
         number = math.ceil(24 * math.sqrt(max(spacing) / step))
         angles = np.pi * (np.arange(number) + 0.5) / number
         points.append(np.pi / step * (1 - np.cos(angles)) / 2)
+        # of the interpolant; SciPy would find them in an order that it draws at random
+        weights.append((-1.0) ** np.arange(number) * np.sin(angles))
     # the other aliases there, by a table of compliances (150 nodes per factor e err by 1e-11)
     kx, sinc_x = kernels.aliases(points[0], spacing[0])
     ky, sinc_y = kernels.aliases(points[1], spacing[1])
@@ -197,8 +199,8 @@ def cell_modes(body: Body, shape: tuple[int, int], spacing: Pair) -> Array:
     middle = len(kx) // 2
     terms[middle, :, middle, :] = 0.0
     others = np.einsum("mi,minj,nj->ij", sinc_x, terms, sinc_y)
-    along = BarycentricInterpolator(points[0], others)(qx)
-    transfer: Array = BarycentricInterpolator(points[1], along.T)(qy).T
+    along = BarycentricInterpolator(points[0], others, wi=weights[0])(qx)
+    transfer: Array = BarycentricInterpolator(points[1], along.T, wi=weights[1])(qy).T
     # and the waves themselves
     waves = np.hypot(qx[:, None], qy)
     own = [np.sinc(q * step / (2 * np.pi)) for q, step in zip((qx, qy), spacing, strict=True)]

@@ -14,13 +14,13 @@ from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import Interval
 from reference.bounds.quadrangles import areas, fan_cells, mutual_integrals
 from reference.bounds.revolution import (
-    PowerLaw,
-    RoundedPunch,
-    Sphere,
     best_circle,
     cone,
     minorant,
     paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
 )
 from reference.fem.mesh_lines import power_lines
 
@@ -34,14 +34,14 @@ def _pressed_to(radius):
 ROUND = {
     "paraboloid": (paraboloid(2.0), closed_form.paraboloid(2.0, 1.0), 0.1),
     "cone": (cone(0.3), closed_form.cone(0.3, 1.0), 0.1),
-    "power_1.5": (PowerLaw(1.5, 0.7), closed_form.power_law(1.5, 0.7, 1.0), 0.1),
-    "power_3": (PowerLaw(3.0, 0.7), closed_form.power_law(3.0, 0.7, 1.0), 0.1),
-    "power_6": (PowerLaw(6.0, 0.7), closed_form.power_law(6.0, 0.7, 1.0), 0.1),
-    "shallow_sphere": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 1e-4),
-    "sphere_to_half": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 0.5 * math.atanh(0.5)),
-    "rounded_punch": (RoundedPunch(1.0, 10.0), closed_form.rounded_punch(1.0, 10.0, 1.0), 0.1),
+    "power_1.5": (power_law(1.5, 0.7), closed_form.power_law(1.5, 0.7, 1.0), 0.1),
+    "power_3": (power_law(3.0, 0.7), closed_form.power_law(3.0, 0.7, 1.0), 0.1),
+    "power_6": (power_law(6.0, 0.7), closed_form.power_law(6.0, 0.7, 1.0), 0.1),
+    "shallow_sphere": (sphere(1.0), closed_form.sphere(1.0, 1.0), 1e-4),
+    "sphere_to_half": (sphere(1.0), closed_form.sphere(1.0, 1.0), 0.5 * math.atanh(0.5)),
+    "rounded_punch": (rounded_punch(1.0, 10.0), closed_form.rounded_punch(1.0, 10.0, 1.0), 0.1),
     "hardly_rounded": (
-        RoundedPunch(1.0, 1.0),
+        rounded_punch(1.0, 1.0),
         closed_form.rounded_punch(1.0, 1.0, 1.0),
         _pressed_to(1.05),
     ),
@@ -61,7 +61,7 @@ def test_closed_form_lies_within_the_energy_bounds(name):
 def test_force_of_a_punch_rounded_as_little_as_one_likes_is_enclosed_to_1e_4(ratio):
     """A step of penetration that suits the bend of the force, and elements for a sharp corner."""
     depth = _pressed_to(ratio)
-    pressed = revolution.force(RoundedPunch(1.0, 1.0), depth, 1.0)
+    pressed = revolution.force(rounded_punch(1.0, 1.0), depth, 1.0)
     assert float(closed_form.rounded_punch(1.0, 1.0, 1.0).force(depth)) in pressed
     assert pressed.width < 1e-4
 
@@ -79,14 +79,14 @@ def test_stiffness_is_enclosed_by_the_contact_radius(name):
 def test_a_rounded_punch_that_barely_sinks_in_is_enclosed(depth):
     # flat part and contact end within a millionth of each other: an element each, not one for both
     form = closed_form.rounded_punch(1.0, 10.0, 1.0)
-    stored = revolution.energy(RoundedPunch(1.0, 10.0), depth, 1.0, cells=16)
+    stored = revolution.energy(rounded_punch(1.0, 10.0), depth, 1.0, cells=16)
     assert float(form.energy(depth)) in stored
     assert stored.width < 5e-3
 
 
 def test_a_ball_is_enclosed_as_tightly_where_it_nearly_ends():
     # the slope of the gap is infinite at the radius, which is reached at a/R = 0.83
-    form, ball = closed_form.sphere(1.0, 1.0), Sphere(1.0)
+    form, ball = closed_form.sphere(1.0, 1.0), sphere(1.0)
     for depth in (0.3, 0.9, 0.94):
         enclosed = revolution.force(ball, depth, 1.0, cells=16)
         assert float(form.force(depth)) in enclosed
@@ -101,11 +101,11 @@ def test_a_ball_is_enclosed_as_tightly_where_it_nearly_ends():
 def test_bounds_keep_their_digits_in_any_units(name, unit):
     form, body, scaled = {
         "paraboloid": (closed_form.paraboloid(unit, 2e11), paraboloid(1.0), paraboloid(unit)),
-        "sphere": (closed_form.sphere(unit, 2e11), Sphere(1.0), Sphere(unit)),
+        "sphere": (closed_form.sphere(unit, 2e11), sphere(1.0), sphere(unit)),
         "rounded_punch": (
             closed_form.rounded_punch(unit, unit, 2e11),
-            RoundedPunch(1.0, 1.0),
-            RoundedPunch(unit, unit),
+            rounded_punch(1.0, 1.0),
+            rounded_punch(unit, unit),
         ),
     }[name]
     tiny = revolution.force(scaled, 0.01 * unit, 2e11, cells=12)
@@ -215,7 +215,7 @@ def _energy_over(profile, depth, radii, bends):
 def test_a_displacement_that_dips_between_nodes_is_no_upper_bound():
     # r^3 with the condition at every fourth vertex only: the chords between are above the gap, the
     # displacement is too small, and so is its energy, by 3 %
-    profile, depth = PowerLaw(3.0, 1.0), 1.0
+    profile, depth = power_law(3.0, 1.0), 1.0
     exact = float(closed_form.power_law(3.0, 1.0, 1.0).energy(depth))
     radii = np.linspace(0, profile.reach(depth), 17)
     middles = np.linspace(0, profile.reach(depth), 33)
@@ -244,20 +244,20 @@ def test_sides_in_the_wrong_order_are_an_error():
 @pytest.mark.parametrize(
     "wrong",
     [
-        lambda: PowerLaw(0.7, 1.0),
-        lambda: Sphere(-1.0),
+        lambda: power_law(0.7, 1.0),
+        lambda: sphere(-1.0),
         lambda: homogeneous.Pyramid(2, 1.0),
         lambda: homogeneous.Pyramid(3.5, 1.0),
         lambda: homogeneous.Paraboloid(1.0, math.inf),
         lambda: revolution.energy(paraboloid(1.0), 1.0, 1.0, cells=4.5),
-        lambda: revolution.penetration(Sphere(1.0), 50.0, 1.0),
+        lambda: revolution.penetration(sphere(1.0), 50.0, 1.0),
         lambda: homogeneous.force(homogeneous.Paraboloid(1.0, 1.0), 1.0, 1.0, cells=(0, 4)),
         lambda: flat_faces.bounded(SQUARE, (4, 0)),
         lambda: outlines.polygon([], 2, 1.0),
         # a pentagram sees all its sides from the middle, but goes round it twice
         lambda: outlines.polygon([_on_circle(4 * math.pi * k / 5) for k in range(5)], 2, 1.0),
         lambda: revolution.energy(paraboloid(1.0), 0.0, 1.0),
-        lambda: revolution.force(Sphere(1.0), 1.0, 1.0),
+        lambda: revolution.force(sphere(1.0), 1.0, 1.0),
         lambda: homogeneous.force(homogeneous.Pyramid(4, 1.0), -1.0, 1.0),
         lambda: outlines.polygon([(2, 0), (3, 0), (3, 1)], 2, 1.0),
     ],

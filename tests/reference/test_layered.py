@@ -261,3 +261,10 @@ def test_waves_on_elements_are_those_of_the_body(name):
     # (q h)^2/10 of two waves a period, and 1e-3 of hard coatings, whose waves are short
     np.testing.assert_allclose(ratio, 1.0, atol=6e-3)
     assert elements.transfer[0, 0] == pytest.approx(continuum.transfer[0, 0], rel=1e-12)
+
+
+def test_transfer_functions_have_the_same_digits_every_time():
+    """No order of interpolation is drawn at random."""
+    body = Stack([0.5], [Material(3.0, 0.3)], STEEL)
+    one, other = (cell_modes(body, (12, 8), (0.1, 0.3)) for _ in range(2))
+    np.testing.assert_array_equal(one, other)

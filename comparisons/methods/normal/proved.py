@@ -30,7 +30,14 @@ from comparisons.scene.scene import Scene
 from reference.bounds import flat_faces, homogeneous, revolution
 from reference.bounds.ellipses import elliptic_stiffness
 from reference.bounds.interval import POWER, Interval, above, below
-from reference.bounds.revolution import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
+from reference.bounds.revolution import (
+    Profile,
+    cone,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+)
 
 At = Callable[[float], Interval]
 # Of penetration and force, one of which is given and the other an interval.
@@ -201,15 +208,15 @@ def _profile(indenter: Indenter) -> Profile | None:
     if isinstance(indenter, round_shapes.Paraboloid):
         return paraboloid(indenter.radius)
     if isinstance(indenter, round_shapes.Sphere):
-        return Sphere(indenter.radius)
+        return sphere(indenter.radius)
     if isinstance(indenter, round_shapes.Cone):
         return cone(indenter.slope)
     if isinstance(indenter, round_shapes.RoundedPunch):
-        return RoundedPunch(indenter.flat_radius, indenter.edge_radius)
+        return rounded_punch(indenter.flat_radius, indenter.edge_radius)
     if isinstance(indenter, round_shapes.PowerLaw):
         if indenter.exponent < 1:
             raise Refused("the bounds are for convex bodies, f = c r^n with n >= 1")
-        return PowerLaw(indenter.exponent, indenter.coefficient)
+        return power_law(indenter.exponent, indenter.coefficient)
     return None
 
 
