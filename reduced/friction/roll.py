@@ -16,7 +16,7 @@ whereas the half-space has 3.40 (nu = 0) to 5.20 (nu = 1/2). `Friction.tangentia
 therefore be chosen for the initial slope instead (`matched_modulus`).
 
 A spring under a rough roller has a height of its own, which travels with it: it rolls under the
-smooth profile at the penetration d + h (`RoughRoller`).
+smooth profile at the penetration d + h (`roll_rough`).
 """
 
 from __future__ import annotations
@@ -118,71 +118,68 @@ class RollingRough:
     scatter: float
 
 
-@dataclass(frozen=True)
-class RoughRoller:
-    """A roller whose roughness travels through the contact with the springs.
+def roll_rough(
+    gap: ArrayLike,
+    roughness: ArrayLike,
+    spacing: float,
+    effective_modulus: float,
+    friction: Friction,
+    force: float,
+    creep: float,
+) -> RollingRough:
+    """Roll along a roughness at the one penetration that carries the force on average.
+
+    The roughness travels through the contact with the springs.
 
     Parameters
     ----------
-    gap : ndarray, shape (n,)
+    gap : array_like, shape (n,)
         Of the smooth profile on a window, from its trailing end to the leading one.
-    roughness : ndarray, shape (m,), m >= n
+    roughness : array_like, shape (m,), m >= n
         Heights in the order in which the window meets them, positive towards the springs.
+
+    Examples
+    --------
+    Without roughness it is `roll`:
+
+    >>> x = np.arange(-120, 121) / 100
+    >>> smooth = roll_rough(x**2, np.zeros(400), 0.01, 1.0, Friction(0.8, 0.5), 4 / 3, 0.625)
+    >>> round(smooth.tangential_force / (0.5 * smooth.force), 2)
+    0.88
     """
-
-    gap: np.ndarray
-    roughness: np.ndarray
-    spacing: float
-    effective_modulus: float
-
-    def __post_init__(self) -> None:
-        gap, heights = np.asarray(self.gap, dtype=float), np.asarray(self.roughness, dtype=float)
-        object.__setattr__(self, "gap", gap)
-        object.__setattr__(self, "roughness", heights)
-        wrong = positive_faults(spacing=self.spacing, effective_modulus=self.effective_modulus)
-        if gap.ndim != 1 or heights.ndim != 1 or not 2 <= gap.size <= heights.size:
-            wrong.append(
-                "gap and roughness must be lists, the latter at least as long, got shapes "
-                f"{gap.shape} and {heights.shape}"
-            )
-        elif not (np.isfinite(gap).all() and np.isfinite(heights).all()):
-            wrong.append("gap and roughness must be finite")
-        refuse(wrong)
-
-    def roll(self, friction: Friction, force: float, creep: float) -> RollingRough:
-        """Roll along the whole roughness at the one penetration that carries the force on average.
-
-        Without roughness it is `roll`:
-
-        >>> x = np.arange(-120, 121) / 100
-        >>> roller = RoughRoller(x**2, np.zeros(400), 0.01, 1.0)
-        >>> smooth = roller.roll(Friction(0.8, 0.5), 4 / 3, 0.625)
-        >>> round(smooth.tangential_force / (0.5 * smooth.force), 2)
-        0.88
-        """
-        finite = [] if np.isfinite(creep) else [f"creep must be finite, got {creep!r}"]
-        refuse(positive_faults(force=force) + finite)
-        stiffness = self.effective_modulus * self.spacing
-        # the penetration at which the mean of the normal forces is the given one
-        low = float(self.gap.min() - self.roughness.max())
-        depth = low + 1.0
-
-        def carries(depth: float) -> bool:
-            normal, _ = _windows(self.gap, self.roughness, depth, 0.0)
-            return bool(normal.mean() >= force / stiffness)
-
-        while not carries(depth):
-            depth = low + 2 * (depth - low)
-        depth = bisect(carries, low, depth)
-        unit = friction.coefficient * stiffness
-        step = friction.tangential_modulus * creep * self.spacing * self.spacing / unit
-        normal, pulled = _windows(self.gap, self.roughness, depth, step)
-        return RollingRough(
-            float(depth),
-            float(normal.mean() * stiffness),
-            float(pulled.mean() * unit),
-            float(pulled.std() * unit),
+    gap, heights = np.asarray(gap, dtype=float), np.asarray(roughness, dtype=float)
+    wrong = positive_faults(spacing=spacing, effective_modulus=effective_modulus, force=force)
+    if not np.isfinite(creep):
+        wrong.append(f"creep must be finite, got {creep!r}")
+    if gap.ndim != 1 or heights.ndim != 1 or not 2 <= gap.size <= heights.size:
+        wrong.append(
+            "gap and roughness must be lists, the latter at least as long, got shapes "
+            f"{gap.shape} and {heights.shape}"
         )
+    elif not (np.isfinite(gap).all() and np.isfinite(heights).all()):
+        wrong.append("gap and roughness must be finite")
+    refuse(wrong)
+    stiffness = effective_modulus * spacing
+    # the penetration at which the mean of the normal forces is the given one
+    low = float(gap.min() - heights.max())
+    depth = low + 1.0
+
+    def carries(depth: float) -> bool:
+        normal, _ = _windows(gap, heights, depth, 0.0)
+        return bool(normal.mean() >= force / stiffness)
+
+    while not carries(depth):
+        depth = low + 2 * (depth - low)
+    depth = bisect(carries, low, depth)
+    unit = friction.coefficient * stiffness
+    step = friction.tangential_modulus * creep * spacing * spacing / unit
+    normal, pulled = _windows(gap, heights, depth, step)
+    return RollingRough(
+        float(depth),
+        float(normal.mean() * stiffness),
+        float(pulled.mean() * unit),
+        float(pulled.std() * unit),
+    )
 
 
 @njit(cache=True)

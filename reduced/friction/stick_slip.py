@@ -114,74 +114,70 @@ class _State:
         )
 
 
-@dataclass(frozen=True)
-class StickingLine:
-    """A gap over springs of spacing dx with stick and slip.
+def follow(
+    gap: ArrayLike,
+    spacing: float,
+    effective_modulus: float,
+    friction: Friction,
+    penetration: ArrayLike,
+    tangential_displacement: ArrayLike,
+    *,
+    periodic: bool = False,
+) -> LinePath:
+    """Move a line with stick and slip along a path of penetration and displacement, shape (k,).
+
+    Any sign and order; the path starts at d = 0 (or the negative first penetration), u = 0, and
+    both change in proportion between two points.
 
     Parameters
     ----------
-    gap : ndarray, shape (n,)
-        Gap over the springs at first touch: a profile's height at the springs, or the depth of a
-        rough line below its highest peak; finite, n >= 2.
+    gap : array_like, shape (n,)
+        Gap over springs at distances `spacing` at first touch: a profile's height there, or the
+        depth of a rough line below its highest peak; finite, n >= 2.
     periodic : bool
         Whether the last point is a neighbour of the first; a free line ends half a cell beyond its
         outer points, at constant height.
+
+    Examples
+    --------
+    A flat punch, pressed and shifted simultaneously with u G* < mu d E*: full stick.
+
+    >>> flat = follow(np.zeros(4), 0.5, 1.0, Friction(0.8, 0.5), [1.0], [0.5])
+    >>> flat.force, flat.tangential_force
+    (array([2.]), array([0.8]))
     """
-
-    gap: np.ndarray
-    spacing: float
-    effective_modulus: float
-    friction: Friction
-    periodic: bool = False
-
-    def __post_init__(self) -> None:
-        wrong = positive_faults(spacing=self.spacing, effective_modulus=self.effective_modulus)
-        shape = np.shape(self.gap)
-        if len(shape) != 1 or shape[0] < 2 or not np.all(np.isfinite(self.gap)):
-            wrong.append(f"gap must be finite, of shape (n,), n >= 2, got shape {shape}")
-        refuse(wrong)
-
-    def follow(self, penetration: ArrayLike, tangential_displacement: ArrayLike) -> LinePath:
-        """Move the line along a path of penetration and tangential displacement, shape (k,).
-
-        Any sign and order; the path starts at d = 0 (or the negative first penetration), u = 0, and
-        both change in proportion between two points.
-
-        Examples
-        --------
-        A flat punch, pressed and shifted simultaneously with u G* < mu d E*: full stick.
-
-        >>> flat = StickingLine(np.zeros(4), 0.5, 1.0, Friction(0.8, 0.5)).follow([1.0], [0.5])
-        >>> flat.force, flat.tangential_force
-        (array([2.]), array([0.8]))
-        """
-        depth = LoadPath("penetration", penetration).values
-        shift = LoadPath("tangential_displacement", tangential_displacement).values
-        if depth.shape != shift.shape:
-            raise ValueError(
-                "penetration and tangential_displacement must be lists of one length, "
-                f"got shapes {depth.shape} and {shift.shape}"
-            )
-        gap = np.asarray(self.gap, dtype=float)
-        place = np.arange(gap.size, dtype=float)
-        if self.periodic:
-            place, gap = np.append(place, gap.size), np.append(gap, gap[0])
-        else:
-            place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
-            gap = np.concatenate([gap[:1], gap, gap[-1:]])
-        state = _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
-        mu = self.friction.coefficient
-        ratio = self.friction.tangential_modulus / (mu * self.effective_modulus)
-        before = min(depth[0], 0.0)
-        rows = []
-        for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
-            state.advance(before, d, step)
-            rows.append([*state.sums(d), state.place.size])
-            before = d
-        normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
-        unit = self.effective_modulus * self.spacing
-        energy = unit * (energy + mu / ratio * energy_x)
-        return LinePath(
-            *(depth, shift, unit * normal, mu * unit * tangential),
-            *(self.spacing * contact, self.spacing * stick, energy, knots.astype(int)),
+    wrong = positive_faults(spacing=spacing, effective_modulus=effective_modulus)
+    shape = np.shape(gap)
+    if len(shape) != 1 or shape[0] < 2 or not np.all(np.isfinite(gap)):
+        wrong.append(f"gap must be finite, of shape (n,), n >= 2, got shape {shape}")
+    refuse(wrong)
+    depth = LoadPath("penetration", penetration).values
+    shift = LoadPath("tangential_displacement", tangential_displacement).values
+    if depth.shape != shift.shape:
+        raise ValueError(
+            "penetration and tangential_displacement must be lists of one length, "
+            f"got shapes {depth.shape} and {shift.shape}"
         )
+    gap = np.asarray(gap, dtype=float)
+    place = np.arange(gap.size, dtype=float)
+    if periodic:
+        place, gap = np.append(place, gap.size), np.append(gap, gap[0])
+    else:
+        place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
+        gap = np.concatenate([gap[:1], gap, gap[-1:]])
+    state = _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
+    mu = friction.coefficient
+    ratio = friction.tangential_modulus / (mu * effective_modulus)
+    before = min(depth[0], 0.0)
+    rows = []
+    for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
+        state.advance(before, d, step)
+        rows.append([*state.sums(d), state.place.size])
+        before = d
+    normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
+    unit = effective_modulus * spacing
+    energy = unit * (energy + mu / ratio * energy_x)
+    return LinePath(
+        *(depth, shift, unit * normal, mu * unit * tangential),
+        *(spacing * contact, spacing * stick, energy, knots.astype(int)),
+    )

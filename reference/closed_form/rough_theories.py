@@ -239,7 +239,11 @@ class GreenwoodWilliamson:
     def separation(self, pressure: float) -> float:
         """Return the separation at F/(E* A0)."""
         ends = self.mean - 10 * self.deviation, self.mean + 10 * self.deviation
-        return float(brentq(lambda d: math.log(self.pressure(d) / pressure), *ends, xtol=1e-12))
+
+        def excess(separation: float) -> float:
+            return math.log(self.pressure(separation) / pressure)
+
+        return float(brentq(excess, *ends, xtol=1e-12 * self.deviation))
 
     def area(self, separation: float) -> float:
         """Return A/A0."""

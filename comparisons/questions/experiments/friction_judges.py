@@ -15,8 +15,8 @@ from scipy.special import ellipkm1
 from comparisons.judging.uncertainty import SAFE
 from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
 from comparisons.solving.shared import shared
+from reduced.friction import stick_slip
 from reduced.friction.slide import Friction, tangential_modulus
-from reduced.friction.stick_slip import StickingLine
 from reduced.profiles import equivalents
 from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
@@ -166,10 +166,10 @@ def impact(
     friction = Friction(tangential_modulus((1 - poisson_ratio) / 2, poisson_ratio), FRICTION)
     speed = incidence * FRICTION * modulus / friction.tangential_modulus
     x = np.linspace(-1.02, 1.02, springs) * np.sqrt(deepest)
-    line = StickingLine(x**2, x[1] - x[0], modulus, friction)
+    line = x**2, float(x[1] - x[0]), modulus, friction
     shift = speed * time
     for _ in range(200):
-        force = line.follow(depth, shift).tangential_force
+        force = stick_slip.follow(*line, depth, shift).tangential_force
         velocity = speed - cumulative_trapezoid(force, time, initial=0) / _ROLLING_MASS
         moved = cumulative_trapezoid(velocity, time, initial=0)
         change = float(np.abs(moved - shift).max() / np.abs(moved).max())

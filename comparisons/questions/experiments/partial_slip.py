@@ -10,7 +10,7 @@ from comparisons.judging.uncertainty import SAFE
 from comparisons.questions.experiments.experiment import Above, Between, Effort, Finding, experiment
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide, tangential_modulus
-from reduced.friction.stick_slip import StickingLine
+from reduced.friction.stick_slip import follow
 from reduced.loads import Load, LoadPath
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
@@ -123,8 +123,7 @@ def changing_load(
     radius = 1.05 * float(np.sqrt(_DEPTH * max(final, 1.0)))
     x = np.linspace(-radius, radius, _SPRINGS)
     depth, shift = _way(final, reach, 1)
-    line = StickingLine(x**2, x[1] - x[0], 1.0, Friction(_MODULUS, _FRICTION))
-    springs = line.follow(depth, shift)
+    springs = follow(x**2, x[1] - x[0], 1.0, Friction(_MODULUS, _FRICTION), depth, shift)
     stated = springs.tangential_force[-1] / (_FRICTION * springs.force[-1])
     coarse, fine = (_true(final, reach, *grid) for grid in _GRIDS[effort])
     shares = [tangential / (_FRICTION * normal) for normal, tangential in (coarse, fine)]

@@ -23,7 +23,7 @@ from comparisons.questions.experiments.experiment import (
 )
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.solving.shared import shared
-from reduced.friction.roll import RoughRoller
+from reduced.friction.roll import roll_rough
 from reduced.friction.slide import Friction, tangential_modulus
 from reference import loads as reference_loads
 from reference.closed_form.rolling_cylinders import Carter, RubberCylinder
@@ -260,10 +260,10 @@ def rolling_rough(
     n = 4 * surface.points
     x = (np.arange(n) - (n - 1) / 2) / n
     lines = surface.lines(64 * count, 4).draw().heights
-    rollers = (
-        RoughRoller(curvature * x**2, np.concatenate([line, line]), 1 / n, 1.0) for line in lines
+    gap, load = curvature * x**2, (1 / n, 1.0, friction, force, creep)
+    stated = np.array(
+        [roll_rough(gap, np.concatenate([h, h]), *load).tangential_force for h in lines]
     )
-    stated = np.array([r.roll(friction, force, creep).tangential_force for r in rollers])
     ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
     details: dict[str, float | str] = {
         "F_x/(mu F) of lines": float(stated.mean() / limit),

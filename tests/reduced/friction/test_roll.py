@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from reduced.friction.roll import RoughRoller, matched_modulus, roll
+from reduced.friction.roll import matched_modulus, roll, roll_rough
 from reduced.friction.slide import Friction, tangential_modulus
 from reduced.loads import Load
 from reduced.profiles.equivalents import cone, cylinder, paraboloid
@@ -102,8 +102,7 @@ def test_rough_roller_approaches_the_smooth_one():
     line = roll(parabola(), FRICTION, Load("force", 4 / 3), 0.4)
     tractions = []
     for height in (1e-4, 0.3):
-        roller = RoughRoller(x**2, height * rough, 0.01, 1.0)
-        rolled = roller.roll(FRICTION, 4 / 3, 0.4)
+        rolled = roll_rough(x**2, height * rough, 0.01, 1.0, FRICTION, 4 / 3, 0.4)
         assert_allclose(rolled.force, 4 / 3, rtol=1e-9)
         tractions.append(rolled.tangential_force)
     assert_allclose(tractions[0], line.tangential_force, rtol=0.02)
@@ -114,7 +113,5 @@ def test_rough_roller_approaches_the_smooth_one():
 def test_roll_refuses_what_is_wrong():
     with pytest.raises(ValueError, match="finite"):
         roll(parabola(), FRICTION, Load("force", 1.0), np.inf)
-    with pytest.raises(ValueError, match=r"spacing.*gap and roughness"):
-        RoughRoller(np.zeros(5), np.zeros(3), -1.0, 1.0)
-    with pytest.raises(ValueError, match=r"force.*creep"):
-        RoughRoller(np.zeros(5), np.zeros(9), 1.0, 1.0).roll(FRICTION, 0.0, np.nan)
+    with pytest.raises(ValueError, match=r"spacing.*force.*creep.*gap and roughness"):
+        roll_rough(np.zeros(5), np.zeros(3), -1.0, 1.0, FRICTION, 0.0, np.nan)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
-from reduced.friction.stick_slip import StickingLine
+from reduced.friction.stick_slip import follow
 from reduced.loads import Load, LoadPath
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law, rounded_punch
 from reduced.rough.lines import RoughLines
@@ -130,9 +130,8 @@ def test_memory_of_branches_is_what_single_springs_do(periodic, path, depth, see
     fast = pulled(
         RoughLines(line, 0.5, periodic=periodic), penetration=depth, tangential_displacement=u
     )
-    slow = StickingLine(line.max() - line, 0.5, E, Friction(G, MU), periodic=periodic).follow(
-        np.full(u.size + 1, depth), np.concatenate([[0.0], u])
-    )
+    way = np.full(u.size + 1, depth), np.concatenate([[0.0], u])
+    slow = follow(line.max() - line, 0.5, E, Friction(G, MU), *way, periodic=periodic)
     assert fast.force[0] == pytest.approx(slow.force[-1], rel=1e-11)
     bound = 1e-11 * MU * fast.force[0]
     assert np.abs(fast.tangential_force[0] - slow.tangential_force[1:]).max() < bound
@@ -201,7 +200,7 @@ def test_work_is_stored_or_lost_on_any_path(seed):
     depth = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(0, 2, 9))
     shift = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(-2, 2, 9))
     shift -= shift[0]
-    result = StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(depth, shift)
+    result = follow(line.max() - line, 0.5, E, Friction(G, MU), depth, shift)
 
     def work(force: np.ndarray, way: np.ndarray) -> np.ndarray:
         return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))
@@ -220,8 +219,13 @@ def test_any_step_is_exact_on_a_straight_path():
     fine = np.arange(0, 59 + 1e-9, 1 / 16)
     line = rough_line(5)
     coarse, dense = (
-        StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(
-            np.interp(at, np.arange(60), depth), np.interp(at, np.arange(60), shift)
+        follow(
+            line.max() - line,
+            0.5,
+            E,
+            Friction(G, MU),
+            np.interp(at, np.arange(60), depth),
+            np.interp(at, np.arange(60), shift),
         )
         for at in (np.arange(60), fine)
     )
@@ -236,7 +240,7 @@ def test_pressing_and_shifting_in_proportion_sticks_or_slides():
     for ratio in (0.5, 2.0):
         depth = np.linspace(0.1, 1.0, 5)
         shift = ratio * MU * E / G * depth
-        result = StickingLine(gap, 0.02, E, Friction(G, MU)).follow(depth, shift)
+        result = follow(gap, 0.02, E, Friction(G, MU), depth, shift)
         expected = min(ratio, 1) * MU * result.force
         assert result.tangential_force == pytest.approx(expected, rel=1e-12)
 
@@ -254,9 +258,7 @@ def test_units_change_no_digit(exponent):
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
     line = rough_line(3)
     one, other = (
-        StickingLine((line.max() - line) * s, 0.5 * s, E, Friction(G, MU)).follow(
-            [1.0 * s] * 3, path * s
-        )
+        follow((line.max() - line) * s, 0.5 * s, E, Friction(G, MU), [1.0 * s] * 3, path * s)
         for s in (1.0, unit)
     )
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
@@ -273,8 +275,8 @@ def test_arguments_are_refused_together():
     with pytest.raises(ValueError, match="force must be one value"):
         slide(springs, friction, Load("force", [1.0, 2.0]), LoadPath("tangential_force", 0.1))
     with pytest.raises(ValueError, match=r"spacing.*gap"):
-        StickingLine(np.zeros(1), 0.0, E, friction)
+        follow(np.zeros(1), 0.0, E, friction, [1], [1])
     with pytest.raises(ValueError, match="one length"):
-        StickingLine(np.zeros(2), 1.0, E, friction).follow([1], [1, 2])
+        follow(np.zeros(2), 1.0, E, friction, [1], [1, 2])
     with pytest.raises(ValueError, match="poisson_ratio"):
         tangential_modulus(1.0, 0.6)
