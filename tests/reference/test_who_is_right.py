@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.questions.claims.claim import load_claims
 from reference.closed_form import rounded_punch
 
 ROOT = Path(__file__).parents[2]
@@ -77,6 +78,18 @@ def test_every_problem_has_a_source_and_is_on_the_page(known, script):
         assert problem["source"] in known["sources"]
         where = f"\n| {problem['name']} |" if "model" in problem else problem["reason"]
         assert where in PAGE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [("sheet-code-aster-body", ("balls", 4)), ("sheet-nafems-large", ("roller", 0.0))],
+)
+def test_claims_hold_printed_pressures_against_the_answers(script, name, model):
+    (claim,) = load_claims((name,))
+    answer, true = script["answers"](*model)["pressure"], claim.true
+    assert true.number == pytest.approx(answer.value, rel=5e-5)
+    assert true.uncertainty == pytest.approx(answer.bar * answer.value, rel=0.1)
 
 
 @pytest.mark.slow
