@@ -7,8 +7,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy import fft, ndimage
+from scipy import fft
 
 from reference.arguments import positive_faults, refuse
 
@@ -388,7 +389,7 @@ def summits(height: ArrayLike, spacing: Pair) -> Summits:
     hxx, hyy, hxy = hessian(height, spacing)
     ring = np.ones((3, 3), dtype=bool)
     ring[1, 1] = False
-    places = np.argwhere(height > ndimage.maximum_filter(height, footprint=ring, mode="wrap"))
+    places = np.argwhere(height > scipy.ndimage.maximum_filter(height, footprint=ring, mode="wrap"))
     xx, yy, xy = (derivative[tuple(places.T)] for derivative in (hxx, hyy, hxy))
     mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     convex = mean > half

@@ -13,7 +13,7 @@ from math import hypot
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import map_coordinates, zoom
+import scipy
 
 from comparisons.geometry.reading import FileError
 from comparisons.geometry.topography import read_map
@@ -108,7 +108,7 @@ class MeasuredFace:
         """Return the heights on a finer grid: by Fourier modes, of free patches by splines."""
         if self.band_limited:
             return surfaces.subdivide(self.heights, factor)
-        return zoom(self.heights, factor, order=3, mode="reflect", grid_mode=True)
+        return scipy.ndimage.zoom(self.heights, factor, order=3, mode="reflect", grid_mode=True)
 
     @property
     def rms_height(self) -> float:
@@ -205,7 +205,7 @@ def _top_near(around: np.ndarray, place: tuple[int, int]) -> float:
     for _ in range(_ZOOMS):
         axes = highest[:, None] + reach * np.linspace(-1, 1, 19)
         places = np.stack(np.meshgrid(*axes, indexing="ij"))
-        values = map_coordinates(part, places, order=3, mode="reflect")
+        values = scipy.ndimage.map_coordinates(part, places, order=3, mode="reflect")
         highest, reach = places.reshape(2, -1)[:, values.argmax()], reach / 9
     return float(values.max())
 

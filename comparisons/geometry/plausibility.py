@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy import ndimage
+import scipy
 
 from comparisons.formatting import count, number, relative, with_unit
 from comparisons.geometry.prepare import (
@@ -147,7 +147,7 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
 def _lone_peak(heights: np.ndarray, geometry: RoughGeometry) -> list[str]:
     """Return a note on a single spot that stands far above all else: dust, or a lost point."""
     rise = LONE * geometry.rms_height
-    spots, number_of_spots = ndimage.label(heights > heights.max() - rise)
+    spots, number_of_spots = scipy.ndimage.label(heights > heights.max() - rise)
     if number_of_spots != 1 or not 0 < spots.mean() < LONE_SHARE:
         return []
     place = np.unravel_index(np.argmax(heights), heights.shape)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_simpson
 
 
 def growing_lines(start: float, end: float, first: float, growth: float) -> NDArray[np.float64]:
@@ -30,7 +30,7 @@ def edge_lines(reach: float, count: int, exponent: float) -> NDArray[np.float64]
     # t = reach s^(1/(1 - exponent)) makes the integral of 1/size smooth
     s = np.linspace(0.0, 1.0, 4001)
     t = reach * s ** (1.0 / (1.0 - exponent))
-    number = cumulative_simpson((1.0 + t) ** (exponent - 1.0), x=s, initial=0.0)
+    number = scipy.integrate.cumulative_simpson((1.0 + t) ** (exponent - 1.0), x=s, initial=0.0)
     place = np.interp(np.linspace(0.0, number[-1], count + 1), number, s)
     return reach * place ** (1.0 / (1.0 - exponent))
 

@@ -38,9 +38,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage, special
+from scipy import special
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -128,7 +129,7 @@ def patches(
     >>> spots.count, spots.areas.tolist()
     (1, [4.0])
     """
-    labels, count = ndimage.label(_checked(mask, spacing))
+    labels, count = scipy.ndimage.label(_checked(mask, spacing))
     if periodic and count:
         # labels that meet across opposite rims are one patch
         first = np.concatenate([labels[0, :], labels[:, 0]])

@@ -10,16 +10,20 @@ import base64
 import hashlib
 import json
 import math
+import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+from jinja2.bccache import Bucket, FileSystemBytecodeCache
 from markupsafe import Markup, escape
 from plotly.offline import get_plotlyjs
 
+from comparisons import code_cache
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
@@ -127,10 +131,23 @@ def content_policy(scripts: list[str]) -> str:
     )
 
 
+class _CompiledTemplates(FileSystemBytecodeCache):
+    """Templates as Python's code, which takes longer to make than a page."""
+
+    def dump_bytecode(self, bucket: Bucket) -> None:
+        """Keep one; without room for it the next page compiles it again."""
+        with suppress(OSError):
+            super().dump_bytecode(bucket)
+
+
 @cache
 def environment() -> Environment:
     """Return the template environment with its shared functions."""
+    # Jinja knows its own version and the template's text; the settings below are this file's.
+    settings = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:16]
+    folder = os.environ.get(code_cache.VARIABLE)
     templates = Environment(
+        bytecode_cache=_CompiledTemplates(folder, f"page-{settings}-%s.cache") if folder else None,
         loader=FileSystemLoader(TEMPLATES),
         autoescape=select_autoescape(default=True, default_for_string=True),
         undefined=StrictUndefined,
