@@ -164,13 +164,13 @@ def relative(value: object, digits: int = 2) -> str:
     return _join(text, unit)
 
 
-def signed_error(error: object, *, ratio: bool = False) -> str:
-    """Write a relative error with its sign; of a `ratio` minus 1, factors from 2 on beside it.
+def signed_error(error: object) -> str:
+    """Write a relative error with its sign.
 
-    >>> signed_error(0.0123), signed_error(-0.021), signed_error(3.08, ratio=True)
-    ('+1.2\u202f%', '−2.1\u202f%', '+310\u202f% (4.1\u202ftimes)')
+    >>> signed_error(0.0123), signed_error(-0.021)
+    ('+1.2\u202f%', '−2.1\u202f%')
     """
-    return _with_sign(error, relative(error), ratio)
+    return _with_sign(error, relative(error), ratio=False)
 
 
 def _with_sign(error: object, text: str, ratio: bool) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.geometry.map_files.numbers_in_text import layout_of
+from comparisons.geometry.map_files.text import layout_of
 from comparisons.geometry.reading import FileError
 from comparisons.scene.units import FORCE, LENGTH, to_si
 

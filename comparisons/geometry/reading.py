@@ -92,8 +92,9 @@ def answer_of(reader: str, path: Path, *arguments: Any) -> dict[str, Any]:
     return answer
 
 
-def shorten(error: BaseException | str, length: int = 200) -> str:
+def shorten(error: BaseException | str) -> str:
     """Return the message of an error on one line; readers may quote whole files in it."""
+    length = 200
     text = " ".join(str(error)[: 10 * length].split())
     return text if len(text) <= length else text[:length] + " ..."
 

@@ -128,9 +128,7 @@ def variances(values: Sequence[np.ndarray]) -> np.ndarray:
     return np.array([_part(terms, level) for level in range(len(terms))]) * counts
 
 
-def allocate(
-    variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray, least: int = FEWEST
-) -> np.ndarray:
+def allocate(variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Return how many surfaces on each grid know all means well enough, at the least cost.
 
     Minimises sum n_l c_l under sum a_lj / n_l <= allowed_j for all j. For one mean that is
@@ -146,8 +144,6 @@ def allocate(
         Of one surface on each grid, in any unit.
     allowed : ndarray, shape (j,)
         Variance that each mean may have.
-    least : int
-        Surfaces on every grid at least.
 
     Returns
     -------
@@ -184,7 +180,7 @@ def allocate(
         weights *= reached / reached.max()
         weights /= weights.sum()
     numbers = numbers * max(reached.max(), 0.0)
-    counts = np.maximum(np.ceil(numbers * (1 - 1e-9)), least)
+    counts = np.maximum(np.ceil(numbers * (1 - 1e-9)), FEWEST)
     # The surfaces of a finer grid are among those of the coarser ones.
     return np.maximum.accumulate(counts[::-1])[::-1].astype(int)
 

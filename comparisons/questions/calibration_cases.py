@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities.rows import ENCLOSED
-from comparisons.judging.located import located_uncertainty
+from comparisons.judging.levels import located_uncertainty
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.uncertainty import (

@@ -24,13 +24,10 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
-from comparisons.results.folder import Layout, held, open_folder
-from comparisons.results.header import Header
-from comparisons.solving.answers import Answers
+from comparisons.results.folder import Header, Layout, held, open_folder
 from comparisons.solving.execution import THREADS
-from comparisons.solving.executors import Executor, executor_for
-from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.jobs import Done, Remaining
+from comparisons.solving.inquiries import Answers, Inquiries, Inquiry
+from comparisons.solving.jobs import Done, Executor, Remaining, executor_for
 from comparisons.solving.plan import Effort
 
 A = TypeVar("A")

@@ -36,13 +36,11 @@ from comparisons.results.ensemble_folder import (
     summary,
     survey,
 )
-from comparisons.results.folder import Layout
-from comparisons.results.header import Header
+from comparisons.results.folder import Header, Layout
 from comparisons.scene.scene import Scene
-from comparisons.solving.answers import value_of
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute, this_machine, warm_up
-from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.inquiries import Inquiry, value_of
 from comparisons.solving.jobs import Archive, Job, Kind
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, single_resolution

@@ -32,8 +32,7 @@ from comparisons.results.ensemble_folder import (
     save_ensemble,
     survey,
 )
-from comparisons.results.folder import filled
-from comparisons.results.header import Header
+from comparisons.results.folder import Header, filled
 from comparisons.results.run_comparison import MOVED
 from comparisons.results.selection import setting_rows
 from comparisons.results.store import FIELDS, STUDY, Run, SceneRecord, StudyRecord, load_study

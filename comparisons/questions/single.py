@@ -23,9 +23,9 @@ from comparisons.judging.distributions import last_histogram
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.methods.normal.proved import enclosures_asked_for
-from comparisons.results.vtu import vtu_file
+from comparisons.results.exports import vtu_file
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.solving.answers import solve_blocks
+from comparisons.solving.inquiries import solve_blocks
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.distributions import edges

@@ -15,9 +15,8 @@ from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
-from comparisons.results.exports import MEASURES, TO_TAKE, write_exports
-from comparisons.results.folder import MAILED, PAGE, Layout
-from comparisons.results.header import Header
+from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields
+from comparisons.results.folder import MAILED, PAGE, Header, Layout
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import (
     DISTRIBUTIONS,
@@ -30,11 +29,9 @@ from comparisons.results.store import (
     read_study,
     save_study,
 )
-from comparisons.results.vtu import write_fields
-from comparisons.solving.answers import solve_job
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
-from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Effort, Plan
 from comparisons.solving.plan_record import PlanRecord

@@ -26,7 +26,6 @@ from comparisons.judging.verdicts import (
     worst,
 )
 from comparisons.results import selection
-from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import (
     by_chance,
     equal_at,
@@ -38,6 +37,7 @@ from comparisons.results.decisions import (
     verdicts,
 )
 from comparisons.results.run_comparison import SLOWER
+from comparisons.results.selection import Cost, cost
 from comparisons.results.store import SceneRecord, once
 
 # Its errors are against a finer grid of its own.

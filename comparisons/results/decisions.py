@@ -1,20 +1,24 @@
-"""Which verdicts decide: on each quantity of a setting, a method or a scene.
+"""Which verdicts decide: on each quantity of a setting, a method or a scene; what bars stand for.
 
 Every quantity is judged once, at equal prescribed load (the prescribed one, force or penetration,
 at an equal value of the other), by the step that `comparisons.judging.verdicts.judged` selects.
 The page, the terminal, advice, tables and notebooks all use these words and numbers. Errors at the
-other load are listed (`second_rows`) but never affect a verdict.
+other load are listed (`second_rows`) but never affect a verdict. A bar is one of 95 % where
+calibration shows it, else an estimate by the same rules (`confidence`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from comparisons.facts.methods import METHODS, MODEL, NOT_ASKED, is_known
-from comparisons.facts.quantities import FIELDS, main_axis
+from comparisons.facts.quantities import FIELDS, main_axis, quantity
 from comparisons.judging.verdicts import LAST_LOAD, NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord, once
+from comparisons.scene.half_space import DEPTH_KEYS
+from comparisons.scene.physics.tables import TABLES
 
 NOBODY = "not computed by any method that was run"
 
@@ -101,13 +105,13 @@ def verdicts(record: SceneRecord, method: str = MODEL) -> tuple[Verdict, ...]:
     return setting_verdicts(record, method, finest(record, method) or 0)
 
 
-def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
-    """Return what is known at the other load: to be looked up, it decides nothing."""
-    level = finest(record, method)
+def second_rows(record: SceneRecord) -> list[Verdict]:
+    """Return what is known of the model at the other load: to be looked up, it decides nothing."""
+    level = finest(record, MODEL)
     return [
         item
         for item in record.verdicts
-        if item.method == method
+        if item.method == MODEL
         and item.resolution == level
         and item.quantity in record.quantities
         and item.at != equal_at(record, item.quantity)
@@ -128,3 +132,39 @@ def not_asked(record: SceneRecord, method: str) -> bool:
     """Tell whether a method was left out by the scene."""
     refused = selection.unsupported(record)
     return method not in selection.methods(record) or refused.get(method) == NOT_ASKED
+
+
+# Quantities whose bars `roughline calibrate` holds against true errors.
+SINGLE_CONTACTS = ("force", "penetration", "contact_area", "stiffness")
+ROUGH_SURFACES = ("contact_area", "penetration", "mean_gap", "stiffness")
+WHERE = (
+    "95 % where calibration shows it: force, penetration, contact area, mean gap and stiffness of "
+    "frictionless, elastic contacts on uniform half-spaces; elsewhere an estimate by the same rules"
+)
+
+
+def depends_on_depth(tables: Mapping[str, Any]) -> bool:
+    """Tell whether the half-space of a scene has layers, a rigid base, or is graded."""
+    half_space = tables.get("half_space")
+    return isinstance(half_space, dict) and any(half_space.get(key) for key in DEPTH_KEYS)
+
+
+def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
+    """Tell whether calibration covers the bar of a quantity of a scene, given by its tables."""
+    if depends_on_depth(tables) or "body" in tables or any(key in tables for key in TABLES):
+        return False
+    return name in (ROUGH_SURFACES if "surface" in tables else SINGLE_CONTACTS)
+
+
+def confidence(record: SceneRecord) -> str:
+    """Say what the bars of a scene stand for, in words."""
+    if record.reference.exact:
+        return "The truth is exact; u is that of the reduced model's own discretisation."
+    covered = [name for name in record.quantities if is_calibrated(record.tables, name)]
+    rest = [quantity(name).label for name in record.quantities if name not in covered]
+    if not covered:
+        return "u is an estimate from several resolutions; no calibration covers such scenes."
+    but = f"; of {', '.join(rest)} an estimate that no calibration covers" if rest else ""
+    # one in thirteen errors at a single load of a rough surface is beyond its bar: docs/claims.md
+    over = " over the loads (92 % at one load)" if "surface" in record.tables else ""
+    return f"u is a 95 % half-width{over}, by calibration{but}."

@@ -23,7 +23,7 @@ import pandas as pd
 
 from comparisons.errors import ResultsError
 from comparisons.files import write_table, write_text
-from comparisons.results.header import Form, Header, read_record
+from comparisons.results.folder import Form, Header, read_record
 from comparisons.tasks.bundles import SUFFIX, Bundle, curves, read_bundle
 
 RECORD, TABLE, SURFACES = "ensemble.json", "statistics.csv", "surfaces"

@@ -1,4 +1,4 @@
-"""Preparation of a results folder: its lock, ownership, existing results, leftovers of a kill."""
+"""A results folder: its lock, ownership, existing results, leftovers of a kill, records' header."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from comparisons.errors import ResultsError
 
@@ -163,3 +166,47 @@ def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
         leftover = LEFTOVER.fullmatch(path.name)
         if leftover and (leftover["meant"] in names or OWN_FILE.fullmatch(leftover["meant"])):
             path.unlink()
+
+
+class Form(BaseModel):
+    """Types as JSON has them; keys that a later version adds are kept."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
+
+
+class Header(Form):
+    """A run of a campaign.
+
+    Attributes
+    ----------
+    created, command, effort : str
+        ISO date and time of the run; the command line; "quick" or "full".
+    seconds : float
+        Wall time, with that of the runs it resumed.
+    machine, versions : dict
+        Where it ran, with which packages.
+    interrupted : bool
+        True where it was stopped before all was done.
+    """
+
+    created: str
+    command: str
+    effort: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+    versions: dict[str, str]
+    interrupted: bool
+
+
+Record = TypeVar("Record", bound=Header)
+
+
+def read_record(form: type[Record], file: Path, missing: str) -> Record:
+    """Read a record; ResultsError where it is damaged, or there is none (said as `missing`)."""
+    try:
+        return form.model_validate_json(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ResultsError(missing) from error
+    except (ValidationError, OSError, UnicodeDecodeError) as error:
+        first = " ".join(str(error).splitlines()[:3])
+        raise ResultsError(f"{file}: damaged results ({first})") from error

@@ -21,8 +21,7 @@ from typing import TYPE_CHECKING, Any
 from comparisons.errors import InputError, LostWorkError
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import adopt, announced, digests
-from comparisons.solving.executors import Executor, timed
-from comparisons.solving.jobs import Done, Job
+from comparisons.solving.jobs import Done, Executor, Job, timed
 from comparisons.solving.processes import PROCESS
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import SUITES, Scene, SceneError, load_scene, load_scenes
 from comparisons.scene.surface import SelfAffine
-from comparisons.solving.map_patches import patch_of
+from comparisons.solving.map_patches import patch_of, prepared_otherwise
 from comparisons.solving.plan import (
     QUICK_REALISATIONS,
     Effort,
@@ -36,7 +36,6 @@ from comparisons.solving.plan import (
 )
 from comparisons.solving.plan_notes import notes_of, omissions, switched_on
 from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord
-from comparisons.solving.sensitivity import prepared_otherwise
 from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.task import Task
 

@@ -24,8 +24,7 @@ from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.solving.executors import Executor, timed
-from comparisons.solving.jobs import Done, Job
+from comparisons.solving.jobs import Done, Executor, Job, timed
 from comparisons.solving.shared import VARIABLE as SHARED
 from comparisons.solving.shared import folder
 
@@ -159,27 +158,23 @@ class ProcessExecutor(Executor):
             return None if self._running else self._suspects.popleft()
         if any(self._tried[job.key] for job in self._running.values()):
             return None
-        place = self._place(budget - sum(job.memory + PROCESS for job in self._running.values()))
+        # the first that fits, of a method that is compiled if there is one
+        memory = budget - sum(job.memory + PROCESS for job in self._running.values())
+        compiling = {job.kind.method for job in self._running.values()} - self._used
+        places, place = range(len(self._waiting)), None
+        for at in reversed(places) if self._from_the_end else places:
+            if self._running and self._waiting[at].memory + PROCESS > memory:
+                continue
+            place = at if place is None else place
+            if self._waiting[at].kind.method not in compiling:
+                place = at
+                break
         if place is None:
             return None
         self._from_the_end = not self._from_the_end
         job = self._waiting[place]
         del self._waiting[place]
         return job
-
-    def _place(self, memory: float) -> int | None:
-        """Return which of the waiting jobs is next: the first that fits, compiled if possible."""
-        places = range(len(self._waiting))
-        compiling = {job.kind.method for job in self._running.values()} - self._used
-        fitting = None
-        for place in reversed(places) if self._from_the_end else places:
-            job = self._waiting[place]
-            if self._running and job.memory + PROCESS > memory:
-                continue
-            if job.kind.method not in compiling:
-                return place
-            fitting = place if fitting is None else fitting
-        return fitting
 
 
 def _begin(parent: int, common: str) -> None:

@@ -20,8 +20,7 @@ from comparisons.questions.study import solve_task
 from comparisons.scene.scene import make_scene
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
-from comparisons.solving.executors import executor_for
-from comparisons.solving.jobs import Job
+from comparisons.solving.jobs import Job, executor_for
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.solving.processes import ProcessExecutor

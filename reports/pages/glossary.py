@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.results.confidence import WHERE
+from comparisons.results.decisions import WHERE
 
 TERMS = {
     "reduced": (

@@ -19,10 +19,9 @@ from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.confidence import confidence
-from comparisons.results.cost import spent
-from comparisons.results.decisions import judged_methods, second_rows, verdicts
+from comparisons.results.decisions import confidence, judged_methods, second_rows, verdicts
 from comparisons.results.finding import deciding, family, methods_of
+from comparisons.results.selection import spent
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside

@@ -15,8 +15,8 @@ from comparisons.judging.metrics import front
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting
-from comparisons.results.cost import Cost, cost
 from comparisons.results.decisions import equal_at
+from comparisons.results.selection import Cost, cost
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import (
     error_axis,

@@ -48,9 +48,9 @@ def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.
     return result
 
 
-def plain(table: Table, width: int = 100) -> str:
+def plain(table: Table) -> str:
     """Return a table as text."""
-    console = Console(width=width, file=StringIO(), emoji=False, color_system=None)
+    console = Console(width=100, file=StringIO(), emoji=False, color_system=None)
     with console.capture() as told:
         console.print(drawn(table, tight=True))
     return told.get().rstrip()

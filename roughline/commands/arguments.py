@@ -14,7 +14,7 @@ from cyclopts import Parameter, Token
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.solving.executors import Executor
+    from comparisons.solving.jobs import Executor
 
 
 def _count(_type: type, tokens: Sequence[Token]) -> int:
@@ -191,7 +191,7 @@ class Workers:
             If the number of workers is invalid, or the cluster cannot be used, with the reason.
         """
         from comparisons.errors import InputError
-        from comparisons.solving.executors import executor_for
+        from comparisons.solving.jobs import executor_for
 
         cores = os.cpu_count() or 1
         chosen = min(default, cores) if self.workers is None else self.workers

@@ -9,7 +9,7 @@ from pydantic import Field
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NOT_RESOLVED
 from comparisons.questions.claims.verdicts import HOLDS, IN_A_RANGE, ONLY_AS_STATED
-from comparisons.results.header import Form, Header, read_record
+from comparisons.results.folder import Form, Header, read_record
 
 RECORD = "claims.json"
 # The last full run of every claim, which comes with the package (docs/examples/claims_table.py).

@@ -48,10 +48,8 @@ from comparisons.questions.claims.wording import WRONG_SIGN, conditions, sentenc
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort
 from comparisons.reasons import one_line
-from comparisons.results.folder import Layout
-from comparisons.results.header import Header
-from comparisons.solving.answers import value_of
-from comparisons.solving.inquiries import Inquiry, answer_of, together
+from comparisons.results.folder import Header, Layout
+from comparisons.solving.inquiries import Inquiry, answer_of, together, value_of
 from comparisons.solving.jobs import Archive, Job, Kind
 
 MEASUREMENTS = "measurements"

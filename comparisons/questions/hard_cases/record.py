@@ -8,7 +8,7 @@ import pandas as pd
 from pydantic import Field
 
 from comparisons.files import write_table, write_text
-from comparisons.results.header import Form, Header, read_record
+from comparisons.results.folder import Form, Header, read_record
 
 RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
 

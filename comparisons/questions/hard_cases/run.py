@@ -39,11 +39,9 @@ from comparisons.questions.hard_cases.record import (
     OutcomeRecord,
     save_record,
 )
-from comparisons.results.folder import PAGE, Layout
-from comparisons.results.header import Header
-from comparisons.solving.answers import solve_job
+from comparisons.results.folder import PAGE, Header, Layout
 from comparisons.solving.execution import execute
-from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import EXACT as EXACT_LEVELS

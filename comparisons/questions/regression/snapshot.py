@@ -22,7 +22,7 @@ from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement
 from comparisons.questions.campaign import Campaign, Options, Watch
-from comparisons.results.header import Header
+from comparisons.results.folder import Header
 from comparisons.scene.problems import first_problems
 from comparisons.scene.scene import SINGLE, Scene, load_scene
 from comparisons.solving.inquiries import Inquiry, curves

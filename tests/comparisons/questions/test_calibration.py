@@ -28,7 +28,7 @@ from comparisons.questions.calibration_cases import (
     held_against,
     summary,
 )
-from comparisons.results.header import Header
+from comparisons.results.folder import Header
 from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page
 from roughline.commands.app import run_command

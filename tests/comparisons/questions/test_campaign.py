@@ -16,9 +16,8 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import HardCases
 from comparisons.questions.regression.snapshot import Measurements
 from comparisons.questions.study import Study
-from comparisons.solving import answers
-from comparisons.solving.executors import SerialExecutor
-from comparisons.solving.jobs import Done, Remaining
+from comparisons.solving import inquiries
+from comparisons.solving.jobs import Done, Remaining, SerialExecutor
 from comparisons.solving.planning import plan_scene
 
 
@@ -37,13 +36,13 @@ class Losing(SerialExecutor):
 def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
     """Force and area of the same ellipsoids: no solve is done twice, nor again on resuming."""
     done = Counter()
-    execute = answers.execute
+    execute = inquiries.execute
 
     def count(task, repeats):
         done[task.scene.text.partition("[compare]")[0], task.method, task.resolution] += 1
         return execute(task, repeats)
 
-    monkeypatch.setattr(answers, "execute", count)
+    monkeypatch.setattr(inquiries, "execute", count)
     claims = load_claims(("ellipsoid-force", "ellipsoid-area"))
     record = ClaimRun(claims, tmp_path / "out").run()
     assert len({point.parameter for claim in record.claims for point in claim.points}) > 8

@@ -14,8 +14,7 @@ from comparisons.questions import ensemble as questions
 from comparisons.questions.ensemble import Ensemble
 from comparisons.questions.merging import merge_ensembles
 from comparisons.results.ensemble_folder import SURFACES, load_ensemble, summary, survey
-from comparisons.solving.executors import SerialExecutor
-from comparisons.solving.jobs import Done
+from comparisons.solving.jobs import Done, SerialExecutor
 from comparisons.tasks.bundles import Bundle, write_bundle
 from comparisons.tasks.solution import Solution
 

@@ -6,7 +6,7 @@ import pytest
 
 from comparisons.judging.reference import Reference
 from comparisons.questions.problems.sheet import sheet_of
-from comparisons.results.confidence import confidence
+from comparisons.results.decisions import confidence
 from comparisons.results.finding import family
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene

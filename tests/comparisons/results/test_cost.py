@@ -5,8 +5,8 @@ import pytest
 
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.cost import cost, spent
 from comparisons.results.scene_record import record_scene
+from comparisons.results.selection import cost, spent
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

@@ -4,7 +4,7 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons.results.vtu import write_fields
+from comparisons.results.exports import write_fields
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene

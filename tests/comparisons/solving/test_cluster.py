@@ -15,8 +15,7 @@ from comparisons.errors import InputError, LostWorkError
 from comparisons.questions.study import Study
 from comparisons.results.store import RESULTS, load_study
 from comparisons.solving import cluster
-from comparisons.solving.executors import executor_for
-from comparisons.solving.jobs import Job
+from comparisons.solving.jobs import Job, executor_for
 from comparisons.solving.planning import plan_scene
 
 

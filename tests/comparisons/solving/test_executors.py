@@ -13,8 +13,7 @@ import pytest
 from joblib.externals.loky import process_executor
 
 from comparisons.solving import processes
-from comparisons.solving.executors import SerialExecutor, executor_for
-from comparisons.solving.jobs import Job, Kind
+from comparisons.solving.jobs import Job, Kind, SerialExecutor, executor_for
 from comparisons.solving.processes import ProcessExecutor
 
 GB = 1e9

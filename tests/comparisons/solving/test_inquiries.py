@@ -3,10 +3,8 @@
 import pytest
 
 from comparisons.errors import LostWorkError, ResultsError
-from comparisons.solving.answers import Answers
-from comparisons.solving.executors import SerialExecutor
-from comparisons.solving.inquiries import Inquiries, answer_of, curves, together
-from comparisons.solving.jobs import Archive, Done, Job, Kind
+from comparisons.solving.inquiries import Answers, Inquiries, answer_of, curves, together
+from comparisons.solving.jobs import Archive, Done, Job, Kind, SerialExecutor
 from comparisons.solving.planning import plan_scene
 
 CALLS: list[int] = []

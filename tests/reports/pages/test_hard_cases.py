@@ -10,7 +10,7 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.folder import PAGE
-from comparisons.solving.executors import SerialExecutor
+from comparisons.solving.jobs import SerialExecutor
 from reports.pages.hard_cases import hard_cases_page, stability
 from reports.plots.interactive import spec
 from roughline.commands.app import run_command
