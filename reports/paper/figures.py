@@ -32,6 +32,7 @@ from reports.plots.axes import log_axis, log_ticks
 from reports.plots.curves import printed_curves
 from reports.plots.errors import errors
 from reports.plots.figure import Axis, Figure, Guide, Series
+from reports.plots.marks import DOWN
 from reports.plots.speed import speed
 from reports.plots.style import CROSS, INK, Look, Marker, look
 
@@ -79,7 +80,7 @@ def overview(scene: SceneRecord) -> PaperFigure | None:
 def verdict_figure(scenes: Sequence[SceneRecord]) -> PaperFigure | None:
     """Return the page-wide figure of all verdicts, or None where nothing was asked for."""
     figure = verdict_map(scenes)
-    return _sheet([figure], PAGE, 24.0 + 4.6 * len(scenes)) if figure else None
+    return _sheet([figure], PAGE, 24.0 + 4.6 * len(figure.y.ticks)) if figure else None
 
 
 def _sheet(
@@ -131,7 +132,8 @@ def draw(axes: Any, figure: Figure) -> None:
         ends = band.along * along, band.low * height, band.high * height
         fill(*ends, **style, label=literal(band.label) or None)
     for series in figure.series:
-        if series.legend:  # what only a caption explains is the page's
+        # What only a caption explains is the page's; what lies below the axis is an arrow, too.
+        if series.legend or series.look.marker is DOWN:
             _draw_series(axes, series, figure)
     for level in figure.levels:
         style = {"color": colour(level.colour), "lw": 0.7, "ls": level.dash.matplotlib}
@@ -217,8 +219,15 @@ SPREAD = 0.7  # of a row, over which its markers stand
 
 
 def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
-    """Return error over tolerance of the leading method of each scene, or None without scenes."""
+    """Return error over tolerance of the leading method of each scene, or None without scenes.
+
+    Of one scene each quantity has a row, with its error.
+    """
     rows = [verdicts(scene, judged_methods(scene)[0]) for scene in scenes]
+    labels = [scene.name for scene in scenes]
+    if len(scenes) == 1:
+        labels = [item.text for item in rows[0]]
+        rows = [(item,) for item in rows[0]]
     names = in_order({item.quantity for row in rows for item in row})
     if not names:
         return None
@@ -233,7 +242,7 @@ def verdict_map(scenes: Sequence[SceneRecord]) -> Figure | None:
             if item.quantity == name
         ]
         series += _quantity_series(style, items)
-    ticks = tuple((float(number), scene.name) for number, scene in enumerate(scenes))
+    ticks = tuple((float(number), label) for number, label in enumerate(labels))
     return Figure(
         "verdicts",
         "Error over tolerance of all scenes",

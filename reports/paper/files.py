@@ -25,8 +25,10 @@ from reports.paper.figures import (
     verdict_figure,
 )
 from reports.paper.style import FORMATS, PAGE, PaperFigure
+from reports.plots.marks import FOOT_NOTE
 from reports.tables.judged import finding_table, printed_verdicts
 from reports.tables.scene import printed_settings
+from reports.tables.values import values
 from reports.tables.written import in_markdown, latex, markdown, tex
 
 CHOSEN = ("verdicts", "*-overview")
@@ -92,6 +94,7 @@ def write_paper(
             write_named(written[-1], partial(shutil.copyfileobj, stream))
     advance(len(chosen), len(chosen), "tables")
     verdicts = printed_verdicts(study.scenes)
+    printed = {file_name(scene.name, "values"): values(scene) for scene in study.scenes}
     settings = {
         file_name(scene.name, "settings"): printed_settings(scene) for scene in study.scenes
     }
@@ -101,6 +104,8 @@ def write_paper(
         "verdicts.md": in_markdown(verdicts),
         "settings.tex": "\n".join(latex(table, name) for name, table in settings.items()),
         "settings.md": "\n".join(map(in_markdown, settings.values())),
+        "values.tex": "\n".join(latex(table, name) for name, table in printed.items()),
+        "values.md": "\n".join(map(in_markdown, printed.values())),
         "figures.tex": _inclusion(drawn),
         "index.md": _index(study, drawn, suffixes, left),
     }.items():
@@ -129,7 +134,8 @@ def _drawable(study: StudyRecord) -> dict[str, Drawable]:
         if drawn:
             caption = (
                 f"{title}: load curves, the error of the quantity that decides the verdict over "
-                "the load, and its largest error against the time for the whole scene."
+                "the load, and its largest error against the time for the whole scene. "
+                f"{FOOT_NOTE}"
             )
             name = file_name(scene.name, "overview")
             first.append(Drawable(name, scene.name, caption, partial(overview, scene)))
@@ -164,7 +170,11 @@ def _index(
         in_markdown(finding_table(study.scenes, method)) for method in methods_of(study.scenes)
     ]
     lines += [_shown(entry, suffixes) for entry in entries if not entry.scene]
-    lines += ["Tables: [verdicts](verdicts.md), [settings](settings.md); LaTeX beside them.", ""]
+    lines += [
+        "Tables: [verdicts](verdicts.md), [values](values.md), [settings](settings.md); "
+        "LaTeX beside them.",
+        "",
+    ]
     for scene in study.scenes:
         shown = [_shown(entry, suffixes) for entry in entries if entry.scene == scene.name]
         advice = advise(scene)

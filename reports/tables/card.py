@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import BaseModel
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import CLOSED_FORM, MODEL
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
-from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results import selection
 from comparisons.results.decisions import by_chance
@@ -21,8 +20,8 @@ from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange
 from comparisons.scene.scene import Scene, SceneError, make_scene
-from comparisons.tasks.stresses import FROM_PRESSURE, pressure_quantities
-from reports.plots.stored import stored_fields
+from comparisons.tasks.stresses import FROM_PRESSURE
+from reports.tables.values import stresses
 
 NO_INPUT = {"name", "title", "loading", "compare", "methods", "directory"}
 UNSAID = {"seed", "realisations"}  # of a surface: the report names them elsewhere
@@ -52,15 +51,17 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
     Bodies with their moduli; the smallest and the largest load of the reference; where nothing
     pulls, the mean pressure F/A, and under an indenter without an edge the highest pressure that
     the reference found, with the largest von Mises stress inside; of rough surfaces the reduced
-    load F/(E* A0 h')
-    and from which yield stress on they are elastic.
+    load F/(E* A0 h'), and from which yield stress on they stay elastic.
     """
     try:
         body = make_scene(dict(scene.tables), scene.name, Path())
     except SceneError:
         return _loads(scene)  # of a text that is no scene
     lines = [*_bodies(body), *_loads(scene)]
-    most = _stresses(scene, body)
+    steps = _reference_curve(scene)["step"]
+    most = (
+        stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
+    )
     if most.get("pressure_peak"):
         lines.append(("highest pressure, last load", fmt.with_unit(most["pressure_peak"], "Pa")))
     if "von_mises_max" in most:
@@ -192,26 +193,3 @@ def _range(values: np.ndarray, unit: str) -> str:
     """Return the smallest and the largest of what is known."""
     ends = np.nanmin(values), np.nanmax(values)
     return " to ".join(dict.fromkeys(fmt.with_unit(value, unit) for value in ends))
-
-
-def _stresses(scene: SceneRecord, body: Scene) -> dict[str, float]:
-    """Return the peak pressure, and below indenters the stresses, at the last load.
-
-    Of a closed form, or from the field that the reference has stored.
-    """
-    first = scene.reference.method
-    fields: dict[str, np.ndarray] = {}
-    if first == CLOSED_FORM and body.indenter and body.half_space.uniform and not body.physics:
-        form = form_of(body.indenter, body.effective_modulus)
-        depth = _reference_curve(scene)["penetration"]
-        if form is not None and len(depth) and not form.pressure_is_singular:
-            fields = form_pressure(form, float(depth[-1]))
-    elif first:
-        fields = next((item.fields for item in stored_fields(scene, [first])), {})
-    # Of rough surfaces the report has a figure of the stresses below; large maps are stored as
-    # means over blocks, and their rows have the peak of all cells.
-    peak = _reference_curve(scene)["pressure_peak"][-1:]
-    if not body.indenter and np.isfinite(peak).any():
-        return {"pressure_peak": float(peak[0])}
-    asked = FROM_PRESSURE if body.indenter else {"pressure_peak"}
-    return pressure_quantities(body, asked, fields) if "pressure" in fields else {}

@@ -31,6 +31,10 @@ _SPECIAL = {
     "\N{SQUARE ROOT}": r"$\surd$",
     "µ": r"\textmu{}",
     "π": r"$\pi$",
+    "σ": r"$\sigma$",
+    "τ": r"$\tau$",
+    "ū": r"$\bar{u}$",
+    "₀": "$_0$",
     "–": "--",
 }
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")

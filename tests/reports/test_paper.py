@@ -19,19 +19,22 @@ from comparisons.judging.reference import NO_REFERENCE
 from comparisons.results import selection
 from comparisons.results.decisions import verdicts
 from comparisons.results.finding import deciding
-from comparisons.results.rows import NO_ROWS
+from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
 from reports.paper.files import write_paper
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
+from reports.tables.values import values
+from reports.tables.written import frame
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 MILLIMETRES_PER_POINT = 25.4 / 72
 REDUCED = "#D55E00"
+RADIUS, MODULUS = 0.01, 231e9  # of the ball in conftest.py
 # A page wide with all kinds of plots, and a column wide.
 FIGURES = ("*-overview", "*-force-penetration")
 
@@ -56,6 +59,38 @@ def drawn(scene, key):
     """Return the axes of one plot."""
     (axes,) = single(panels(scene)[key]).axes
     return axes
+
+
+# --- what is written ----------------------------------------------------------------------------
+
+
+def test_values_are_those_of_hertz(ball):
+    """A = (R d)^(1/2), F = 4/3 E* R^(1/2) d^(3/2), p0 = 3/2 F/A, 0.62 p0 of von Mises (nu 0.3)."""
+    printed = frame(values(ball))
+    exact = printed[printed["method"] == "closed form"]
+    depth = exact["penetration depth d / µm"] * 1e-6
+    np.testing.assert_allclose(exact["contact radius a / µm"], np.sqrt(RADIUS * depth) * 1e6)
+    force = 4 / 3 * MODULUS * np.sqrt(RADIUS) * depth**1.5
+    np.testing.assert_allclose(exact["force F / N"], force)
+    mean = force / (np.pi * RADIUS * depth)
+    np.testing.assert_allclose(exact["mean pressure F/A / GPa"], mean / 1e9)
+    assert "reduced model" in set(printed["method"])
+
+
+def test_what_errs_by_less_than_the_axis_shows_has_its_arrows_and_its_name_in_print(ball):
+    """The springs of a ball err by round-off: they were missing from the printed errors."""
+    rows = ball.rows.frame()
+    exact = rows["error_force"].where(rows["method"] != "reduced", 1e-13)
+    sure = replace(ball, rows=Rows.of(rows.assign(error_force=exact)))
+    axes = drawn(sure, "error-force")
+    (arrows,) = (line for line in axes.get_lines() if line.get_label() == "reduced model")
+    assert len(arrows.get_xdata()) > 1
+    np.testing.assert_allclose(arrows.get_ydata(), axes.get_ylim()[0])
+
+
+def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
+    rows = [text for _, text in verdict_map([ball]).y.ticks]
+    assert rows == [item.text for item in verdicts(ball)]
 
 
 # --- what is drawn ------------------------------------------------------------------------------
@@ -199,7 +234,7 @@ def test_few_figures_are_drawn_unless_more_are_asked_for(small, tmp_path):
     names = re.findall(r"\]\(([^)]+)\)", index)
     assert set(names) <= {path.name for path in written}
     assert {path.name for path in written} - set(names) == {
-        *("index.md", "figures.tex", "verdicts.tex", "settings.tex")
+        *("index.md", "figures.tex", "verdicts.tex", "values.tex", "settings.tex")
     }
 
 
