@@ -155,11 +155,6 @@ def test_a_map_turned_mirrored_or_raised_is_the_same_surface(pressed, method, pe
     assert_symmetric(pressed, map_, method, periodic, TOLERANCES[method])
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_finite_elements_on_more_points_have_the_symmetries(pressed, shape):
-    assert_symmetric(pressed, surface(shape), "fem", False, TOLERANCES["fem"])
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "periodic", "shape"), FINER)
 def test_a_finer_grid_of_a_map_turns_with_it(pressed, method, periodic, shape):

@@ -56,7 +56,8 @@ def test_the_summary_stands_on_the_first_screen_of_a_phone(followed):
     page.set_viewport_size({"width": DESKTOP[0], "height": DESKTOP[1]})
 
 
-@pytest.mark.parametrize("size", [DESKTOP, pytest.param(PHONE, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
 def test_all_is_drawn_without_request_complaint_or_fault(
     visit, serious_faults, faults_in_the_dark, size
 ):
