@@ -187,18 +187,24 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
     assert rows["pressure_integral"][0] == pytest.approx(-0.01)
 
 
-def test_the_cone_is_compared_away_from_its_tip(scene):
-    """Exact pressure at all points but near the tip, where p ~ arcosh(a/r) (Sneddon 1965)."""
-    (plan,) = plan_scene(scene(indenter={"shape": "cone", "slope": 0.1}, compare=COMPARABLE))
+@pytest.mark.parametrize("shape", ["cone", "cylinder"])
+def test_a_cone_is_compared_away_from_its_tip_and_a_punch_from_its_edge(scene, shape):
+    """p ~ arcosh(a/r) of a cone (Sneddon 1965), (a^2 - r^2)^(-1/2) of a punch: exact elsewhere."""
+    size = {"slope": 0.1} if shape == "cone" else {"radius": 1e-3}
+    (plan,) = plan_scene(scene(indenter={"shape": shape, **size}, compare=COMPARABLE))
+    depth, modulus = plan.loads.values[-1], plan.scene.effective_modulus
     exact = execute(task_of(plan, "closed_form", 1), 1)
-    a = 2 / np.pi * plan.loads.values[-1] / 0.1
-    x = np.linspace(0.01, 0.99, 99) * a
-    p = 0.05 * plan.scene.effective_modulus * np.arccosh(a / x)
-    spoilt = np.where(x < 0.0999 * a, 0.0, p)
-    weight = 2 * np.pi * x * 0.01 * a
+    x = np.linspace(0.01, 0.99, 99)
+    if shape == "cone":
+        a = 2 / np.pi * depth / 0.1
+        spoilt = np.where(x < 0.0999, 0.0, 0.05 * modulus * np.arccosh(1 / x))
+    else:
+        a = 1e-3
+        spoilt = np.where(x > 0.9001, 0.0, modulus * depth / (np.pi * a * np.sqrt(1 - x**2)))
+    weight = 2 * np.pi * x * 0.01 * a**2
     solved = {
         ("closed_form", 1): exact,
-        ("fem", 4): solution(plan, (x, np.zeros(99), weight), spoilt),
+        ("fem", 4): solution(plan, (x * a, np.zeros(99), weight), spoilt),
     }
     rows = measures(plan, solved, "fem", 4)
     assert rows["pressure"] == (pytest.approx(0, abs=1e-9), 0.0)
