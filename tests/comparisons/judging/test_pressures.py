@@ -189,7 +189,7 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
 
 @pytest.mark.parametrize("shape", ["cone", "cylinder"])
 def test_a_cone_is_compared_away_from_its_tip_and_a_punch_from_its_edge(scene, shape):
-    """p ~ arcosh(a/r) of a cone (Sneddon 1965), (a^2 - r^2)^(-1/2) of a punch: exact elsewhere."""
+    """The pressure is as arcosh(a/r) (Sneddon 1965), and as (a^2 - r^2)^(-1/2): exact elsewhere."""
     size = {"slope": 0.1} if shape == "cone" else {"radius": 1e-3}
     (plan,) = plan_scene(scene(indenter={"shape": shape, **size}, compare=COMPARABLE))
     depth, modulus = plan.loads.values[-1], plan.scene.effective_modulus
