@@ -1,5 +1,6 @@
 """Fixtures that tests of several rooms share."""
 
+import importlib.util
 import os
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 from comparisons.facts.methods import METHODS
 from comparisons.methods.registry import SOLVERS, load
 from comparisons.methods.user.external import VARIABLE
+from comparisons.results.store import load_study
 from comparisons.solving import execution
 
 # Solvers of all physics at once: tests that put others in their place put them back.
@@ -74,3 +76,24 @@ def interruptible():
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(scope="session")
+def script():
+    """Import a script of docs/examples by its name."""
+
+    def load_script(name):
+        path = Path(__file__).parents[1] / "docs" / "examples" / f"{name}.py"
+        spec = importlib.util.spec_from_file_location(name, path)
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        return module
+
+    return load_script
+
+
+@pytest.fixture(scope="session")
+def quick_suite():
+    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
+    made = os.environ.get("ROUGHLINE_QUICK")
+    return {scene.name: scene for scene in load_study(made).scenes} if made else {}

@@ -1,7 +1,6 @@
 """What the pages show must work: scenes parse, the example method runs, the shipped map is made."""
 
 import ast
-import importlib.util
 import pkgutil
 import re
 from pathlib import Path
@@ -136,15 +135,7 @@ def test_the_readme_stays_short():
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 620
 
 
-def script(name: str):
-    """Return a script of docs/examples as a module."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / "examples" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_verdicts_on_the_pages_are_those_of_the_stored_run():
+def test_the_verdicts_on_the_pages_are_those_of_the_stored_run(script):
     tables = script("claims_table")
     record = load_claims_record(tables.STORED)
     for path in tables.PAGES:
@@ -164,14 +155,14 @@ def test_the_verdicts_on_the_pages_are_those_of_the_stored_run():
         ),
     ],
 )
-def test_sentences_to_quote_do_not_read_as_more_than_the_claims_say(sentence, fault):
+def test_sentences_to_quote_do_not_read_as_more_than_the_claims_say(script, sentence, fault):
     tables = script("claims_table")
     by_id = {claim.id: claim for claim in load_claims_record(tables.STORED).claims}
     with pytest.raises(ValueError, match=fault):
         tables._with_numbers(sentence, by_id)
 
 
-def test_a_record_put_together_took_what_all_its_claims_took():
+def test_a_record_put_together_took_what_all_its_claims_took(script):
     tables = script("claims_table")
     stored = load_claims_record(tables.STORED)
     brief = stored.model_copy(update={"seconds": 1.0})
@@ -210,7 +201,7 @@ def test_the_class_of_the_page_runs_as_printed():
     np.testing.assert_allclose(solution.quantities["force"][0], exact, rtol=1e-12)
 
 
-def test_the_shipped_map_is_the_one_its_script_makes():
+def test_the_shipped_map_is_the_one_its_script_makes(script):
     """The stand-in for a measured map is synthetic; its script tells exactly how."""
     shipped = np.genfromtxt(builtin_folder() / "measured-map.csv", delimiter=",")
     # Two decimals are written; another FFT build may round the last one differently.

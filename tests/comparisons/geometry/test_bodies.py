@@ -1,6 +1,5 @@
 """Scenes with a user's body: files of three programs, frames, supports, and what is refused."""
 
-import importlib.util
 import shutil
 from pathlib import Path
 
@@ -334,12 +333,9 @@ def test_names_with_spaces_survive_the_canonical_text(tmp_path):
     assert parse_scene(made.text, "test", tmp_path) == made
 
 
-def test_the_example_runs_from_its_scene_file(tmp_path):
+def test_the_example_runs_from_its_scene_file(script, tmp_path):
     """The block of docs/examples: its script makes the shipped file, and `solve` its fields."""
-    spec = importlib.util.spec_from_file_location("block_mesh", EXAMPLES / "block_mesh.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    module.main(str(tmp_path))
+    script("block_mesh").main(str(tmp_path))
     shipped = (EXAMPLES / "block.msh").read_bytes()
     assert (tmp_path / "block.msh").read_bytes() == shipped
     shutil.copy(EXAMPLES / "block.toml", tmp_path)

@@ -218,6 +218,7 @@ def test_the_rules_of_the_chapter_for_what_has_no_exact_line(scene, indenter, ra
 @pytest.mark.parametrize("interpolation", ["pchip", "linear"])
 def test_a_table_of_two_points_is_a_cone_with_a_sharp_edge(scene, interpolation):
     """A slope of 1/1000 up to r = 1 mm: a = (2/pi) d/slope (Sneddon 1965), well inside."""
-    table = {"shape": "profile", "r": [0, 1e-3], "f": [0, 1e-6], "interpolation": interpolation}
+    table = {"shape": "profile", "r": [0, "1 mm"], "f": [0, "1 um"]}
+    table["interpolation"] = interpolation
     geometry, _ = prepare(scene(indenter=table, loading={"penetration": [1e-7]}))
     assert geometry.contact_radius == pytest.approx(2 / np.pi * 1e-4, rel=1e-6)

@@ -3,7 +3,6 @@
 import json
 import os
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import StudyRecord, load_study
+from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -254,18 +253,11 @@ def test_a_notebook_says_what_is_proved_and_has_the_sides():
     assert (np.diff(sides.to_numpy(dtype=float), axis=1) >= 0).all()
 
 
-@cache
-def quick_suite():
-    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
-    made = os.environ.get("ROUGHLINE_QUICK")
-    return load_study(made).scenes if made else ()
-
-
 @pytest.mark.slow
 @pytest.mark.skipif("ROUGHLINE_QUICK" not in os.environ, reason="needs a finished quick suite")
-def test_no_bar_of_the_quick_suite_misses_what_is_proved():
+def test_no_bar_of_the_quick_suite_misses_what_is_proved(quick_suite):
     """Each of them is a theorem's word against an estimate: a miss is a defect."""
-    proved = {s.name: s.reference.proved for s in quick_suite() if s.reference.proved}
+    proved = {s.name: s.reference.proved for s in quick_suite.values() if s.reference.proved}
     # eleven single contacts, each of some quantities at some load steps
     assert len(proved) >= 11
     assert sum(item.bars for item in proved.values()) >= 600

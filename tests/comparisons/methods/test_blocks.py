@@ -4,36 +4,21 @@ import numpy as np
 import pytest
 
 from comparisons.methods.normal import grid as blocks
-from comparisons.questions.single import solve_scene
-
-ROUGH = {
-    "name": "large",
-    "half_space": {"effective_modulus": 1e9},
-    "surface": {
-        "kind": "self_affine",
-        "hurst": 0.8,
-        "rms_slope": 0.1,
-        "size": 1e-6,
-        "points": [48, 40],
-        "short_cutoff": 2e-7,
-        "periodic": True,
-        "realisations": 1,
-    },
-    "loading": {"force": {"values": [0.1], "relative_to": "E* A0 h'"}},
-    "compare": {"methods": ["bem_fft"], "quantities": ["force", "contact_area", "pressure"]},
-}
 
 
-def fields(scene):
-    return solve_scene(scene, "bem_fft").solution
-
-
-def test_a_large_pressure_is_stored_in_blocks_that_carry_its_force(monkeypatch):
+def test_a_large_pressure_is_stored_in_blocks_that_carry_its_force(rough, solved, monkeypatch):
     """48 x 40 cells in blocks of 5, the last ones of 3 and 5; quantities are of all cells."""
-    whole = fields(ROUGH)
+    scene = rough(
+        points=[48, 40],
+        short_cutoff=2e-7,
+        periodic=True,
+        loading={"force": {"values": [0.1], "relative_to": "E* A0 h'"}},
+        compare={"quantities": ["force", "contact_area", "pressure"]},
+    )
+    whole = solved(scene, "bem_fft", 48)
     monkeypatch.setattr(blocks, "MOST_POINTS", 48 * 40 - 1)
     monkeypatch.setattr(blocks, "SIDE", 10)
-    stored = fields(ROUGH)
+    stored = solved(scene, "bem_fft", 48)
     assert stored.quantities["contact_area"] == whole.quantities["contact_area"]
     small, large = stored.fields, whole.fields
     assert tuple(small["pressure_shape"]) == (10, 8)

@@ -1,6 +1,5 @@
 """The friction law (19.1) and Fig. 19.4 against the truth, both rooms together; their page."""
 
-import importlib.util
 import math
 import re
 from pathlib import Path
@@ -23,15 +22,6 @@ from reports.tables.documents import markdown
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def tables():
-    """Return the script of the page as a module."""
-    script = ROOT / "docs" / "examples" / "friction_and_impact_tables.py"
-    spec = importlib.util.spec_from_file_location(script.stem, script)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def block_of(name):
     """Return a table of the page by its marker."""
     page = (ROOT / "docs" / "friction-and-impact.md").read_text(encoding="utf-8")
@@ -41,10 +31,10 @@ def block_of(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["stopping", "backbone"])
-def test_the_tables_of_the_page_are_those_of_the_script(name):
+def test_the_tables_of_the_page_are_those_of_the_script(script, name):
     """Those without times or scatter are made anew and compared; the tests below are their law."""
     number = r"[-+]?\d+\.\d+(?:e[-+]\d+)?"
-    block, anew = block_of(name), markdown(tables().TABLES[name]())
+    block, anew = block_of(name), markdown(script("friction_and_impact_tables").TABLES[name]())
     assert re.sub(number, "#", anew) == re.sub(number, "#", block)
     shown, result = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
     np.testing.assert_allclose(shown, result, rtol=2e-3)

@@ -1,8 +1,5 @@
 """What a sentence "for t %" promises is there when its settings are run again."""
 
-import os
-from functools import cache
-
 import numpy as np
 import pytest
 import tomli_w
@@ -12,7 +9,6 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.scene_record import record_scene
-from comparisons.results.store import load_study
 from comparisons.scene.scene import SUITES, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
@@ -23,13 +19,6 @@ from roughline.commands.app import run_command
 AGAIN = 3
 # Conjugate gradients and sums over other blocks repeat to this; a tolerance is a thousand times it.
 SAME = 1e-6
-
-
-@cache
-def stored():
-    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
-    made = os.environ.get("ROUGHLINE_QUICK")
-    return {scene.name: scene for scene in load_study(made).scenes} if made else {}
 
 
 def change_again(plan, record, setting):
@@ -60,9 +49,9 @@ def assert_passes_again(plan, record):
             assert verdict.high + 2 * change <= record.tolerance + SAME, setting.text
 
 
-def assert_scene_passes_again(name, changes=None):
-    for plan in plan_scene(load_scene(name, changes or {})):
-        record = stored().get(plan.scene.name) if not changes else None
+def assert_scene_passes_again(name, changes, known):
+    for plan in plan_scene(load_scene(name, changes)):
+        record = known.get(plan.scene.name)
         if record is None:
             plan, solved = solved_in_memory(plan, "quick")
             record = record_scene(plan, solved)
@@ -71,7 +60,7 @@ def assert_scene_passes_again(name, changes=None):
 
 def test_the_settings_of_a_sentence_pass_when_they_are_run_again():
     few = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}
-    assert_scene_passes_again("paraboloid", few | {"compare.resolutions": [8, 16, 32]})
+    assert_scene_passes_again("paraboloid", few | {"compare.resolutions": [8, 16, 32]}, {})
 
 
 @pytest.mark.slow
@@ -99,6 +88,8 @@ def test_the_truth_is_refined_until_some_setting_is_sure_of_the_tolerance(tmp_pa
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SUITES["quick"])
-def test_every_sentence_of_the_quick_suite_passes_when_its_settings_are_run_again(name):
+def test_every_sentence_of_the_quick_suite_passes_when_its_settings_are_run_again(
+    quick_suite, name
+):
     """Errors and bars, on any machine: times decide nothing here."""
-    assert_scene_passes_again(name)
+    assert_scene_passes_again(name, {}, quick_suite)

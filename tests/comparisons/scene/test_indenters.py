@@ -27,31 +27,31 @@ def refusal(name, **keys) -> str:
 # --- the gap --------------------------------------------------------------------------------
 
 FORMULAS = {
-    "paraboloid": ({"radius": 2.0}, lambda x, y: (x * x + y * y) / 4),
-    "sphere": ({"radius": 5.0}, lambda x, y: 5 - math.sqrt(25 - x * x - y * y)),
-    "cone": ({"slope": 0.3}, lambda x, y: 0.3 * math.sqrt(x * x + y * y)),
+    "paraboloid": ({"radius": "2 m"}, lambda x, y: (x * x + y * y) / 4),
+    "sphere": ({"radius": "5000 mm"}, lambda x, y: 5 - math.sqrt(25 - x * x - y * y)),
+    "cone": ({"slope": "30 %"}, lambda x, y: 0.3 * math.sqrt(x * x + y * y)),
     "power_law": (
         {"exponent": 3.5, "coefficient": 0.7},
         lambda x, y: 0.7 * math.sqrt(x * x + y * y) ** 3.5,
     ),
     "rounded_punch": (
-        {"flat_radius": 0.4, "edge_radius": 3.0},
+        {"flat_radius": "40 cm", "edge_radius": "3 m"},
         lambda x, y: max(math.sqrt(x * x + y * y) - 0.4, 0) ** 2 / 6,
     ),
-    "ellipsoid": ({"radius_x": 2.0, "radius_y": 7.0}, lambda x, y: x * x / 4 + y * y / 14),
+    "ellipsoid": ({"radius_x": "2 m", "radius_y": "7 m"}, lambda x, y: x * x / 4 + y * y / 14),
     "pyramid": ({"slope": 0.4}, lambda x, y: 0.4 * max(abs(x), abs(y))),
-    "cylinder": ({"radius": 1.0}, lambda x, y: 0 if x * x + y * y <= 1 else math.inf),
+    "cylinder": ({"radius": "1 m"}, lambda x, y: 0 if x * x + y * y <= 1 else math.inf),
     "elliptic_punch": (
-        {"semi_axes": [2.0, 1.0]},
+        {"semi_axes": ["2 m", "1 m"]},
         lambda x, y: 0 if x * x / 4 + y * y <= 1 else math.inf,
     ),
-    "square_punch": ({"side": 2.0}, lambda x, y: 0 if max(abs(x), abs(y)) <= 1 else math.inf),
+    "square_punch": ({"side": "2 m"}, lambda x, y: 0 if max(abs(x), abs(y)) <= 1 else math.inf),
 }
 
 
 @pytest.mark.parametrize("name", FORMULAS)
 def test_gap_is_that_of_the_contract(name):
-    """Against the formula of the contract, point by point.
+    """Against the formula of the contract, point by point, whatever the unit of a length.
 
     1e-12 and not round-off: the plain formula of the sphere loses digits near its apex.
     """
@@ -185,7 +185,7 @@ def test_the_reach_is_no_larger_than_the_overlap(name):
 
 # --- polygons -------------------------------------------------------------------------------
 
-TRIANGLE = [[0, 0], [3, 0], [0, 6]]
+TRIANGLE = [[0, 0], ["3 m", 0], [0, "600 cm"]]
 
 
 @pytest.mark.parametrize("vertices", [TRIANGLE, TRIANGLE[::-1]])

@@ -46,26 +46,6 @@ def rough(**changes):
 
 # --- what is read ---------------------------------------------------------------------------
 
-SHAPES = {
-    "paraboloid": {"radius": "10 mm"},
-    "sphere": {"radius": "10 mm"},
-    "cone": {"slope": "10 %"},
-    "power_law": {"exponent": 3, "coefficient": "2e4 m^-2"},
-    "cylinder": {"radius": "1 mm"},
-    "rounded_punch": {"flat_radius": "1 mm", "edge_radius": "10 mm"},
-    "ellipsoid": {"radius_x": "20 mm", "radius_y": "10 mm"},
-    "elliptic_punch": {"semi_axes": ["2 mm", "1 mm"]},
-    "square_punch": {"side": "2 mm"},
-    "polygon_punch": {"vertices": [["0 mm", 0], ["2 mm", 0], ["1 mm", "1 mm"]]},
-    "profile": {"r": [0, "1 mm", "2 mm"], "f": [0, "1 um", "3 um"], "interpolation": "linear"},
-}
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_every_shape_of_the_contract_is_read(shape):
-    indenter = made(indenter={"shape": shape} | SHAPES[shape]).indenter
-    assert indenter.shape == shape
-
 
 def test_lengths_with_units_are_si_inside():
     """Exactly the float of the SI number, so that both files are the same scene."""

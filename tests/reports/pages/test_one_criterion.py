@@ -1,9 +1,7 @@
 """One criterion: every place that speaks of a scene says the same word, number and time."""
 
-import os
 import re
 from dataclasses import replace
-from functools import cache
 from html.parser import HTMLParser
 
 import numpy as np
@@ -18,7 +16,7 @@ from comparisons.results.advice import advise
 from comparisons.results.decisions import by_chance, equal_at, verdicts
 from comparisons.results.finding import NOTHING, finding
 from comparisons.results.scene_record import explained, record_scene
-from comparisons.results.store import StudyRecord, load_study
+from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene
 from reports.pages import study as html
@@ -134,18 +132,11 @@ def assert_times_were_measured(scene, advice):
     assert len(said) == len(advice.reaching())
 
 
-@cache
-def scenes_of_the_quick_suite():
-    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
-    made = os.environ.get("ROUGHLINE_QUICK")
-    return {scene.name: scene for scene in load_study(made).scenes} if made else {}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(builtin_names()))
-def test_every_place_says_the_same_of_every_built_in_scene(name, tmp_path, capsys):
+def test_every_place_says_the_same_of_every_built_in_scene(quick_suite, name, tmp_path, capsys):
     """Coarse grids do where nothing is solved yet: it is about words, not how good they are."""
-    scene = scenes_of_the_quick_suite().get(name)
+    scene = quick_suite.get(name)
     assert_one_voice(
         scene or solved(name, FEW | {"compare.resolutions": [8, 16]}), tmp_path, capsys
     )

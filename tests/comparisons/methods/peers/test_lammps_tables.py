@@ -1,19 +1,11 @@
 """The tables in docs/lammps-tests, made for LAMMPS' test suite, are what the suite computes."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
-
-SCRIPT = Path(__file__).resolve().parents[4] / "docs" / "examples" / "lammps_tests.py"
 
 
 @pytest.fixture(scope="module")
-def tables():
-    spec = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+def tables(script):
+    return script("lammps_tests")
 
 
 def numbers(text):
