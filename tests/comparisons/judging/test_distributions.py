@@ -18,30 +18,27 @@ from reports.plots.surfaces import distributions
 from roughline import Study
 
 ALL = ["pressure_distribution", "gap_distribution", "contact_sizes"]
-SCENE = {
-    "name": "small",
-    "half_space": {"effective_modulus": "1 GPa"},
-    "surface": {
-        "kind": "self_affine",
-        "hurst": 0.8,
-        "size": "1 um",
-        "points": 16,
-        "rms_slope": 0.1,
-        "long_cutoff": "0.5 um",
-        "periodic": True,
-        "realisations": 3,
-    },
-    "loading": {"force": {"values": [0.01, 0.03], "relative_to": "E* A0 h'"}},
-    "compare": {"quantities": ["contact_area", "contact_count", "mean_gap", *ALL]},
-}
+
+
+@pytest.fixture
+def patch(rough):
+    """Return a maker of a small periodic ensemble, asked for all distributions."""
+
+    def make(**compare):
+        asked = {"quantities": ["contact_area", "contact_count", "mean_gap", *ALL]}
+        surface = {"long_cutoff": "0.5 um", "periodic": True, "realisations": 3}
+        force = {"values": [0.01, 0.03], "relative_to": "E* A0 h'"}
+        return rough(loading={"force": force}, compare=asked | compare, **surface)
+
+    return make
 
 
 @pytest.mark.parametrize("method", ["bem_fft", "fem"])
-def test_distributions_of_a_surface_add_up_to_its_area_force_and_contacts(method):
+def test_distributions_of_a_surface_add_up_to_its_area_force_and_contacts(patch, method):
     """Cells: the counted area, the force to the width of a bin, the number of contacts."""
-    single = solve_scene(SCENE, method, 16)
+    single = solve_scene(patch(), method, 16)
     curves, sums = single.solution.quantities, single.solution.distributions
-    area, modulus = single.plan.geometry.area, 1e9
+    area, modulus = single.plan.geometry.area, single.plan.scene.effective_modulus
     assert sums["pressure_distribution"].shape[0] == 3
     counted = curves["contact_area_raw"][:, -1] / area
     np.testing.assert_allclose(sums["pressure_distribution"].sum(axis=-1), counted, rtol=1e-12)
@@ -102,15 +99,14 @@ def test_the_distance_is_the_mean_difference_of_values_of_equal_rank():
 
 
 @pytest.mark.slow
-def test_distributions_reach_json_tables_and_report(tmp_path):
+def test_distributions_reach_json_tables_and_report(patch, tmp_path):
     """What is asked for is measured, judged, kept and drawn: for surfaces, lines and theories."""
     compare = {
         "methods": ["bem_fft", "reduced", "persson"],
         "tolerance": 0.5,
         "resolutions": [16, 32],
     }
-    scene = SCENE | {"compare": SCENE["compare"] | compare}
-    Study(scene, tmp_path / "out").run()
+    Study(patch(**compare), tmp_path / "out").run()
     record = load_study(tmp_path / "out").scenes[0]
     judged = {(v.method, v.quantity) for v in record.verdicts if v.word != "no result"}
     assert {("reduced", name) for name in ALL} <= judged
@@ -118,7 +114,7 @@ def test_distributions_reach_json_tables_and_report(tmp_path):
     assert theory <= judged
     assert set(record.distributions["method"]) == {"bem_fft", "reduced", "persson"}
     assert [figure.quantity for figure in distributions(record)] == sorted(ALL, key=len)
-    document = json.loads(solve_scene(SCENE, "reduced", 16).to_json())
+    document = json.loads(solve_scene(patch(), "reduced", 16).to_json())
     part = document["pressure_distribution"]
     assert len(part["low"]) == len(part["high"]) == len(part["amount"]) > 3
 
