@@ -14,7 +14,7 @@ from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import by_chance, equal_at, verdicts
-from comparisons.results.finding import NOTHING, finding
+from comparisons.results.finding import finding
 from comparisons.results.scene_record import explained, record_scene
 from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
@@ -174,40 +174,6 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     assert bad.error == f"F {worst(verdicts(oblong)).number} at d = 1.00\u202fµm"
     assert bad.error.startswith("F \u22125.")  # the sign: the model is too soft
     assert bad.instead == f"closed form (exact) {fmt.duration(form.seconds)}"
-
-
-def test_where_no_closed_form_is_exact_the_fastest_grid_is_named():
-    """A circle is the softest face of its area (Polya and Szego): a square is 2 % stiffer."""
-    scene = solved("square-punch", COARSE | {"compare.quantities": ["force"]})
-    best = advise(scene).cheapest
-    (row,) = finding((scene,))
-    assert row.use == "no"
-    other = best.brief if best else NOTHING
-    assert row.instead == other
-
-
-def test_what_is_outside_at_the_other_load_only_is_no_contradiction():
-    """An ellipsoid of ratio 2: area errs by 0.66 % at equal penetration, by 1.3 % at equal force.
-
-    The scene prescribes the penetration: the reduced model is within 1 %, and is advised for it.
-    """
-    scene = solved("ellipsoid-2", COARSE | {"compare.quantities": ["force", "contact_area"]})
-    assert worst(verdicts(scene)).word == "within"
-    assert advise(scene).cheapest.method == "reduced"
-    assert "outside" in {item.word for item in scene.verdicts if item.at == "force"}
-
-
-def test_a_method_without_an_asked_quantity_is_not_advised():
-    """The reduced model of an ellipsoid gives no pressure: a dash, and no verdict on the rest."""
-    scene = solved("ellipsoid-2", COARSE | {"compare.quantities": ["force", "pressure"]})
-    advice = advise(scene)
-    assert advice.cheapest.method == "bem_fft"
-    assert (
-        "no result: reduced model (contact pressure: not computed by the method)" in advice.sentence
-    )
-    force, pressure = verdicts(scene)
-    assert worst([force, pressure]) == force
-    assert (pressure.reason, pressure.offered) == ("not computed by the method", False)
 
 
 def test_pressure_alone_is_a_question_like_any_other(tmp_path, capsys):

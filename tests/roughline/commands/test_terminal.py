@@ -75,19 +75,6 @@ def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     assert f"... and {14 - terminal.MANY} more lost solves" in told
 
 
-def test_a_plan_is_a_table_with_a_reason_for_each_method_left_out(capsys, plans):
-    (plan,) = plans
-    terminal.print_plans([replace(plan, notes=("both bodies are elastic",))])
-    told = capsys.readouterr().out
-    assert "(ball)" in told
-    (row,) = [line for line in told.splitlines() if line.startswith("reduced")]
-    assert "4, 8" in row
-    (row,) = [line for line in told.splitlines() if line.startswith("fem")]
-    assert "not run: not asked for" in row
-    assert "left out: pressure fields" in told
-    assert "note: both bodies are elastic" in told
-
-
 def test_what_is_true_of_several_plans_is_said_once(capsys, plans):
     """A map and its patch share most of their notes."""
     (plan,) = plans
