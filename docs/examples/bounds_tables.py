@@ -219,7 +219,7 @@ def two_radii() -> list[list[str]]:
     """Force of paraboloids with two radii."""
     rows = []
     for ratio in (1.0, 2.0, 5.0, 10.0, 70.0):
-        form, body = closed_form.ellipsoid(1.0, ratio, 1.0), homogeneous.Paraboloid(1.0, ratio)
+        form, body = closed_form.ellipsoid(1.0, ratio, 1.0), homogeneous.paraboloid(1.0, ratio)
         pressed, unknowns, seconds = costed(
             lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12))
         )
@@ -245,7 +245,7 @@ def pyramids() -> list[list[str]]:
     """Force of the pyramids of hardness tests."""
     rows = []
     for name, (faces, slope) in INDENTERS.items():
-        body = homogeneous.Pyramid(faces, slope)
+        body = homogeneous.pyramid(faces, slope)
         pressed, unknowns, seconds = costed(
             lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18))
         )

@@ -195,25 +195,11 @@ def kelvin_voigt(shear_modulus: float, viscosity: float) -> Prony:
     return prony(shear_modulus, viscosity=viscosity)
 
 
-def standard_solid(
-    long_term: float,
-    shear_modulus: float,
-    viscosity: float | None = None,
-    *,
-    relaxation_time: float | None = None,
-) -> Prony:
-    """Return a spring parallel to a Maxwell arm (Zener 1948), G(t) = G_inf + G_1 exp(-t/tau).
-
-    Exactly one of the arm's viscosity eta and relaxation time tau = eta/G_1 is given.
-    """
+def standard_solid(long_term: float, shear_modulus: float, relaxation_time: float) -> Prony:
+    """Return a spring parallel to a Maxwell arm (Zener 1948), G(t) = G_inf + G_1 exp(-t/tau)."""
     wrong = positive_faults(long_term=long_term, shear_modulus=shear_modulus)
-    if (viscosity is None) == (relaxation_time is None):
-        refuse([*wrong, "give exactly one of viscosity and relaxation_time"])
-    if relaxation_time is not None:
-        refuse(wrong + positive_faults(relaxation_time=relaxation_time))
-        return prony(long_term, [shear_modulus], [float(relaxation_time)])
-    refuse(wrong + positive_faults(viscosity=viscosity))
-    return prony(long_term, [shear_modulus], [float(viscosity or 0.0) / shear_modulus])
+    refuse(wrong + positive_faults(relaxation_time=relaxation_time))
+    return prony(long_term, [shear_modulus], [float(relaxation_time)])
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ penetration of 1 serves for all: F = E* d^(1+1/n) F(1).
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -24,6 +25,7 @@ from reference.bounds.quadrangles import gauss_points
 from reference.closed_form.shapes import ellipsoid
 
 Array = NDArray[np.float64]
+Gap = Callable[[Array, Array], Array]
 
 # Exponents of the spacing towards the edge of contact, of pressures and displacements; of that of
 # rays towards a pyramid's edge, along which the contact is drawn out.
@@ -33,80 +35,66 @@ _PRESSURE_EXPONENT, _DISPLACEMENT_EXPONENT, _POINTED = 2.0, 1.4, 2.0
 _SECTORS, _SHELLS, _REACHES = 8, 20, (2.6, 1.5)
 
 
-@dataclass(frozen=True)
-class Paraboloid:
-    """g = x^2/(2 R_x) + y^2/(2 R_y).
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body of a degree, g(s x) = s^n g(x), at a penetration of 1. Equal shapes are one object."""
 
-    The best ellipse is the contact area itself: Barber's bound is exact but for rounding.
+    degree: int
+    gap: Gap  # on the part that is computed
+    punch: Callable[[int], Outline]  # a guess of the contact, with so many sectors, of that part
+    punch_force: float  # lower bound of the force for E* = 1, by that punch
+    gap_anywhere: Gap
+
+
+@lru_cache(maxsize=32)
+def paraboloid(radius_x: float, radius_y: float) -> Body:
+    """Paraboloid g = x^2/(2 R_x) + y^2/(2 R_y), of which a quarter is computed.
+
+    The best ellipse is the contact area itself: Barber's bound k (1 - a^2/(6 R_x) - b^2/(6 R_y)) is
+    exact but for rounding.
     """
+    refuse(positive_faults(radius_x=radius_x, radius_y=radius_y))
 
-    radius_x: float
-    radius_y: float
+    def gap(x: Array, y: Array) -> Array:
+        return 0.5 * (x**2 / radius_x + y**2 / radius_y)
 
-    degree = 2
+    a, b = (float(half) for half in ellipsoid(radius_x, radius_y, 1.0).semi_axes(1.0))
 
-    def __post_init__(self) -> None:
-        refuse(positive_faults(radius_x=self.radius_x, radius_y=self.radius_y))
+    def punch(cells: int) -> Outline:
+        return circle(cells, dihedral(2), 0.5 * np.pi).stretched(a, b)
 
-    def gap(self, x: Array, y: Array) -> Array:
-        """Return the gap."""
-        return 0.5 * (x**2 / self.radius_x + y**2 / self.radius_y)
-
-    def punch(self, cells: int) -> Outline:
-        """Quarter of the contact ellipse at a penetration of 1, a guess that no bound hangs on."""
-        x, y = ellipsoid(self.radius_x, self.radius_y, 1.0).semi_axes(1.0)
-        return circle(cells, dihedral(2), 0.5 * np.pi).stretched(float(x), float(y))
-
-    def punch_force(self) -> float:
-        """Lower bound k (1 - a^2/(6 R_x) - b^2/(6 R_y)) at a penetration of 1 for E* = 1."""
-        a, b = self.punch(1).extents
-        mean = a * a / (6 * self.radius_x) + b * b / (6 * self.radius_y)
-        return elliptic_stiffness(a, b).lower * (1 - mean) * (1 - 32 * EPSILON)
+    mean = a * a / (6 * radius_x) + b * b / (6 * radius_y)
+    proved = elliptic_stiffness(a, b).lower * (1 - mean) * (1 - 32 * EPSILON)
+    return Body(2, gap, punch, proved, gap)
 
 
-@dataclass(frozen=True)
-class Pyramid:
+@lru_cache(maxsize=32)
+def pyramid(faces: int, slope: float) -> Body:
     """Regular pyramid, g = s max(x . n_i) over the normals n_i of its faces' base lines.
 
     Four faces make Vickers's indenter, three Berkovich's. The part that is computed lies between
-    the middle of a face and its edge.
+    the middle of a face, along x, and its edge. Of the best circle k (1 - <g>) is largest where
+    <g> = 1/2, and k = 2 a.
     """
+    whole = faces >= 3 and float(faces).is_integer()
+    if not (whole and slope > 0 and math.isfinite(slope)):
+        raise ValueError(
+            "a pyramid has at least three faces of a positive slope, got "
+            f"faces = {faces!r}, slope = {slope!r}"
+        )
+    half = np.pi / faces
+    # of radius 1: <r> = pi/4 under the shadow of a sphere, and cos over half a face's angle
+    radius = 0.5 / (slope * 0.25 * np.pi * math.sin(half) / half)
 
-    faces: int
-    slope: float
+    def punch(cells: int) -> Outline:
+        return circle(cells, dihedral(faces), half, _POINTED).scaled(radius)
 
-    degree = 1
+    def anywhere(x: Array, y: Array) -> Array:
+        turns = 2 * np.pi * np.arange(faces) / faces
+        return slope * np.max([np.cos(t) * x + np.sin(t) * y for t in turns], axis=0)
 
-    def __post_init__(self) -> None:
-        whole = self.faces >= 3 and float(self.faces).is_integer()
-        if not (whole and self.slope > 0 and math.isfinite(self.slope)):
-            raise ValueError(
-                "a pyramid has at least three faces of a positive slope, got "
-                f"faces = {self.faces!r}, slope = {self.slope!r}"
-            )
-
-    def gap(self, x: Array, y: Array) -> Array:
-        """Return s x, the gap on that part."""
-        return self.slope * x + 0 * y
-
-    def gap_anywhere(self, x: Array, y: Array) -> Array:
-        """Return the height of the highest of the planes of all faces."""
-        turns = 2 * np.pi * np.arange(self.faces) / self.faces
-        return self.slope * np.max([np.cos(t) * x + np.sin(t) * y for t in turns], axis=0)
-
-    def punch(self, cells: int) -> Outline:
-        """Half a face's part of the best circle: k (1 - <g>) is largest where <g> = 1/2."""
-        half = np.pi / self.faces
-        # of radius 1: <r> = pi/4 under the shadow of a sphere, and cos over half a face's angle
-        mean_gap = self.slope * 0.25 * np.pi * math.sin(half) / half
-        return circle(cells, dihedral(self.faces), half, _POINTED).scaled(0.5 / mean_gap)
-
-    def punch_force(self) -> float:
-        """Lower bound 2 a (1 - <g>) at a penetration of 1 for E* = 1, with <g> = 1/2."""
-        return self.punch(1).size * (1 - 32 * EPSILON)
-
-
-Body = Paraboloid | Pyramid
+    proved = punch(1).size * (1 - 32 * EPSILON)
+    return Body(1, lambda x, y: slope * x + 0 * y, punch, proved, anywhere)
 
 
 def force(

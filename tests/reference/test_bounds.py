@@ -246,19 +246,19 @@ def test_sides_in_the_wrong_order_are_an_error():
     [
         lambda: power_law(0.7, 1.0),
         lambda: sphere(-1.0),
-        lambda: homogeneous.Pyramid(2, 1.0),
-        lambda: homogeneous.Pyramid(3.5, 1.0),
-        lambda: homogeneous.Paraboloid(1.0, math.inf),
+        lambda: homogeneous.pyramid(2, 1.0),
+        lambda: homogeneous.pyramid(3.5, 1.0),
+        lambda: homogeneous.paraboloid(1.0, math.inf),
         lambda: revolution.energy(paraboloid(1.0), 1.0, 1.0, cells=4.5),
         lambda: revolution.penetration(sphere(1.0), 50.0, 1.0),
-        lambda: homogeneous.force(homogeneous.Paraboloid(1.0, 1.0), 1.0, 1.0, cells=(0, 4)),
+        lambda: homogeneous.force(homogeneous.paraboloid(1.0, 1.0), 1.0, 1.0, cells=(0, 4)),
         lambda: flat_faces.bounded(SQUARE, (4, 0)),
         lambda: outlines.polygon([], 2, 1.0),
         # a pentagram sees all its sides from the middle, but goes round it twice
         lambda: outlines.polygon([_on_circle(4 * math.pi * k / 5) for k in range(5)], 2, 1.0),
         lambda: revolution.energy(paraboloid(1.0), 0.0, 1.0),
         lambda: revolution.force(sphere(1.0), 1.0, 1.0),
-        lambda: homogeneous.force(homogeneous.Pyramid(4, 1.0), -1.0, 1.0),
+        lambda: homogeneous.force(homogeneous.pyramid(4, 1.0), -1.0, 1.0),
         lambda: outlines.polygon([(2, 0), (3, 0), (3, 1)], 2, 1.0),
     ],
 )
@@ -377,20 +377,20 @@ def test_a_corner_cut_off_by_next_to_nothing_is_another_corner():
 @pytest.mark.parametrize("radii", [(1.0, 1.0), (1.0, 10.0)])
 def test_ellipsoid_is_enclosed_and_barbers_ellipse_is_exact(radii):
     exact = float(closed_form.ellipsoid(*radii, 1.0).force(0.01))
-    body = homogeneous.Paraboloid(*radii)
+    body = homogeneous.paraboloid(*radii)
     pressed = homogeneous.force(body, 0.01, 1.0, cells=(5, 6))
     assert exact in pressed
     assert pressed.width < 1e-3
-    assert 0 <= 1 - 0.01**1.5 * body.punch_force() / exact < 1e-7
+    assert 0 <= 1 - 0.01**1.5 * body.punch_force / exact < 1e-7
 
 
 @pytest.mark.slow
 def test_pyramid_is_enclosed_above_the_best_circle():
-    vickers = homogeneous.Pyramid(4, 1 / math.tan(math.radians(68)))
+    vickers = homogeneous.pyramid(4, 1 / math.tan(math.radians(68)))
     pressed = homogeneous.force(vickers, 2.0, 3.0, cells=(5, 6))
     assert pressed.width < 4e-3
     # a circle carries 4 % less than the true area, which is drawn out along the edges
-    assert 0.94 < 3 * 4 * vickers.punch_force() / pressed.middle < 0.97
+    assert 0.94 < 3 * 4 * vickers.punch_force / pressed.middle < 0.97
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 1e-6, 1e-9])

@@ -192,7 +192,7 @@ def proof_of(scene: Scene, geometry: Geometry) -> Proof | RoughProof:
     if profile is not None:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)
     if isinstance(indenter, Ellipsoid):
-        body = homogeneous.Paraboloid(indenter.radius_x, indenter.radius_y)
+        body = homogeneous.paraboloid(indenter.radius_x, indenter.radius_y)
         x, y = body.punch(1).extents
         _check_slender("contact", max(x, y) / min(x, y), _SLENDER_CONTACT)
         return _scaling(2.0, lambda: _elliptic_energy(body, _more(_ELLIPTIC, finer)), modulus)
@@ -227,7 +227,7 @@ def _round_energy(profile: Profile, cells: int) -> Interval:
 
 
 @lru_cache(maxsize=32)
-def _elliptic_energy(body: homogeneous.Paraboloid, cells: tuple[int, int]) -> Interval:
+def _elliptic_energy(body: homogeneous.Body, cells: tuple[int, int]) -> Interval:
     """As `_round_energy`, of a paraboloid with two radii."""
     return homogeneous.force(body, 1.0, 1.0, cells=cells) * (body.degree / (2 * body.degree + 1))
 

@@ -26,7 +26,7 @@ from comparisons.questions.experiments.proved import (
 )
 from comparisons.scene.polygons import signed_area
 from reference.bounds.flat_faces import equal_area_stiffness
-from reference.bounds.homogeneous import Pyramid
+from reference.bounds.homogeneous import pyramid
 from reference.closed_form import ellipsoid
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
@@ -155,7 +155,7 @@ def _pressed(faces: int, points: int) -> tuple[float, float]:
     """Return force and contact area of a pyramid of slope 1 at a depth of 1, E* = 1."""
     spacing = _SIDE / points
     x = np.arange(1 - points, points, 2, dtype=np.float64) * (spacing / 2)
-    gap = Pyramid(faces, 1.0).gap_anywhere(x[:, None], x[None, :])
+    gap = pyramid(faces, 1.0).gap_anywhere(x[:, None], x[None, :])
     operator = FreeOperator((points, points), (spacing, spacing), 1.0)
     contact = press(operator, gap, Load("penetration", np.array([1.0])))
     return contact.force, located_area(contact)

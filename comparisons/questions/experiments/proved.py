@@ -88,7 +88,7 @@ def equal_area(
 @lru_cache(maxsize=64)
 def pyramid_bounds(faces: int, effort: str) -> Interval:
     """Return proved bounds of the force F/(E* d^2) of a regular pyramid of slope 1."""
-    return homogeneous.force(homogeneous.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
+    return homogeneous.force(homogeneous.pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
 @experiment(
@@ -103,11 +103,11 @@ def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Find
     # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
     # cone of slope s carries (2/pi) E* d^2/s
     stated = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi)
-    body = homogeneous.Pyramid(int(faces), 1.0)
+    body = homogeneous.pyramid(int(faces), 1.0)
     details: dict[str, float | str] = {
         "F s/(E* d^2) not below": true.lower,
         "F s/(E* d^2) not above": true.upper,
-        "the best circle carries at least": body.punch_force(),
+        "the best circle carries at least": body.punch_force,
     }
     return judged(stated, true, details)
 
@@ -116,7 +116,7 @@ def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Find
 def _ellipse_force(shape: str, sides: int, aspect: float) -> float:
     """Return the force at a penetration of 1 that the best ellipse proves, for E* = 1."""
     if shape == "pyramid":
-        gap = homogeneous.Pyramid(sides, 1.0).gap_anywhere
+        gap = homogeneous.pyramid(sides, 1.0).gap_anywhere
         starts = [Ellipse(0.0, 0.0, 0.8, 0.6, turn) for turn in (0.0, 0.8)]
         ellipse, _ = best_ellipse(ConvexGap(gap), 1.0, starts)
         return force_of_ellipse(ConvexGap(gap, *_RINGS), ellipse, 1.0)
