@@ -32,7 +32,6 @@ def from_function(
     *,
     f_second: Curve | None = None,
     edge: float = np.inf,
-    name: str = "function",
 ) -> Profile:
     """Equivalent profile of the section with slope f'(r), by quadrature to 1e-12.
 
@@ -62,7 +61,7 @@ def from_function(
         if not v > 0
     ]
     refuse(wrong)
-    return _profile(name, f_prime, f_second, float(length), marks, float(edge), 0.0)
+    return _profile("function", f_prime, f_second, float(length), marks, float(edge), 0.0)
 
 
 def weighted(section: Section, power: float) -> Profile:

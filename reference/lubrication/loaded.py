@@ -42,21 +42,19 @@ _NEAR = 1e-6
 class BentSurface:
     """The elastic half-space below the equal cells of a film; beyond them a point load bends it.
 
-    compliance : float
-        1/E*; zero for a rigid surface.
-    load : float
-        What the film carries, which bends the surroundings as u = F/(pi E* r).
+    The film carries a `load` F, 1 unless `under` another, which bends the surroundings as
+    u = F/(pi E* r); the compliance is 1/E*, zero for a rigid surface.
     """
 
-    def __init__(self, cells: FilmCells, compliance: float, load: float) -> None:
-        self.cells, self.compliance, self.load = cells, compliance, load
+    def __init__(self, cells: FilmCells, compliance: float) -> None:
+        self.cells, self.compliance, self.load = cells, compliance, 1.0
         self.far = np.zeros(cells.shape)
         if not compliance:
             return
         nx, ny = cells.core_shape
         self.body = FreeOperator((nx, ny * cells.copies), cells.spacing, 1 / compliance)
         x, y = cells.centres
-        self.far = load * compliance / (np.pi * np.hypot(x, y))
+        self.far = compliance / (np.pi * np.hypot(x, y))
         self.far[cells.core] = 0.0
 
     def under(self, load: float) -> BentSurface:
@@ -107,16 +105,20 @@ class BentSurface:
 
 
 class LoadedFilm:
-    """A film between bodies pressed together by a load."""
+    """A film between bodies pressed together by the load of their surface."""
 
-    def __init__(self, film: Film, surface: BentSurface, load: float) -> None:
-        self.film, self.surface, self.load = film, surface, load
+    def __init__(self, film: Film, surface: BentSurface) -> None:
+        self.film, self.surface = film, surface
         self.near = surface.near()
+
+    @property
+    def load(self) -> float:
+        """What the film carries."""
+        return self.surface.load
 
     def under(self, load: float) -> LoadedFilm:
         """Return the same film under another load."""
         other = copy(self)
-        other.load = load
         other.surface = self.surface.under(load)
         return other
 

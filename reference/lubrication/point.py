@@ -307,7 +307,7 @@ class _Scaled:
         reach = max(_AROUND, reach * (1 - self.ball.hertz_radius / self.length))
         even = self.ball.waves is None or self.ball.waves.even
         cells = around_point(per_length, along, _ACROSS, reach, begins, even)
-        return LoadedFilm(Film(cells, self.gap), BentSurface(cells, self.compliance, 1.0), 1.0)
+        return LoadedFilm(Film(cells, self.gap), BentSurface(cells, self.compliance))
 
     def film_of(self, loaded: LoadedFilm, state: FilmState, speed: float) -> PointFilm:
         """Return a film in the units of the ball."""

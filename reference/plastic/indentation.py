@@ -36,8 +36,8 @@ TOLERANCE = 1e-8
 # the load on. Round contacts: as fine as their energies need to balance to 1e-4 on nine elements.
 _STEP, _BLOCK_STEP = 0.1, 0.5
 _POWER, _FIRST = 0.75, 1 / 32
-# Steps of a stretch that falls.
-_FALLING = 3
+# Steps of a stretch that falls, and of the work that an unloading gives back.
+_FALLING, _GIVEN_BACK = 3, 6
 # Of the search for first yield.
 _YIELD_ROUNDS, _YIELD_TOLERANCE = 30, 1e-4
 
@@ -453,10 +453,10 @@ class Walk:
         left = self.indentation.push(state, 0.0) if state.force > 0 else state
         return self.length * self.indentation.residual_depth(left.unknowns)
 
-    def given_back(self, moment: DentMoment, steps: int = 6) -> float:
+    def given_back(self, moment: DentMoment) -> float:
         """Return the work that the body gives back if the indenter is lifted off from here."""
         state, work = moment.state, 0.0
-        for share in 1 - np.arange(1, steps + 1) / steps:
+        for share in 1 - np.arange(1, _GIVEN_BACK + 1) / _GIVEN_BACK:
             lifted = self.indentation.push(state, moment.state.force * share**1.5)
             risen = state.penetration - lifted.penetration
             work += elastic_work(risen, (state.force, lifted.force))

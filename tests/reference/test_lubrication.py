@@ -74,7 +74,7 @@ def test_derivatives_are_those_of_the_balance(kind, inlet):
 def test_next_cells_bend_as_on_the_half_space():
     """The preconditioner's surface: a pressure on one cell, with its image beyond the axis."""
     cells = around_point(3, (-2.0, 2.0), 2.0, 8.0)
-    surface = BentSurface(cells, 1.3, 1.0)
+    surface = BentSurface(cells, 1.3)
     rows, _ = cells.core
     for column in (0, 1, 3):
         p = np.zeros(cells.shape)
@@ -242,7 +242,7 @@ def test_the_inlet_of_a_long_cylinder_has_the_film_of_the_soft_limit():
 def test_cells_that_rupture_or_heal_halt_at_zero_in_a_step():
     """A slope of p says nothing of theta: s = 1e5 from a cell that heals would be its pressure."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01))
     start = FilmState(np.full(cells.shape, -0.5), 1.0, np.zeros(cells.shape))
     start.s[:2] = 0.5
     wild = np.full(cells.shape, 1e5)
@@ -292,7 +292,7 @@ def test_too_thin_films_are_told_with_their_history():
 def test_every_cell_keeps_its_oil_below_a_soft_ball():
     """Out of a cell flows 1e-10 of what surfaces carry through it, pressure's flow left out."""
     cells = around_point(8, (-2.5, 1.5), 2.0, 20.0)
-    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01))
     start = rigid_film_at(loaded.film, 1.0)
     flow = Entrainment(1 / float((start.pressure * cells.area).sum()))
     state = loaded.solve(flow, start)
@@ -304,7 +304,7 @@ def test_every_cell_keeps_its_oil_below_a_soft_ball():
 def test_stagnation_is_not_called_a_thin_film():
     """Asked for more than round-off allows, Newton's method says so."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 0.01))
     start = rigid_film_at(loaded.film, 1.0)
     carried = float((start.pressure * cells.area).sum())
     with pytest.raises(ConvergenceError, match="stagnates at round-off"):
@@ -334,7 +334,7 @@ def test_arguments_are_refused_all_at_once():
 def test_a_solver_that_starts_beside_itself_gives_up():
     """Negative films: an error with a finite reason, never NaN."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 1.0, 1.0), 1.0)
+    loaded = LoadedFilm(Film(cells, bowl), BentSurface(cells, 1.0))
     wild = FilmState(np.ones(cells.shape), -100.0, np.zeros(cells.shape))
     with pytest.raises(ConvergenceError) as caught:
         loaded.solve(Entrainment(1.0), wild)
