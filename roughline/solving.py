@@ -15,7 +15,7 @@ from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.planning import Source
 from reports.plots.curves import pressure_figure, solution_figure
-from reports.tables.solution import load_steps, shown_columns
+from reports.tables.runs import load_steps, shown_columns
 from roughline import notebook
 from roughline.scenes import load_scene
 

@@ -5,8 +5,8 @@ number that is given. Only its files grow with that number, not the memory:
 
 - A job solves a bundle of consecutive surfaces. Bundles are sized by the measured cost of a surface
   to take about `TASK_SECONDS`; no result depends on where they are cut.
-- Each file states the surfaces it holds (`comparisons.tasks.bundles`). A resumed run solves the
-  others; `merge` joins the files of several runs.
+- Each file states the surfaces it holds (`comparisons.results.ensemble_folder`). A resumed run
+  solves the others; `merge` joins the files of several runs.
 """
 
 from __future__ import annotations
@@ -26,15 +26,21 @@ from comparisons.methods.registry import solver_of
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.results.ensemble_folder import (
     RECORD,
+    SUFFIX,
     SURFACES,
     TABLE,
+    Bundle,
     EnsembleRecord,
     EnsembleResult,
     gaps,
     load_ensemble,
+    parquet,
+    read_bundle,
     save_ensemble,
     summary,
     survey,
+    without_curves,
+    write_bundle,
 )
 from comparisons.results.folder import Header, Layout
 from comparisons.scene.scene import Scene
@@ -44,14 +50,6 @@ from comparisons.solving.inquiries import Inquiry, value_of
 from comparisons.solving.jobs import Archive, Job, Kind
 from comparisons.solving.plan import Plan, task_of
 from comparisons.solving.planning import plan_scene, single_resolution
-from comparisons.tasks.bundles import (
-    SUFFIX,
-    Bundle,
-    parquet,
-    read_bundle,
-    without_curves,
-    write_bundle,
-)
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
 

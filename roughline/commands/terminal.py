@@ -138,7 +138,7 @@ def _print_rows(console: Console, table: Table) -> None:
 
 def print_ensemble(result: EnsembleResult, directory: Path) -> None:
     """Print what an ensemble cost, means at three loads, and what is missing."""
-    from reports.tables.ensemble import means, settings
+    from reports.tables.runs import means, settings
 
     console, record = _console(), result.record
     console.print(drawn(settings(record)))
@@ -151,7 +151,7 @@ def print_ensemble(result: EnsembleResult, directory: Path) -> None:
 def print_solution(result: SingleResult) -> None:
     """Print the load steps of one solve."""
     from comparisons.formatting import duration, relative
-    from reports.tables.solution import load_steps
+    from reports.tables.runs import load_steps
 
     solution, console = result.solution, _console()
     console.print(drawn(load_steps(result, digits=6)))

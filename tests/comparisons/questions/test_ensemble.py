@@ -13,9 +13,15 @@ from comparisons.errors import InputError, LostWorkError, ResultsError
 from comparisons.questions import ensemble as questions
 from comparisons.questions.ensemble import Ensemble
 from comparisons.questions.merging import merge_ensembles
-from comparisons.results.ensemble_folder import SURFACES, load_ensemble, summary, survey
+from comparisons.results.ensemble_folder import (
+    SURFACES,
+    Bundle,
+    load_ensemble,
+    summary,
+    survey,
+    write_bundle,
+)
 from comparisons.solving.jobs import Done, SerialExecutor
-from comparisons.tasks.bundles import Bundle, write_bundle
 from comparisons.tasks.solution import Solution
 
 pytestmark = pytest.mark.slow
