@@ -6,7 +6,6 @@ Decimal commas, semicolons and tabs are read as in tables of heights; further co
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,16 +20,8 @@ LARGEST_FILE = 5_000_000  # bytes
 FEWEST, MOST = 3, 20_000  # points
 
 
-@dataclass(frozen=True)
-class MeasuredCurve:
-    """Penetration depths and forces in SI units, in the order of the file."""
-
-    penetration: np.ndarray
-    force: np.ndarray
-
-
-def read_curve(path: Path) -> MeasuredCurve:
-    """Read a measured curve."""
+def read_curve(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return measured penetrations and forces in SI units, in the order of the file."""
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise FileError(f"expected a file of at most {LARGEST_FILE / 1e6:g} MB")
@@ -71,4 +62,5 @@ def read_curve(path: Path) -> MeasuredCurve:
         raise FileError("expected finite numbers only")
     if not values[:, 1].max() > 0:
         raise FileError("expected some positive (compressive) forces")
-    return MeasuredCurve(*(values * scales).T)
+    depth, force = (values * scales).T
+    return depth, force

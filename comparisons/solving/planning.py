@@ -111,13 +111,13 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
     measured = None
     if scene.compare.measured is not None:
         try:
-            curve = read_curve(Path(scene.directory) / scene.compare.measured)
+            depth, force = read_curve(Path(scene.directory) / scene.compare.measured)
         except FileError as error:
             where = f"compare.measured: {scene.compare.measured}"
             raise SceneError(scene.name, [f"{where}: {text}" for text in error.problems]) from error
         measured = Measured(
-            tuple(curve.penetration.tolist()),
-            tuple(curve.force.tolist()),
+            tuple(depth.tolist()),
+            tuple(force.tolist()),
             scene.effective_modulus,
             scene.compare.fit_zero,
         )
