@@ -17,6 +17,7 @@ import numpy as np
 THIN = "\u202f"  # narrow no-break space: a number never parts from its unit
 MINUS = "\u2212"
 MISSING = "–"
+TINY = f"< 1{THIN}ppm"
 ROUND_OFF = 1e-9  # relative differences below this are the arithmetic's, not the models'
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Letters that claim files spell in words.
@@ -174,7 +175,7 @@ def signed_error(error: object) -> str:
 
 
 def _with_sign(error: object, text: str, ratio: bool) -> str:
-    if not finite(error) or not float(error) > 0.0 or text.split()[0] in ("0", "round-off"):
+    if not finite(error) or not float(error) > 0.0 or text.split()[0] in ("0", "<", "round-off"):
         return text
     large = ratio and float(error) >= 1.0
     return f"+{text}" + (f" ({_join(number(1 + float(error), 2), 'times')})" if large else "")
@@ -225,21 +226,24 @@ def plus_minus(
     ('+2.0\u202f% ± ?', '+0.1 ± 5.0\u202f%', '0.0200 ± 0.0003\u202f%')
     >>> plus_minus(4e-16, 1e-12), plus_minus(4e-16, 1e-6)
     ('round-off', '0 ± 1.0\u202fppm')
+    >>> plus_minus(-2e-11, 3e-9), plus_minus(2e-9, 1e-15), plus_minus(3e-11, None)
+    ('< 1\u202fppm', '< 1\u202fppm', '< 1\u202fppm ± ?')
     """
     if signed:
         return _with_sign(error, plus_minus(error, uncertainty, signed=False), ratio)
     if not finite(error):
         return MISSING
+    size = abs(float(error))
     if not finite(uncertainty):
-        return f"{relative(error)} ± ?"
-    size, half = abs(float(error)), float(uncertainty)
+        return f"{relative(error) if size == 0 or _relative_unit(size)[0] else TINY} ± ?"
+    half = float(uncertainty)
     if size + half < ROUND_OFF:
         return "round-off"
-    if half < 0.002 * size:
-        return relative(error)  # a bar below the last digit printed
     factor, unit = _relative_unit(max(size, half))
     if not factor:
-        return f"{relative(error)} ± {relative(half)}"
+        return TINY
+    if half < 0.002 * size:
+        return relative(error)  # a bar below the last digit printed
     if size < ROUND_OFF:
         return _join(f"0 ± {number(half * factor, 2)}", unit)
     value, bar = float(error) * factor, half * factor

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, MODEL, references
+from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, METHODS, MODEL, references
 
 if TYPE_CHECKING:
     from comparisons.results.store import SceneRecord
@@ -114,7 +114,8 @@ def look(method: str, scene: SceneRecord | None = None) -> Look:
         called = "" if scene is None else scene.called(method)
         return LOOKS[method].labelled(called) if called else LOOKS[method]
     marker = OUTSIDE_MARKERS[sum(method.encode()) % len(OUTSIDE_MARKERS)]
-    return Look(method.replace("_", " "), PEER, marker, OUTSIDE, 8)
+    title = METHODS[method].title if method in METHODS else method.replace("_", " ")
+    return Look(title, PEER, marker, OUTSIDE, 8)
 
 
 def drawing_order(methods: Iterable[str]) -> list[str]:

@@ -57,7 +57,9 @@ def card(scene: SceneRecord) -> list[tuple[str, str]]:
         body = make_scene(dict(scene.tables), scene.name, Path())
     except SceneError:
         return _loads(scene)  # of a text that is no scene
-    lines = [*_bodies(body), *_loads(scene)]
+    surface, indenter = scene.plan.roughness, body.indenter
+    nominal = surface.area if surface else indenter.face_area if indenter else None
+    lines = [*_bodies(body), *_loads(scene, nominal)]
     steps = _reference_curve(scene)["step"]
     most = (
         stresses(scene, scene.reference.method, int(steps[-1]), FROM_PRESSURE) if len(steps) else {}
@@ -158,7 +160,7 @@ def _reference_curve(scene: SceneRecord) -> Rows:
     return selection.curve(scene, scene.reference.method)
 
 
-def _loads(scene: SceneRecord) -> list[tuple[str, str]]:
+def _loads(scene: SceneRecord, nominal: float | None = None) -> list[tuple[str, str]]:
     rows = _reference_curve(scene)
     loads = {name: rows[name] for name in LOADS}
     lines = [
@@ -167,6 +169,8 @@ def _loads(scene: SceneRecord) -> list[tuple[str, str]]:
         if np.isfinite(values).any()
     ]
     force, area = loads["force"], loads["contact_area"]
+    if nominal and np.isfinite(force).any():
+        lines.append(("nominal pressure F/A₀", _range(force / nominal, "Pa")))
     pressed = (force > 0) & (area > 0)
     if pressed.any() and not (force < 0).any():
         lines.append(("mean pressure F/A", _range(force[pressed] / area[pressed], "Pa")))

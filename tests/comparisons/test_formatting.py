@@ -82,7 +82,7 @@ def test_an_error_and_its_bar_share_unit_and_decimal_place():
     assert f.plus_minus(0.0996, 0.0013) == f"+9.96 ± 0.13{T}%"
     assert f.plus_minus(0.0005, 0.002) == f"+0.050 ± 0.20{T}%"  # at least two digits
     assert f.plus_minus(1e-6, 0.002) == f"0 ± 0.20{T}%"  # far below its bar
-    assert f.plus_minus(2e-9, 1e-9) == "+2.0×10⁻⁹ ± 1.0×10⁻⁹"
+    assert f.plus_minus(2e-9, 1e-9) == "< 1\u202fppm"
     assert f.plus_minus(0.0052, 0.0) == f"+0.52{T}%"  # exact truth: no bar
     assert f.plus_minus(0.0052, 1e-12) == f"+0.52{T}%"  # a bar below the last digit
     assert f.plus_minus(2e-16, 1e-12) == "round-off"

@@ -20,6 +20,7 @@ from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene
 from reports.pages import study as html
+from reports.pages.study import scene_view
 from reports.tables.judged import printed_verdicts
 from reports.tables.scene import printed_settings
 from roughline.commands import terminal
@@ -174,6 +175,14 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     assert bad.error == f"F {worst(verdicts(oblong)).number} at d = 1.00\u202fµm"
     assert bad.error.startswith("F \u22125.")  # the sign: the model is too soft
     assert bad.instead == f"closed form (exact) {fmt.duration(form.seconds)}"
+
+
+def test_the_page_of_one_scene_has_the_errors_of_every_solver():
+    """Those of FFT BEM stand below the model's, as the table of verdicts has them."""
+    scene = solved("paraboloid", COARSE | {"compare.quantities": ["force"]})
+    view = scene_view(scene, "scene-1")
+    assert list(view.others["FFT BEM"].values()) == list(verdicts(scene, "bem_fft"))
+    assert not view.judged.keys() & view.others.keys()
 
 
 def test_pressure_alone_is_a_question_like_any_other(tmp_path, capsys):

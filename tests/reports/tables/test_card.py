@@ -102,6 +102,8 @@ def test_rough_contacts_tell_which_steel_yields(of, slope, yields):
     assert least == pytest.approx(mean / 3, rel=1e-2)  # printed with three digits
     assert ("they yield" in text) == yields
     assert highest > mean
+    nominal = to_si(told["nominal pressure F/A₀"], PRESSURE)
+    assert nominal == pytest.approx(0.03 * 230e9 * slope, rel=1e-2)
 
 
 def test_a_force_that_pulls_has_no_mean_pressure(of):
