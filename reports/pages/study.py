@@ -40,6 +40,7 @@ from reports.tables.card import card, not_known_here
 from reports.tables.judged import finding_table
 from reports.tables.plans import plan_rows
 from reports.tables.table import Cell, Head, Table, table
+from reports.tables.values import values
 
 TURNING = "picture-view"
 FIXED_ERRORS = (0.01, 0.001)
@@ -94,6 +95,7 @@ class SceneView:
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     loads: stored.SliderSteps
+    values: Table | None
     settings: Table
     times: Table
     stability: Table
@@ -207,6 +209,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
     # The line stands beside its surface where there is one.
     reduced = None if failing else reduced_picture(scene)
     advice = advise(scene)
+    drawn = {name: draw(scene) for name, _, draw in EVIDENCE}
     return SceneView(
         record=scene,
         anchor=anchor,
@@ -228,9 +231,10 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
             "model": [reduced] if reduced else [],
             "failure": failing,
             "roughness": surfaces.roughness(scene),
-            **{name: draw(scene) for name, _, draw in EVIDENCE},
+            **drawn,
         },
         loads=stored.slider_steps(scene),
+        values=None if drawn["curves"] else values(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),

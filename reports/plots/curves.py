@@ -42,8 +42,11 @@ PROVED = "proved interval"
 def curves(scene: SceneRecord) -> list[Figure]:
     """Return each quantity against the prescribed load, or against time for a history.
 
-    Before them a measured curve; beside those that coincide their ratios to the reference.
+    Before them a measured curve; beside those that coincide their ratios to the reference. None of
+    a single load: points in empty plots say less than a table.
     """
+    if len(set(selection.solved(scene)["step"])) == 1 and not scene.plan.measured:
+        return []
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
     if scene.control not in NORMAL:

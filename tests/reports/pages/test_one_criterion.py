@@ -177,6 +177,14 @@ def test_the_finding_answers_what_to_use_for_a_ball_and_what_for_an_ellipsoid():
     assert bad.instead == f"closed form (exact) {fmt.duration(form.seconds)}"
 
 
+def test_of_a_single_load_there_is_a_table_in_place_of_curves():
+    """A curve of one point is an empty plot; the values stand in a table, and Hertz's in it."""
+    one = {"loading": {"penetration": ["1 um"]}, "compare.quantities": ["force"]}
+    view = scene_view(solved("paraboloid", COARSE | one), "scene-1")
+    assert not view.figures["curves"]
+    assert "closed form" in {row[0].text for row in view.values.rows}
+
+
 def test_the_page_of_one_scene_has_the_errors_of_every_solver():
     """Those of FFT BEM stand below the model's, as the table of verdicts has them."""
     scene = solved("paraboloid", COARSE | {"compare.quantities": ["force"]})
