@@ -143,9 +143,9 @@ def calibrate(
     from roughline.commands.terminal import print_table, print_text
 
     command = shlex.join(["roughline", *sys.argv[1:]])
+    executor = workers.executor(default=2)
     with held(out):
         with watching() as watch:
-            executor = workers.executor(default=2)
             record = Calibration(out, command=command, executor=executor, watch=watch).run()
         cases = record.cases
         write_calibration_report(cases, command, out / PAGE)

@@ -259,7 +259,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["claims", "no-such-claim"], "no such claim"),
         (["claims", "--workers", "1.5"], "expected a whole number"),
         (
-            ["claims", "ellipsoid-force", "--workers", "0", "--out", "o"],
+            ["claims", "ellipsoid-force", "--workers", "0"],
             "--workers: expected 1 to ",
         ),
         (["calibrate", "--workers", "0"], "--workers: expected 1 to "),
