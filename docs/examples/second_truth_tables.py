@@ -14,7 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
-from comparisons.questions.experiments.second_truth import QUANTITIES, TwoTruths, drawn, two_truths
+from comparisons.questions.experiments.boundary_elements import (
+    QUANTITIES,
+    TwoTruths,
+    drawn,
+    two_truths,
+)
 from comparisons.scene.scene import Scene, load_scene
 from reference.fem import Material
 from reports.tables.documents import rewrite

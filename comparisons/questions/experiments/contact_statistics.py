@@ -12,7 +12,6 @@ from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.experiments.experiment import (
     Above,
     Finding,
-    OneOf,
     Share,
     experiment,
     number_of,
@@ -22,6 +21,7 @@ from comparisons.questions.experiments.rough_ensemble import (
     compare,
     each_line,
     press,
+    pressed_surfaces,
     surface_samples,
     truth,
 )
@@ -34,8 +34,6 @@ from reference.halfspace import areas
 from reference.surfaces import rms_gradient_spectral
 
 _MIDDLE = 0.01  # the load through which the straight line goes
-SIZES = ("number", "mean_size", "largest_size")
-LOADED = ("contact_area", "penetration", "stiffness")
 
 
 @experiment(
@@ -60,16 +58,9 @@ def straight_area(
     """
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
-
-    def sample_at(force: float) -> tuple[np.ndarray, float]:
-        return truth(
-            lambda factor, number: surface_samples(surface, force, factor, number)["contact_area"],
-            "refined",
-            count,
-            effort,
-        )
-
-    (there, bar), (middle, bar_of_middle) = sample_at(float(load)), sample_at(_MIDDLE)
+    (there, bar), (middle, bar_of_middle) = (
+        pressed_surfaces(surface, force, "contact_area", count, effort) for force in (load, _MIDDLE)
+    )
     ratio, scatter = ratio_of_means(middle[:, None], there[:, None], paired=True)
     width = float(ratio[0]) * load / _MIDDLE * combined(float(scatter[0]), bar, bar_of_middle)
     details: dict[str, float | str] = {
@@ -105,7 +96,7 @@ def contact_sizes(
     effort: str,
     *,
     load: Annotated[float, Above(0)] = 0.01,
-    quantity: Annotated[str, OneOf(*SIZES)] = "number",
+    quantity: Literal["number", "mean_size", "largest_size"] = "number",
     hurst: float = 0.8,
     roll_off: float = 1.0,
     shortest: float = 4.0,
@@ -142,7 +133,7 @@ def same_spectrum(
     *,
     skew: Annotated[float, Above(0)] = 0.3,
     load: Annotated[float, Above(0)] = 0.01,
-    quantity: Annotated[str, OneOf(*LOADED)] = "contact_area",
+    quantity: Literal["contact_area", "penetration", "stiffness"] = "contact_area",
     statement: Literal["skewness", "phases"] = "skewness",
     hurst: float = 0.8,
     roll_off: float = 4.0,
@@ -235,19 +226,6 @@ def _on_grid(
     return here, moved, float(stats.t.ppf(0.975, number - 1) * deviation)
 
 
-def _of_lines(surface: Surface, load: float, quantity: str) -> Stretches:
-    """Return the pressures or the gaps of pressed lines, pooled."""
-    drawn = surface.lines(_LINES, 32).draw()
-    depths = press_line(drawn, 1.0, Load("force", load)).penetration[:, 0]
-    several = [
-        line_values(drawn[row], 1.0, "sub_cell", float(depth), (1.0, 1.0))
-        for row, depth in enumerate(depths)
-    ]
-    ofs = [values[f"{quantity}_distribution"] for values in several]
-    parts = ([getattr(of, part) for of in ofs] for part in ("first", "last", "weight"))
-    return Stretches(*map(np.concatenate, parts))
-
-
 def _mean(values: Stretches) -> float:
     inside = (np.maximum(values.first, 0) + np.maximum(values.last, 0)) / 2
     positive = inside > 0
@@ -280,7 +258,14 @@ def contact_ends(
     surface = Surface.of(32, hurst, 1.0, 16.0, periodic=True)
     if model == "line":
         start, ratio, _ = _WINDOWS[quantity]
-        values = _of_lines(surface, float(load), quantity)
+        drawn = surface.lines(_LINES, 32).draw()
+        depths = press_line(drawn, 1.0, Load("force", float(load))).penetration[:, 0].tolist()
+        ofs = [
+            line_values(drawn[row], 1.0, "sub_cell", depth, (1.0, 1.0))[f"{quantity}_distribution"]
+            for row, depth in enumerate(depths)
+        ]
+        parts_of = ([getattr(of, part) for of in ofs] for part in ("first", "last", "weight"))
+        values = Stretches(*map(np.concatenate, parts_of))
         some = [_exponent(values, share * start * _mean(values), ratio) for share in (1.0, 0.3)]
         parts = {"interval": abs(some[0] - some[1])}
     else:

@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
-from comparisons.questions.experiments.rough_area import measure_area
+from comparisons.questions.experiments.rough_contact import measure_area
 from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, press, pressed_lines
 from comparisons.solving.shared import shared
 

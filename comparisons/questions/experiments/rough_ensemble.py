@@ -247,6 +247,18 @@ def truth(
     return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
 
 
+def pressed_surfaces(
+    surface: Surface, load: float, quantity: str, count: int, effort: str, grid: str = "refined"
+) -> tuple[np.ndarray, float]:
+    """Return samples of a quantity of surfaces under a load, and the bar of the grid: `truth`."""
+    stiffness = quantity == "stiffness"
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
+
+    return truth(sample, grid, count, effort)
+
+
 def compare(
     statement: Sequence[float] | np.ndarray, true: np.ndarray, grid_bar: float, details: Details
 ) -> Finding:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from comparisons.questions.experiments import EXPERIMENTS, rough_slip
+from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments import friction as experiments
 from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, line_samples, press
 from comparisons.scene.scene import Scene
 from reference.closed_form import stiffness_ratio
@@ -126,18 +127,20 @@ def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch)
     At nu = 1/2 superposition lacks what the outline of a contact does to its tangential stiffness,
     some per cent of single surfaces and of either sign (an ellipse 2:1: 5 %).
     """
-    monkeypatch.setitem(rough_slip._COUNTS, "quick", (6, 200))
+    monkeypatch.setitem(experiments._COUNTS, "quick", (6, 200))
     measured = EXPERIMENTS["rough-slip"].measure(0.6, "quick")
     assert measured.uncertainty > 0.1
     surface = Surface.of(48, 0.8, 2.0, 6.0, False)
     stuck = 0.02 * (1 - 0.6)
-    ratio = rough_slip._FRICTION * 1.5  # mu E*/G*, G* = 4G/(2 - nu) = 2/3
+    ratio = experiments._FRICTION * 1.5  # mu E*/G*, G* = 4G/(2 - nu) = 2/3
     for k in range(2):
         maps = surface.operator(), surface.heights(k)
         depths = [press(*maps, force)[1]["penetration"] for force in (0.02, stuck)]
         expected = ratio * (depths[0] - depths[1])
-        assert rough_slip._true(surface, 0.02, 0.6, k, 1) == pytest.approx(expected, rel=0.05)
-    lines = rough_slip._stated(surface, 0.02, 0.6, 200)
+        assert experiments.slip_of_surface(surface, 0.02, 0.6, k, 1) == pytest.approx(
+            expected, rel=0.05
+        )
+    lines = experiments.slip_of_lines(surface, 0.02, 0.6, 200)
     drawing = Drawing(points=192)
     full, less = (line_samples(surface, f, 200, drawing)["penetration"] for f in (0.02, stuck))
     assert lines == pytest.approx(ratio * (full - less), rel=1e-9)

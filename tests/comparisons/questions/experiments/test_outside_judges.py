@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.questions.experiments import EXPERIMENTS, outline_rules
-from comparisons.questions.experiments.asperities import of_surface
+from comparisons.questions.experiments import EXPERIMENTS, proved
+from comparisons.questions.experiments.rough_contact import of_surface
 from comparisons.questions.experiments.rough_ensemble import Surface
 from reference.closed_form import paraboloid
 from reference.closed_form.partial_slip import Torsion
@@ -24,20 +24,20 @@ def test_the_rule_of_faces_is_exact_for_a_circle_and_blind_to_the_place_of_the_f
     """A polygon of 2000 corners is a circle to 1e-6; a face that is moved is as stiff."""
     angles = 2 * np.pi * np.arange(2000) / 2000
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
-    assert outline_rules.face_stiffness(circle, 1.0) == pytest.approx(2.0, rel=2e-6)
+    assert proved.face_stiffness(circle, 1.0) == pytest.approx(2.0, rel=2e-6)
     triangle = [(0, 0), (2, 0), (1, math.sqrt(3))]
     moved = [(x + 5, y - 3) for x, y in triangle]
-    assert outline_rules.face_stiffness(moved, 1.0) == pytest.approx(
-        outline_rules.face_stiffness(triangle, 1.0), rel=1e-12
+    assert proved.face_stiffness(moved, 1.0) == pytest.approx(
+        proved.face_stiffness(triangle, 1.0), rel=1e-12
     )
 
 
 def test_popovs_rule_has_the_cone_and_hertz_as_limits():
     """A pyramid of 1000 faces is a cone, 2/pi; an ellipsoid of one radius is a ball, 4/3."""
-    assert outline_rules.pyramid_force(1000) == pytest.approx(2 / math.pi, rel=1e-5)
-    assert outline_rules.ellipsoid_force(1.0, 1.0, 1.0) == pytest.approx(4 / 3, rel=1e-9)
-    assert outline_rules.ellipsoid_force(1.0, 3.0, 1.0) == pytest.approx(
-        outline_rules.ellipsoid_force(3.0, 1.0, 1.0)
+    assert proved.pyramid_force(1000) == pytest.approx(2 / math.pi, rel=1e-5)
+    assert proved.ellipsoid_force(1.0, 1.0, 1.0) == pytest.approx(4 / 3, rel=1e-9)
+    assert proved.ellipsoid_force(1.0, 3.0, 1.0) == pytest.approx(
+        proved.ellipsoid_force(3.0, 1.0, 1.0)
     )
 
 
@@ -57,7 +57,7 @@ def test_a_pressed_pyramid_is_stiffer_than_its_flat_section_and_that_of_many_fac
     A pyramid of 64 faces has sections within 0.1 % of circles, and 128 cells know the area to
     0.1 %. The forces of the others lie between the proved bounds.
     """
-    force, area = outline_rules._pressed(64, 128)
+    force, area = proved.pressed_pyramid(64, 128)
     assert force * math.sqrt(math.pi / area) == pytest.approx(1, abs=2e-3)
     for faces, flat in ((3, 1.0614), (4, 1.0212)):
         finding = measure("pyramid-stiffness", faces, rule="king")

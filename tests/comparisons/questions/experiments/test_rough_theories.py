@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.questions.experiments.rough_adhesion import largest
+from comparisons.questions.experiments.adhesion import largest
 from reference.closed_form.infinite import TransverselyIsotropic
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments.boundary_elements import QUANTITIES, two_truths
 from comparisons.questions.experiments.rough_ensemble import Surface
-from comparisons.questions.experiments.rough_yield import _largest
-from comparisons.questions.experiments.second_truth import QUANTITIES, two_truths
+from comparisons.questions.experiments.yielding import largest_mises
 from reference.fem import Material
 
 
@@ -27,7 +27,7 @@ def test_elements_and_half_space_agree_inside_both_bars(element):
 
 def test_rough_contacts_yield_below_their_surface():
     """The largest stress lies below the surface, and is of the size of Hertz's 0.62 p0."""
-    stresses, depths = _largest(Surface(16, shortest=4.0, periodic=True), 0.02, 0.3, 2, 2)
+    stresses, depths = largest_mises(Surface(16, shortest=4.0, periodic=True), 0.02, 0.3, 2, 2)
     assert np.all(depths > 0.01)
     assert np.all((stresses > 0.2) & (stresses < 1.0))
 

@@ -1,26 +1,43 @@
-"""(19.26)-(19.28): heights, slopes and curvatures of the rough line relative to the surface."""
+"""Rough lines of surfaces (19.26)-(19.28), of one with a lay, and section 19.7 as a whole.
+
+Heights, slopes, curvatures and peaks of the line relative to the surface; parallel ridges, unlike
+the isotropic roughness assumed for lines; the contact from the map of a surface, checked on it.
+"""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy import fft, stats
 
-from comparisons.judging.uncertainty import RULE, combined
+from comparisons.judging.uncertainty import RULE, combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
     Above,
+    Effort,
     Finding,
     OneOf,
     Share,
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
+from comparisons.questions.experiments.rough_ensemble import (
+    SEED,
+    Surface,
+    compare,
+    pressed_surfaces,
+)
 from comparisons.solving.shared import shared
+from reduced.loads import Load
 from reduced.rough import surface_spectrum
+from reduced.rough.ensemble import RandomLines, Sampling
+from reduced.rough.line_spectrum import line_of
+from reduced.rough.press import press
+from reduced.rough.procedure import Procedure, side_by_side
+from reduced.rough.surface_spectrum import measured
+from reference.closed_form import Westergaard
 from reference.closed_form.rough_theories import line_peaks, surface_peaks
 from reference.surfaces import hessian, summits
 
@@ -31,7 +48,6 @@ MOMENTS = (
     "curvature_laplacian",
     "curvature_product",
 )
-PEAKS = ("mean_radius", "mean_curvature")
 
 
 @experiment(
@@ -90,16 +106,6 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
 
 
-@lru_cache(maxsize=8)
-def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return heights of surfaces and lines in units of the surface's rms, row by realisation."""
-    maps = np.stack([surface.heights(k).ravel() for k in range(count)])
-    # as many lines as give the number of points of the surfaces
-    lines = surface.lines(20 * count, 2, rule).draw().heights
-    scale = maps.std()
-    return maps / scale, lines / scale
-
-
 @experiment(
     "line-heights",
     "Distance of the height distributions of lines and surfaces",
@@ -123,7 +129,10 @@ def line_heights(
     """
     surface = Surface.of(points, hurst, roll_off, 2.0, True)
     count = number_of(realisations, effort, 40)
-    maps, lines = _height_samples(surface, count, rule)
+    maps = np.stack([surface.heights(k).ravel() for k in range(count)])
+    # as many lines as give the number of points of the surfaces
+    lines = surface.lines(20 * count, 2, rule).draw().heights
+    maps, lines = maps / maps.std(), lines / maps.std()
     shares = []  # of the heights below the levels, by row, (rows, levels)
     for heights in (maps, lines):
         place = np.searchsorted(_LEVELS, heights)
@@ -206,7 +215,7 @@ def _line_peaks(
     "hurst",
     "Hurst exponent H",
 )
-def _peaks(
+def peaks(
     effort: str,
     *,
     hurst: float = 0.8,
@@ -214,7 +223,7 @@ def _peaks(
     roll_off: float = 1.0,
     shortest: float = 4.0,
     rule: str = "rings",
-    quantity: Annotated[str, OneOf(*PEAKS)] = "mean_radius",
+    quantity: Literal["mean_radius", "mean_curvature"] = "mean_radius",
     ratio: Annotated[float, Above(0)] = 0.5,
     height: float = -math.inf,
 ) -> Finding:
@@ -227,24 +236,119 @@ def _peaks(
     """
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = 120 if effort == "full" else 12
-    values = {}
-    for factor in (4, 8):
-        on_surface = _surface_peaks(surface, count, factor, height)[quantity]
-        values[factor] = (
-            _line_peaks(surface, 20 * count, rule, factor, height)[quantity],
-            on_surface,
-        )
-    line, true = values[8]
+    of_surface = {n: _surface_peaks(surface, count, n, height) for n in (4, 8)}
+    of_line = {n: _line_peaks(surface, 20 * count, rule, n, height) for n in (4, 8)}
+    line, true = of_line[8][quantity], of_surface[8][quantity]
     line_value = line / ratio if quantity == "mean_radius" else line * ratio
-    coarse = values[4][0].mean() / values[4][1].mean()
+    coarse = of_line[4][quantity].mean() / of_surface[4][quantity].mean()
     change = abs(coarse / (line.mean() / true.mean()) - 1)
     gauss = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
     details: dict[str, float | str] = {
         "line over surface": float(line.mean() / true.mean()),
         "line over surface, Gaussian": getattr(gauss[0], quantity) / getattr(gauss[1], quantity),
-        "summits per surface": float(_surface_peaks(surface, count, 8, height)["number"].mean()),
-        "maxima per line": float(
-            _line_peaks(surface, 20 * count, rule, 8, height)["number"].mean()
-        ),
+        "summits per surface": float(of_surface[8]["number"].mean()),
+        "maxima per line": float(of_line[8]["number"].mean()),
     }
     return compare(line_value, true, float(combined(RULE.safe * change / 3)), details)
+
+
+_MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
+
+
+@experiment(
+    "ridges",
+    "Line of a surface of parallel ridges against Westergaard's contact of a wavy surface",
+    "load",
+    "mean pressure over that of full contact",
+)
+def across_ridges(
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.1,
+    ridges: Annotated[float, Above(0.5)] = 8,
+    quantity: Literal["contact_area", "mean_gap"] = "contact_area",
+) -> Finding:
+    """Measure the error of a line made from a map of `ridges` waves against Westergaard's solution.
+
+    `load`: mean pressure over that of full contact. All lines of one wave are equal, so there is no
+    scatter; the bar is the change for twice as many points.
+    """
+    count = int(ridges)
+    if not load < 1:
+        raise ValueError(f"load must be below 1, where all is in contact, not {load!r}")
+    wave = Westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
+    pressure = load * wave.full_contact_pressure
+    true = {
+        "contact_area": wave.contact_fraction(pressure),
+        "mean_gap": wave.mean_gap(pressure),
+    }[quantity]
+    points = _MAP * count
+    height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
+    spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
+    contacts = (  # under the force of the map
+        press(RandomLines(spectrum, per_ridge * count, 1).draw(), 1.0, Load("force", pressure))
+        for per_ridge in (_LINE, 2 * _LINE)
+    )
+    coarse, fine = (float(getattr(contact, quantity).item()) for contact in contacts)
+    return Finding(fine, float(true), abs(fine - coarse) / float(true) + 1e-12, {})
+
+
+# Maps, with lines of their spectra: the scatter of lines is averaged before that of maps.
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
+
+
+@lru_cache(maxsize=512)
+def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
+    """Return the procedure's results for a map, as printed and as corrected; E* = A0 = h' = 1."""
+    spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)
+    procedures = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
+    return dict(zip(("literal", "corrected"), procedures, strict=True))
+
+
+@experiment(
+    "procedure",
+    "Section 19.7 on maps of rough surfaces, against the contact of the same surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
+def procedure(
+    effort: Effort,
+    *,
+    load: Annotated[float, Above(0)] = 0.01,
+    variant: Literal["literal", "corrected"] = "literal",
+    quantity: Literal["contact_area", "stress", "undefined"] = "contact_area",
+    hurst: float = 0.8,
+    roll_off: float = 2.0,
+    shortest: float = 4.0,
+    points: float = 64,
+    periodic: bool = False,
+) -> Finding | Share:
+    """Compare the procedure with the half-space solution, as means over maps.
+
+    ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it is defined,
+    over the mean pressure of the true contact; ``"undefined"``: fraction of the contact where it is
+    undefined. Sources of the bar: the scatter of the maps, and the grid.
+    """
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
+    maps, lines = _COUNTS[effort]
+    done = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
+    ratios = np.mean([each.sums.ratio for each in done], axis=0)
+    missing = np.array([each.undefined_share[0] for each in done])
+    details: dict[str, float | str] = {
+        **{
+            f"{name} of the lines over the maps'": float(ratio)
+            for name, ratio in zip(("rms height", "rms slope", "curvature"), ratios, strict=True)
+        },
+        "share of the contact without a stress": float(missing.mean()),
+    }
+    if quantity == "undefined":
+        scatter = 2 * float(missing.std(ddof=1)) / np.sqrt(maps)
+        return Share(float(missing.mean()), scatter, details)
+    areas, grid_bar = pressed_surfaces(surface, load, "contact_area", maps, effort)
+    if quantity == "contact_area":
+        stated, true = np.array([each.ensemble["contact_area"].mean[0] for each in done]), areas
+    else:
+        stated, true = np.array([each.pressures[0].mean() for each in done]), load / areas
+    ratio, bar = ratio_of_means(stated[:, None], true[:, None], paired=True)
+    uncertainty = float(ratio[0] * combined(float(bar[0]), grid_bar))
+    return Finding(float(stated.mean()), float(true.mean()), uncertainty, details)

@@ -1,0 +1,369 @@
+"""Tangential loads (19.18), (19.19): sticking contacts, partial slip, and fretting (19.6).
+
+Springs on the half-space, under smooth bodies and below rough surfaces.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from scipy import stats
+
+from comparisons.judging.uncertainty import RULE, SAFE, combined, grid_uncertainty
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Between,
+    Effort,
+    Finding,
+    OneOf,
+    experiment,
+    number_of,
+)
+from comparisons.questions.experiments.proved import equal_area
+from comparisons.questions.experiments.rough_ensemble import Surface, compare, truth
+from comparisons.solving.shared import shared
+from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
+from reduced.friction.stick_slip import follow
+from reduced.loads import Load, LoadPath
+from reduced.profiles import equivalents
+from reduced.springs.line import Springs
+from reduced.wear import Oscillation, RoundBody, wear
+from reference import closed_form
+from reference import loads as reference_loads
+from reference.closed_form.worn import FrettingLimit
+from reference.contact.press import press
+from reference.halfspace import FreeOperator, areas
+from reference.halfspace import wear as half_space
+from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
+from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.surfaces import SelfAffine, self_affine, subdivide
+
+SHAPES = ("ellipse", "rectangle", "triangle", "rough")
+# Side of the grid in units of the contact half-width.
+_SIDE = 2.1
+_ROUGH_POINTS = 48
+# Faces whose normal stiffness is proved: their names and sides there.
+_FACES = {"rectangle": ("rectangle", 4), "triangle": ("polygon", 3)}
+
+
+@experiment(
+    "tangential-stiffness",
+    "Ratio of tangential to normal contact stiffness against the half-space",
+    "poisson_ratio",
+    "Poisson's ratio nu",
+)
+def ratio(
+    effort: str,
+    *,
+    poisson_ratio: Annotated[float, Above(-1)] = 0.3,
+    shape: Annotated[str, OneOf(*SHAPES)] = "ellipse",
+    aspect: Annotated[float, Above(0)] = 1.0,
+    direction: Literal["x", "y"] = "x",
+    quantity: Literal["ratio", "stiffness"] = "ratio",
+    realisations: Annotated[float, Above(1)] = 12,
+) -> Finding:
+    """Compare the stiffness of springs with that of the half-space without coupling.
+
+    `aspect` is length along x over width. Quantities: the ``"ratio"`` k_x/k_z, both on the same
+    cells, so that errors at cell edges cancel; or the ``"stiffness"`` k_x itself against G* D, D =
+    (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles and triangles). The bar
+    follows from three grids; of rough contacts from two grids and the scatter of the surfaces.
+    """
+    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
+    if shape == "rough":
+        # The contact is another on a finer grid of the same surface; of first order.
+        count = number_of(realisations, effort, 4)
+        means, scatter = [], 0.0
+        for factor in (1, 2) if effort == "quick" else (1, 2, 4):
+            found = [_rough_ratio(factor, k, poisson_ratio, along) for k in range(count)]
+            means.append(float(np.mean(found)))
+            scatter = float(stats.t.ppf(0.975, count - 1) * np.std(found, ddof=1) / np.sqrt(count))
+        change = (RULE.safe if effort == "full" else RULE.two) * abs(means[-1] / means[-2] - 1)
+        true, bar = means[-1], float(combined(change, scatter / means[-1]))
+    else:
+        resolutions = (32, 64, 96) if effort == "quick" else (64, 96, 128)
+        ratios = []
+        for points in resolutions:  # of half-length one, or half-width one if wider than long
+            step = _SIDE / points
+            compliance = Compliance.of(1.0, poisson_ratio)
+            body = NormalAndTangential((points,) * 2, (step,) * 2, compliance)
+            centres = (np.arange(points) - points / 2 + 0.5) * step
+            x, y = np.meshgrid(centres, centres, indexing="ij")
+            x, y = (x, y * aspect) if aspect >= 1 else (x / aspect, y)
+            if shape == "ellipse":
+                mask = np.hypot(x, y) < 1
+            elif shape == "rectangle":
+                mask = np.maximum(np.abs(x), np.abs(y)) < 1
+            else:
+                mask = (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
+            ratios.append(_ratio(body, mask, along))
+        of_grids = grid_uncertainty(np.array(resolutions), np.array(ratios)[:, None])
+        true, bar = ratios[-1], float(of_grids[0])
+    stated = stiffness_ratio(poisson_ratio)
+    details: dict[str, float | str] = {
+        "k_x/k_z of the springs": stated,
+        "k_x/k_z of the half-space": true,
+    }
+    if shape == "ellipse":
+        axes = (aspect, 1.0) if direction == "x" else (1.0, aspect)
+        exact = closed_form.stiffness_ratio(*axes, poisson_ratio)
+        details["k_x/k_z of the ellipse, exact"] = exact
+    if quantity == "stiffness":
+        if shape not in _FACES:
+            raise ValueError(f"the normal stiffness is proved of {', '.join(_FACES)}, not {shape}")
+        kind, sides = _FACES[shape]
+        normal = equal_area(effort, shape=kind, sides=sides, aspect=aspect)
+        details["error of the normal stiffness"] = normal.error
+        stated, true = stated * normal.stated, true * normal.true
+        bar += normal.uncertainty
+    return Finding(stated, true, bar * (1 + abs(stated / true - 1)), details)
+
+
+@shared(maxsize=256)
+def _rough_ratio(
+    factor: int, realisation: int, poisson_ratio: float, along: tuple[float, float]
+) -> float:
+    """Return k_x/k_z of a rough contact on a grid `factor` times finer than its surface.
+
+    Patches with H = 0.8, waves of 1/2 to 1/16 of their side, F = 0.05 E* A0 h'.
+    """
+    points = _ROUGH_POINTS * factor
+    body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(1.0, poisson_ratio))
+    spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=1 / 2, short_cutoff=1 / 16)
+    native = self_affine(_ROUGH_POINTS, 1.0, spectrum, seed=4, realisation=realisation)
+    height = subdivide(native, factor)
+    force = 0.05 * body.compliance.effective_modulus * 0.1
+    load = reference_loads.Load("force", force)
+    mask = press(body.normal, height.max() - height, load).mask
+    return _ratio(body, mask, along)
+
+
+def _ratio(body: NormalAndTangential, mask: np.ndarray, along: tuple[float, float]) -> float:
+    return tangential_stiffness(body, mask, along)[0] / areas.contact_stiffness(body.normal, mask)
+
+
+EXACT = 1e-12
+# Incompressible: normal and tangential tractions are uncoupled. E* = R = 1.
+_POISSON, _SHEAR_MODULUS, _FRICTION = 0.5, 0.25, 0.5
+_MODULUS = tangential_modulus(_SHEAR_MODULUS, _POISSON)
+_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is arbitrary
+_SPRINGS = 2001  # enough for a discretisation error far below that of any grid
+# Cells per contact radius and steps of the path, coarse and fine: their difference is the bar.
+_GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
+    "quick": ((8, 6), (16, 12)),
+    "full": ((16, 16), (32, 32)),
+}
+
+
+@experiment(
+    "stick-radius",
+    "Length of the springs that stick against the stick radius in closed form",
+    "share",
+    "tangential force F_x/(mu F)",
+)
+def stick_radius(
+    effort: str,
+    *,
+    share: Annotated[float, Between(0, 1)] = 0.5,
+    exponent: Annotated[float, Above(0)] = 2.0,
+) -> Finding:
+    """Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
+
+    The reference is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
+    """
+    form = closed_form.power_law(exponent, 1.0, 1.0)
+    exact = closed_form.PartialSlip(form, _DEPTH, friction=_FRICTION, modulus_ratio=_MODULUS)
+    path = exact.along([share * exact.limit])
+    profile = equivalents.power_law(exponent, 1.0)
+    springs, finer = (
+        slide(
+            Springs(profile, 1.0, per_radius=count),
+            Friction(_MODULUS, _FRICTION),
+            Load("penetration", _DEPTH),
+            LoadPath("tangential_force", path.tangential_force),
+        ).stick_length[0]
+        / 2
+        for count in ((40, 80) if effort == "quick" else (80, 160))
+    )
+    true = float(path.stick_radius[0])
+    details: dict[str, float | str] = {
+        "displacement over that at which all slides": float(
+            path.tangential_displacement[0] / exact.sliding_displacement
+        ),
+    }
+    return Finding(float(finer), true, float(abs(finer - springs) / true) + EXACT, details)
+
+
+@experiment(
+    "changing-load",
+    "Tangential force on a ball that is pushed while its depth changes, against the half-space",
+    "final",
+    "last penetration over the first",
+)
+def changing_load(
+    effort: Effort,
+    *,
+    final: Annotated[float, Above(0)] = 0.5,
+    reach: Annotated[float, Above(0)] = 0.5,
+) -> Finding:
+    """Measure the tangential force over mu F on a ball displaced at changing depth.
+
+    The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
+    the depth changes to `final` times its value. The difference is relative to mu F. Springs take
+    the path in one proportional step, the half-space in steps that halve with the cells.
+    """
+    radius = float(np.sqrt(_DEPTH * max(final, 1.0)))
+
+    def way(steps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return depth and displacement: pressed in one step, then proportional changes."""
+        part = np.linspace(0.0, 1.0, steps + 1)
+        limit = _FRICTION * _DEPTH / _MODULUS  # displacement of full sliding at the first depth
+        return _DEPTH * (1 + (final - 1) * part), reach * limit * part
+
+    x = np.linspace(-1.05 * radius, 1.05 * radius, _SPRINGS)
+    springs = follow(x**2, x[1] - x[0], 1.0, Friction(_MODULUS, _FRICTION), *way(1))
+    stated = springs.tangential_force[-1] / (_FRICTION * springs.force[-1])
+    shares = []
+    for cells, steps in _GRIDS[effort]:
+        spacing = float(np.sqrt(_DEPTH)) / cells
+        count = 2 * int(np.ceil(1.1 * radius / spacing))
+        side = (np.arange(count) - (count - 1) / 2) * spacing
+        compliance = Compliance.of(_SHEAR_MODULUS, _POISSON)
+        body = NormalAndTangential((count, count), (spacing, spacing), compliance)
+        depth, shift = way(steps)
+        *_, last = sweep(
+            FrictionalPress(body, (side[:, None] ** 2 + side**2) / 2, _FRICTION),
+            reference_loads.LoadPath("penetration", depth),
+            reference_loads.LoadPath("tangential_displacement", shift),
+        )
+        shares.append(last.tangential_force / (_FRICTION * last.force))
+    details: dict[str, float | str] = {
+        "share of the springs that stick": float(
+            springs.stick_length[-1] / springs.contact_length[-1]
+        ),
+    }
+    bar = SAFE * abs(shares[1] - shares[0])
+    return Finding(float(stated), shares[1], bar + EXACT, details, of=1)
+
+
+# Steps of the tangential force as fractions.
+_PARTS = np.array([1 / 3, 2 / 3, 1.0])
+_TOLERANCE = 1e-5
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (36, 300), "full": (1200, 4000)}
+
+
+@shared(maxsize=256)
+def slip_of_surface(
+    surface: Surface, load: float, share: float, realisation: int, factor: int
+) -> float:
+    """Return the tangential displacement of a surface at F_x = share mu F."""
+    points = surface.points * factor
+    compliance = Compliance.of(_SHEAR_MODULUS, _POISSON)
+    body = NormalAndTangential((points,) * 2, (1 / points,) * 2, compliance)
+    heights = surface.heights(realisation, factor)
+    press = FrictionalPress(body, heights.max() - heights, _FRICTION)
+    path = reference_loads.LoadPath("tangential_force", share * _FRICTION * load * _PARTS)
+    stays = reference_loads.LoadPath("force", load)
+    *_, last = sweep(press, stays, path, tolerance=_TOLERANCE)
+    return last.tangential_displacement
+
+
+def slip_of_lines(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
+    """Return the tangential displacements of lines with the same spectrum."""
+    friction = Friction(_MODULUS, _FRICTION)
+    path = LoadPath("tangential_force", share * _FRICTION * load)
+    answer = slide_lines(surface.lines(count, 4).draw(), 1.0, friction, Load("force", load), path)
+    return answer.tangential_displacement[:, -1]
+
+
+@experiment(
+    "rough-slip",
+    "Tangential displacement of lines on springs that slip, against rough surfaces",
+    "share",
+    "tangential force F_x/(mu F)",
+)
+def rough_slip(
+    effort: Effort,
+    *,
+    share: Annotated[float, Above(0)] = 0.9,
+    load: Annotated[float, Above(0)] = 0.02,
+    points: float = 48,
+) -> Finding:
+    """Compare the mean displacements of lines and surfaces at F_x = share mu F.
+
+    Surfaces with H = 0.8, waves of a half to an eighth of the side. Sources of the bar: the scatter
+    of both ensembles, and the grid.
+    """
+    if not share < 1:
+        raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
+    surface = Surface.of(points, 0.8, 2.0, points / 8, False)
+    surfaces, count = _COUNTS[effort]
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return np.array([slip_of_surface(surface, load, share, k, factor) for k in range(number)])
+
+    true, grid_bar = truth(sample, "refined", surfaces, effort)
+    details: dict[str, float | str] = {
+        "surfaces": float(surfaces),
+        "lines": float(count),
+        "bar: grid": grid_bar,
+    }
+    return compare(slip_of_lines(surface, load, share, count), true, grid_bar, details)
+
+
+# Grids over the first contact radius: what touches in the end is at most pi/2 as wide (a cone).
+_BEYOND = 1.6
+
+
+@experiment(
+    "fretting-limit",
+    "Force after many cycles of fretting against that of the limit shape",
+    "lag",
+    "G* U/(mu E* d)",
+)
+def fretting_limit(
+    effort: Effort,
+    *,
+    lag: float = 0.5,
+    cycles: Annotated[float, Above(0)] = 6.0,
+    shape: Literal["paraboloid", "cone"] = "paraboloid",
+    model: Literal["springs", "half_space"] = "springs",
+) -> Finding:
+    """Compare the force after many cycles with that of the limit; coarser ones give the bar.
+
+    `lag` is G* U/(mu E* d), `cycles` are k E* U n over the contact radius of a paraboloid. All have
+    k = E* = d = 1; the stick circle is that of d - lag.
+    """
+    limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), 1.0, lag)
+    after = _springs if model == "springs" else _cells
+    finest = 8 if effort == "quick" else 16
+    fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
+    return Finding(fine, limit.force, abs(fine - coarse) / limit.force, {})
+
+
+def _springs(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
+    """Return the force on springs, so many in the stick radius."""
+    profile = getattr(equivalents, shape)(1.0)
+    spacing = limit.stick_radius / number
+    reach = float(profile.contact_radius(1.0)) * _BEYOND
+    count = int(np.ceil(reach / spacing))
+    body = RoundBody(profile, count * spacing, count)
+    swing = Oscillation(1.0, limit.lag)
+    (state,) = wear(body, 1.0, Load("penetration", 1.0), 1.0, np.array([cycles]), swing)
+    return state.force
+
+
+def _cells(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
+    """Return the force on the half-space, so many cells to the contact radius."""
+    assert limit.form.contact_radius is not None
+    cell = float(limit.form.contact_radius(1.0)) / number
+    half = int(np.ceil(_BEYOND * number))
+    x = (np.arange(2 * half) - half + 0.5) * cell
+    r = np.hypot(x[:, None], x)
+    gap = r**2 / 2 if shape == "paraboloid" else r
+    body = FreeOperator(gap.shape, (cell, cell), 1.0)
+    swing = half_space.Oscillation(1.0, limit.lag)
+    load = reference_loads.Load("penetration", 1.0)
+    (state,) = half_space.wear(body, gap, load, 1.0, np.array([cycles]), swing)
+    return state.contact.force

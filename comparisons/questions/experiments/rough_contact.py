@@ -1,0 +1,360 @@
+"""Load curves of rough surfaces: the line (Fig. 19.8), asperities, two bodies, published values.
+
+Greenwood and Williamson's model is taken on the summits of the very surfaces; two rough elastic
+bodies (Fig. 19.6) as two rough lines, or as one combined line.
+
+The published ensemble is that of Xu, Zhou, Müser et al. (2024), by Green's function molecular
+dynamics of periodic rough surfaces: E* = 1, waves of 1e4 to 1e6 /m with C(q) = C0 q^(-2 - 2H), H =
+0.8, rms height 6 um; no plateau. Mean gap and area at five pressures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Annotated, Literal
+
+import numpy as np
+from scipy import fft as transforms
+
+from comparisons.judging.uncertainty import combined, ratio_of_means, share_uncertainty
+from comparisons.questions.experiments.experiment import (
+    Above,
+    Details,
+    Finding,
+    OneOf,
+    Share,
+    experiment,
+    number_of,
+)
+from comparisons.questions.experiments.rough_ensemble import (
+    QUANTITIES,
+    SEED,
+    Drawing,
+    Surface,
+    compare,
+    line_samples,
+    press,
+    pressed_surfaces,
+    surface_samples,
+    truth,
+)
+from comparisons.solving.shared import shared
+from reduced.loads import Load
+from reduced.rough import press as rough_line
+from reference import loads as reference_loads
+from reference import surfaces
+from reference.closed_form.rough_theories import GreenwoodWilliamson, bush_gibson_thomas_area
+from reference.contact.press import sweep
+from reference.halfspace import PeriodicOperator
+from reference.halfspace.areas import located_area
+from reference.surfaces import summits
+
+# Lines per surface and smallest number of lines; lines are cheap, so surfaces should limit the bar.
+_LINES_PER_SURFACE, _LEAST_LINES = 4, 450
+
+
+@experiment(
+    "rough-contact",
+    "Load curves of random rough lines against those of the surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
+def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    grid: Literal["native", "refined"] = "refined",
+    statement: Literal["line", "bush"] = "line",
+    points: float = 64,
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 2.0,
+    periodic: bool = False,
+    rule: str = "rings",
+    edges: str = "sub_cell",
+    line_length: Annotated[float, Above(0)] = 1.0,
+    line_points: float = 0,
+    sided: float = 2,
+    realisations: Annotated[float, Above(2)] = 450,
+) -> Finding:
+    """Compare the mean of lines with the mean of surfaces at equal F/(E* A0 h').
+
+    Or what Bush, Gibson and Thomas say of light loads.
+    """
+    if statement != "line" and not quantity.startswith("contact_area"):
+        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
+    count = number_of(realisations, effort, 20)
+    true, grid_bar = pressed_surfaces(surface, load, quantity, count, effort, grid)
+    if statement == "line":
+        drawing = Drawing(rule, edges, float(line_length), int(line_points), int(sided))
+        number = max(_LINES_PER_SURFACE * count, _LEAST_LINES)
+        stated = line_samples(surface, float(load), number, drawing)[quantity]
+    else:
+        stated = np.atleast_1d(bush_gibson_thomas_area(load))
+    share = surface_samples(surface, float(load), 1, count, quantity == "stiffness")
+    details: dict[str, float | str] = {
+        "bar of the grid": grid_bar,
+        "realisations": float(count),
+        "counted area share": float(share["contact_area_raw"].mean()),
+        "L/lambda_l": surface.roll_off,
+        "lambda_l/lambda_s": surface.points / surface.shortest / surface.roll_off,
+        "half-space": "periodic" if surface.periodic else "free patch",
+    }
+    return compare(stated, true, grid_bar, details)
+
+
+# Surfaces whose summits are counted, on grids so much finer that their curvatures have converged.
+_SURFACES, _FACTOR = 12, 4
+
+
+@lru_cache(maxsize=64)
+def of_surface(surface: Surface) -> GreenwoodWilliamson:
+    """Return the model with density, mean radius and heights of the surfaces' own summits."""
+    step = 1 / (surface.points * _FACTOR)
+    heights, radii, count = [], [], 0
+    for k in range(_SURFACES):
+        surface_map = surface.heights(k, _FACTOR)
+        peaks = summits(surface_map, (step, step))
+        heights.append(surface_map[tuple(peaks.places.T)])
+        radii.append(1 / np.sqrt(peaks.curvatures.prod(axis=1)))
+        count += len(peaks.places)
+    pooled = np.concatenate(heights)
+    return GreenwoodWilliamson(
+        density=count / _SURFACES,
+        radius=float(np.concatenate(radii).mean()),
+        mean=float(pooled.mean()),
+        deviation=float(pooled.std(ddof=1)),
+    )
+
+
+@experiment(
+    "asperities",
+    "Asperities of the surfaces themselves beside the surfaces and the line",
+    "load",
+    "load F/(E* A0 h')",
+)
+def asperities(
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Literal["contact_area", "mean_gap", "stiffness"] = "contact_area",
+    statement: Literal["model", "line_is_better"] = "model",
+    hurst: float = 0.8,
+    roll_off: float = 4.0,
+    shortest: float = 4.0,
+    periodic: bool = False,
+    realisations: float = 60,
+) -> Finding | Share:
+    """Compare the model with the surfaces, or its error with that of the line.
+
+    Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
+    the line's error exceeds the model's, zero where it does not.
+    """
+    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
+    count = number_of(realisations, effort, 20)
+    true, grid_bar = pressed_surfaces(surface, load, quantity, count, effort)
+    model = of_surface(surface)
+    separation = model.separation(load)  # E* = A0 = h' = 1; without interaction the mean gap
+    stated = {
+        "contact_area": model.area(separation),
+        "mean_gap": separation,
+        "stiffness": model.stiffness(separation),
+    }[quantity]
+    line = line_samples(surface, float(load), max(4 * count, 450))[quantity]
+    details: Details = {}
+    of_model = compare([stated], true, grid_bar, details)
+    of_line = compare(line, true, grid_bar, details)
+    details |= {"error of the line": of_line.error, "error of the model": of_model.error}
+    if statement == "model":
+        return of_model
+    excess = abs(of_line.error) - abs(of_model.error)
+    doubt = float(np.hypot(of_model.uncertainty, of_line.uncertainty))
+    low, high = max(excess - doubt, 0.0), max(excess + doubt, 0.0)
+    return Share(0.5 * (low + high), 0.5 * (high - low), details, "excess")
+
+
+# First realisation of the second body, distinct from those of the first.
+_SECOND = 100_000
+_NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
+
+
+@shared(maxsize=64)
+def _sums(
+    first: Surface, second: Surface, correlation: float, load: float, factor: int, count: int
+) -> dict[str, np.ndarray]:
+    """Return quantities of pairs of surfaces; in the half-space problem only their sum matters."""
+    operator = first.operator(factor)
+    independent = np.sqrt(1 - correlation**2)
+    rows = []
+    for k in range(count):
+        own, other = first.heights(k, factor), second.heights(_SECOND + k, factor)
+        # keeps the rms gradient of the second body for any correlation
+        both = own + correlation * own + independent * other
+        rows.append(press(operator, both, load, True)[1])
+    return {name: np.array([row[name] for row in rows]) for name in _NAMES}
+
+
+@shared(maxsize=64)
+def _lines(
+    first: Surface, second: Surface, load: float, count: int, combined: bool
+) -> dict[str, np.ndarray]:
+    """Return quantities of pairs of lines, or of one line with the sum of their spectra."""
+    of_first, of_second = first.lines(count, 2), second.lines(count, 2)
+    if combined:
+        power = of_first.spectrum.power + of_second.spectrum.power
+        lines = replace(of_first, spectrum=replace(of_first.spectrum, power=power)).draw()
+    else:
+        later = range(_SECOND, _SECOND + count)
+        lines = of_first.draw()
+        lines = replace(lines, heights=lines.heights + of_second.draw(later).heights)
+    # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
+    contact = rough_line.press(lines, 1.0, Load("force", load))
+    return {name: getattr(contact, name)[:, 0] for name in _NAMES}
+
+
+@experiment(
+    "two-rough-bodies",
+    "Two rough bodies as two lines, against one combined line or the surfaces",
+    "load",
+    "load F/(E* A0 h')",
+)
+def two_rough_bodies(
+    effort: str,
+    *,
+    load: Annotated[float, Above(0)] = 0.01,
+    quantity: Annotated[str, OneOf(*_NAMES)] = "contact_area",
+    against: Literal["combined_line", "surfaces"] = "combined_line",
+    correlation: float = 0.0,
+    hurst: float = 0.8,
+    second_hurst: float = 0.8,
+    points: float = 64,
+    realisations: Annotated[float, Above(2)] = 450,
+) -> Finding:
+    """Compare two lines in contact with one combined line, or with the two surfaces.
+
+    Both bodies have the rms gradient one; `load` is F/(E* A0 h') with h' = sqrt 2, that of their
+    sum if they are independent. `correlation` (in [0, 1) or negative, for mating faces) makes the
+    second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases, without any
+    correlation.
+    """
+    if not -1 < correlation < 1:
+        raise ValueError(f"correlation must lie in (-1, 1), not {correlation!r}")
+    if correlation and hurst != second_hurst:
+        raise ValueError("correlated bodies have one spectrum: hurst = second_hurst")
+    first, second = (Surface.of(points, h, 1.0, 2.0, False) for h in (hurst, second_hurst))
+    force = float(load) * np.sqrt(2)
+    count = number_of(realisations, effort, 20)
+    number = max(20 * count, 2000)
+    two = _lines(first, second, force, number, False)[quantity]
+    if against == "combined_line":
+        if correlation:
+            raise ValueError("correlation matters against surfaces only")
+        true, grid_bar = _lines(first, second, force, number, True)[quantity], 0.0
+    else:
+
+        def sample(factor: int, many: int) -> np.ndarray:
+            both = _sums(first, second, float(correlation), force, factor, many)
+            return both[quantity]
+
+        true, grid_bar = truth(sample, "refined", count, effort)
+    details: dict[str, float | str] = {
+        "scatter of two lines": float(two.std() / two.mean()),
+        f"scatter of {against}": float(true.std() / true.mean()),
+    }
+    return compare(two, true, grid_bar, details)
+
+
+LONGEST, SHORTEST, HURST, RMS = 1e4, 1e6, 0.8, 6e-6
+# 2.4 points to the shortest wave on the coarsest grid.
+POINTS_PER_ROLL_OFF, FACTORS = 240, (1, 2, 4)
+PRESSURES = (1e-4, 0.001, 0.005, 0.010, 0.025)
+# Mean gap over rms height, area over A0 on their finest set, and the area of their table.
+PUBLISHED = {
+    "mean_gap": (2.629, 1.883, 1.181, 0.8540, 0.4398),
+    "area_finest": (0.000826, 0.007822, 0.037911, 0.074426, 0.177695),
+    "area_tabulated": (0.000861, 0.008272, 0.039935, 0.077927, 0.185244),
+}
+
+
+def heights(roll_offs: int, number: int) -> np.ndarray:
+    """Return a surface: amplitudes fixed, phases random; of the waves on the rim q0 one half.
+
+    The sum over modes stands for an integral over |q| > q0: half the cell of a mode on the rim
+    lies outside.
+    """
+    points, side = POINTS_PER_ROLL_OFF * roll_offs, _side(roll_offs)
+    wave = 2 * np.pi * transforms.fftfreq(points, side / points)
+    q = np.maximum(np.hypot(wave[:, None], wave), LONGEST / 1e3)
+    exponent = 2 * HURST
+    density = RMS**2 * exponent / (2 * np.pi * (LONGEST**-exponent - SHORTEST**-exponent))
+    amplitude = np.sqrt(density) * q ** (-1 - HURST) * 2 * np.pi / side
+    amplitude[(q < LONGEST * (1 - 1e-9)) | (q > SHORTEST)] = 0
+    amplitude[np.isclose(q, LONGEST)] *= np.sqrt(0.5)
+    noise = np.random.default_rng([SEED, number]).standard_normal((points, points))
+    phases = transforms.fft2(noise)
+    return np.asarray(transforms.ifft2(amplitude * phases / np.abs(phases)).real * points**2)
+
+
+def _side(roll_offs: int) -> float:
+    return roll_offs * 2 * np.pi / LONGEST
+
+
+@shared(maxsize=8)
+def _solved(roll_offs: int, factor: int, count: int) -> np.ndarray:
+    """Return mean gap over rms height and located area over A0, (surfaces, 2, pressures).
+
+    On grids so many times finer, at all pressures.
+    """
+    side, rows = _side(roll_offs), []
+    load = reference_loads.Load("force", np.array(PRESSURES) * side**2)
+    for number in range(count):
+        surface = surfaces.subdivide(heights(roll_offs, number), factor)
+        operator = PeriodicOperator(surface.shape, (side / len(surface),) * 2, 1.0)
+        contacts = list(sweep(operator, surface.max() - surface, load))
+        gaps = [contact.mean_gap / surface.std() for contact in contacts]
+        rows.append((gaps, [located_area(contact) / side**2 for contact in contacts]))
+    return np.array(rows)
+
+
+@experiment(
+    "published-ensemble",
+    "Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces",
+    "row",
+    "row of their table, from the lightest load",
+)
+def published_ensemble(
+    effort: str,
+    *,
+    row: float = 1,
+    quantity: Annotated[str, OneOf(*PUBLISHED)] = "mean_gap",
+    roll_offs: Annotated[float, Above(1)] = 4,
+    realisations: Annotated[float, Above(3)] = 8,
+) -> Finding:
+    """Compare one published value with the mean over surfaces of our own.
+
+    The means are those of patches of several roll-offs on the coarsest grid, scaled by what finer
+    grids change on patches of one. Quick effort: half the side, half as many, two grids for three.
+    """
+    if row not in range(1, len(PRESSURES) + 1):
+        raise ValueError(f"row must be a whole number from 1 to {len(PRESSURES)}, not {row!r}")
+    step, full = int(row) - 1, effort == "full"
+    share = 1 if full else 2
+    side, count = int(roll_offs) // share, int(realisations) // share
+    index, kind = (0, "mean_gap") if quantity == "mean_gap" else (1, "contact_area")
+    factors = FACTORS if full else FACTORS[:2]
+    # Finest over coarsest grid, and the grids' 95 % bar, both (pressures,), on small patches: what
+    # a finer grid changes is local, and scatters less than the values.
+    levels = [_solved(1, factor, 6 if full else 4)[:, index] for factor in factors]
+    ratio, scatter = ratio_of_means(levels[-1], levels[0], paired=True)
+    means = np.array([level.mean(axis=0) for level in levels])
+    grid = combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
+    values = _solved(side, FACTORS[0], count)[:, index, step] * ratio[step]
+    details: dict[str, float | str] = {
+        "p/E*": PRESSURES[step],
+        "surfaces": float(count),
+        "roll-offs a side": float(side),
+    }
+    return compare([PUBLISHED[quantity][step]], values, float(grid[step]), details)
