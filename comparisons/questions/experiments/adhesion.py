@@ -61,23 +61,19 @@ _RAMP, _TOLERANCE = 0.3, 1e-6
 _RISEN = 0.05
 
 
-@experiment(
-    "adhesive-face",
-    "Pull-off force of a flat face against a half-space with attraction of ever less range",
-    "aspect",
-    "ratio of the axes",
-)
+@experiment("adhesive-face", "ratio of the axes")
 def adhesive_face(
     effort: Effort,
     *,
-    shape: Literal["ellipse", "square"] = "ellipse",
     aspect: Annotated[float, Above(0)] = 1.0,
+    shape: Literal["ellipse", "square"] = "ellipse",
 ) -> Finding:
-    """Measure the pull-off force of the edge-stretch rule for the disc of equal area.
+    """Pull-off force of a flat face against a half-space with attraction of ever less range.
 
-    Sources of the bar, with Roache's safety factors: the change of the limit from the two coarser
-    zones to the two finer ones (for two zones, half of the extrapolation), the change of the widest
-    zone on twice as many cells, and what the stairs of the outline do to the limits.
+    By the edge-stretch rule for the disc of equal area. Sources of the bar, with Roache's safety
+    factors: the change of the limit from the two coarser zones to the two finer ones (for two
+    zones, half of the extrapolation), the change of the widest zone on twice as many cells, and
+    what the stairs of the outline do to the limits.
     """
     counts = np.array(_GRIDS[effort])
     pulls = np.array([_ratio(int(n), _ZONE, shape, aspect) for n in counts])
@@ -90,7 +86,7 @@ def adhesive_face(
         "bar: outline in cells": SAFE * _outline(counts, shape, aspect),
     }
     true = float(limits[-1])  # the rule's force is one
-    details: dict[str, float | str] = {
+    details = {
         "pull-off force over the rule's": true,
         **{
             f"the same, zone of {_ZONE / n:.3g} radii": float(p)
@@ -168,19 +164,14 @@ _RESOLVED = (0.3, 1.0)
 _TAIL, _RISE = 8.0, 1.2
 
 
-@experiment(
-    "adhesive-range",
-    "Pull-off force of a ball against a tension of finite range",
-    "parameter",
-    "Maugis' parameter lambda",
-)
+@experiment("adhesive-range", "Maugis' parameter lambda")
 def adhesive_range(
     effort: Effort,
     *,
     parameter: Annotated[float, Above(0)] = 1.0,
     law: Annotated[str, OneOf(*LAWS)] = "constant",
 ) -> Finding:
-    """Measure the relative error of the rule's pull-off force for a tension of finite range.
+    """Pull-off force of a ball against a tension of finite range.
 
     ``"constant"``: out to a fixed gap (Maugis 1992). ``"exponential"``: sigma0 exp(-sigma0 h/w).
     """
@@ -188,7 +179,7 @@ def adhesive_range(
     strength = strength_of(1.0, 1.0, 1.0, parameter)
     form = MaugisForm(1.0, 1.0, 1.0, strength)
     constant = float(form.force(form.pull_off()))
-    details: dict[str, float | str] = {"pull-off force over pi w R, by Maugis": -constant / math.pi}
+    details = {"pull-off force over pi w R, by Maugis": -constant / math.pi}
     if law == "constant":
         return Finding(rule, constant, _EXACT, details)
     low, high = _RESOLVED
@@ -336,12 +327,7 @@ def largest(value: Callable[[float], float], places: list[float]) -> float:
     return float(max(values[best], -peak.fun))
 
 
-@experiment(
-    "rough-adhesion",
-    "Adhesion of rough surfaces beside theories and the line",
-    "strength",
-    "Pastewka and Robbins' number S",
-)
+@experiment("rough-adhesion", "Pastewka and Robbins' number S")
 def rough_adhesion(
     effort: str,
     *,
@@ -353,7 +339,7 @@ def rough_adhesion(
     hurst: float = 0.8,
     roll_off: float = 2.0,
 ) -> Finding:
-    """Compare a theory of rough adhesion, or the reduced model's line, with the half-space.
+    """Adhesion of rough surfaces beside theories and the line.
 
     ``"attraction"``: what adhesion takes from the load at an equal mean gap; ``"pull_off"``: the
     largest pull; ``"contact_area"``: pressed area over that without adhesion, at an equal load.
@@ -388,7 +374,7 @@ def rough_adhesion(
         stated = pulls[0] if quantity == "attraction" else np.max(pulls, axis=0)
     elif theory == "pastewka_robbins":
         stated = [1 / (1 - strength)]
-    details: dict[str, float | str] = {
+    details = {
         "tension over E* h'": attraction_law(surface, *adhesion).strength,
     }
     return compare(stated, true, grid_bar, details)

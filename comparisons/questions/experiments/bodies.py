@@ -25,20 +25,16 @@ from reference.halfspace.punches import array_force, pair_force
 _HALF_SPACE = 1e6
 
 
-@experiment(
-    "far-field",
-    "Displacement of the surface at a distance from a flat punch (19.9)",
-    "distance",
-    "distance r/D",
-)
+@experiment("far-field", "distance r/D")
 def far_field(
     effort: str,
     *,
     distance: Annotated[float, Above(0.5)] = 10.0,
     reading: Literal["letter", "corrected"] = "letter",
 ) -> Finding:
-    """Compare (19.9) with u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)) at r/D.
+    """Displacement of the surface at a distance from a flat punch (19.9).
 
+    Compare (19.9) with u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)) at r/D.
     ``"letter"``: u = D d/r; ``"corrected"``: Boussinesq's u for a point force equal to that of the
     punch, D d/(pi r), with the pi that the chapter omits. D = d = E* = 1.
     """
@@ -72,12 +68,7 @@ def _pair(
     return coarse, fine
 
 
-@experiment(
-    "energy-share",
-    "Share of the elastic energy that lies far from the contact (19.10)",
-    "distance",
-    "distance r/D",
-)
+@experiment("energy-share", "distance r/D")
 def energy_share(
     effort: str,
     *,
@@ -85,11 +76,11 @@ def energy_share(
     poisson_ratio: float = 0.3,
     reading: Literal["local", "letter", "corrected"] = "local",
 ) -> Finding | Share:
-    """Measure the fraction of elastic energy farther than `distance` D from the punch, (19.10).
+    """Share of the elastic energy that lies far from the contact (19.10).
 
     Statements: ``"local"``, it lies "in a volume with linear dimensions on the order of D", the
-    fraction itself; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
-    ``"corrected"``, the integral of Boussinesq's field.
+    fraction itself; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r; ``"corrected"``,
+    the integral of Boussinesq's field.
     """
     rho = 2 * float(distance)
     pair = _pair(effort, _HALF_SPACE, poisson_ratio, "axisymmetric", "fixed", (rho,))
@@ -101,7 +92,7 @@ def energy_share(
         "corrected": float(boussinesq_energy(2.0, rho, 1.0, poisson_ratio)),
     }
     beyond = fine * pair[1].stiffness / 2
-    details: dict[str, float | str] = {
+    details = {
         "share within": 1 - fine,
         "share beyond times r/D": fine * distance,
         "(19.10) over the energy beyond": stated["letter"] / beyond,
@@ -111,12 +102,7 @@ def energy_share(
     return Finding(stated[reading], beyond, bar / fine * stated[reading] / beyond, details)
 
 
-@experiment(
-    "body-size",
-    "Change of the contact stiffness with the size of the body",
-    "size",
-    "size of the body R/D",
-)
+@experiment("body-size", "size of the body R/D")
 def body_size(
     effort: str,
     *,
@@ -124,9 +110,10 @@ def body_size(
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
-    """Compare the stiffness (and energy at equal depth) of a body R = size D with that of 10 R.
+    """Change of the contact stiffness with the size of the body.
 
-    "The size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
+    Compare the stiffness (and energy at equal depth) of a body R = size D with that of 10 R. "The
+    size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
     """
     body, tenfold = (
         [mesh.stiffness for mesh in _pair(effort, 2 * radius, poisson_ratio, kind, "fixed")]
@@ -136,7 +123,7 @@ def body_size(
     bar = abs(fine / true - coarse / coarse_tenfold)
     unit = "F/(E* D d)" if kind == "axisymmetric" else "F/(E* d) per length"
     scale = 0.5 if kind == "axisymmetric" else 1.0
-    details: dict[str, float | str] = {
+    details = {
         f"{unit}, R": scale * fine,
         f"{unit}, 10 R": scale * true,
         "error times R/D": (fine / true - 1) * size,
@@ -144,16 +131,14 @@ def body_size(
     return Finding(fine, true, bar, details)
 
 
-@experiment(
-    "plane-logarithm",
-    "Growth of the compliance in plane strain with the logarithm of the body",
-    "size",
-    "size of the body R/D",
-)
+@experiment("plane-logarithm", "size of the body R/D")
 def plane_logarithm(
     effort: str, *, size: Annotated[float, Above(1.99)] = 10.0, poisson_ratio: float = 0.3
 ) -> Finding:
-    """In plane strain d E*/F grows by (2/pi) ln 10 for tenfold R (Johnson 1985, 2.8)."""
+    """Growth of the compliance in plane strain with the logarithm of the body.
+
+    In plane strain d E*/F grows by (2/pi) ln 10 for tenfold R (Johnson 1985, 2.8).
+    """
     pairs = [
         _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
     ]
@@ -162,12 +147,7 @@ def plane_logarithm(
     return Finding(stated, fine, abs(stated / fine - stated / coarse), {})
 
 
-@experiment(
-    "kinetic-energy",
-    "Kinetic energy of a body that is pressed at v0 (19.11)-(19.12)",
-    "ratio",
-    "diameter of the contact over the body's radius D/R",
-)
+@experiment("kinetic-energy", "diameter of the contact over the body's radius D/R")
 def kinetic_energy(
     effort: str,
     *,
@@ -178,9 +158,10 @@ def kinetic_energy(
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
-    """Measure the kinetic energy of a body at v0 with its surface held by a punch, D/R = ratio.
+    """Kinetic energy of a body that is pressed at v0 (19.11)-(19.12).
 
-    The field is quasi-static, v = v0 - v0 u/d, with u of the half-space (frame ``"far"``, the
+    Measure the kinetic energy of a body at v0 with its surface held by a punch, D/R = ratio. The
+    field is quasi-static, v = v0 - v0 u/d, with u of the half-space (frame ``"far"``, the
     chapter's: v0 is the velocity far away), of a half-ball whose round side moves at v0
     (``"held"``), or of a free half-ball whose centre of mass moves at v0 (``"centre"``).
     Statements: ``"rigid"`` K = m v0^2/2, ``"printed"`` times 1 - D/R (19.12), ``"linear"`` with the
@@ -204,7 +185,7 @@ def kinetic_energy(
     exact = (7 - 6 * poisson_ratio) / (2 * np.pi * (1 - poisson_ratio))
     stated = {"rigid": 1.0, "printed": 1 - ratio, "linear": 1 - exact * ratio}[reading]
     bar = abs(true - coarse) + (2 * ratio / _HALF_SPACE if frame == "far" else 0.0)
-    details: dict[str, float | str] = {
+    details = {
         "K/(m v0^2/2)": float(true),
         "linear coefficient 2 <u>/d R/D": float(2 * pair[1].mean_displacement[0] / ratio),
         "of the half-space": exact,
@@ -215,16 +196,11 @@ def kinetic_energy(
     return Finding(stated, float(true), float(stated / true * bar / true), details)
 
 
-@experiment(
-    "independent-contacts",
-    "Forces of flat punches side by side against those of single ones",
-    "distance",
-    "distance over diameter s/D",
-)
+@experiment("independent-contacts", "distance over diameter s/D")
 def independent_contacts(
     effort: str, *, distance: Annotated[float, Above(1)] = 10.0, per_side: float = 0
 ) -> Finding:
-    """Compare the sum of forces on isolated flat punches `distance` D apart with the true force.
+    """Forces of flat punches side by side against those of single ones.
 
     At equal penetration, for two punches (exact) or a square array of per_side^2. The bar of arrays
     is the error of point forces, measured for the pair.
@@ -234,7 +210,7 @@ def independent_contacts(
     interaction = 1 / forces - 1
     grid = float(grid_uncertainty(resolutions, interaction[:, None])[0])
     points = 1 / (np.pi * distance)  # 2a/(pi s)
-    details: dict[str, float | str] = {
+    details = {
         "pair: sum over true - 1": float(interaction[-1]),
         "pair, as point forces": points,
     }
@@ -250,32 +226,23 @@ def independent_contacts(
 _ROUNDING = 1e-9
 
 
-@experiment(
-    "transverse-isotropy",
-    "Elliott's modulus of transversely isotropic half-spaces against the answer to a wave",
-    "ratio",
-    "stiffness along the axis over across c33/c11",
-)
+@experiment("transverse-isotropy", "stiffness along the axis over across c33/c11")
 def transverse_isotropy(
     effort: str, *, ratio: Annotated[float, Above(0)] = 2.0, shear: float = 0.4, cross: float = 0.3
 ) -> Finding:
-    """Compare Elliott's E* with the answer to a wave of pressure, solved from equilibrium.
+    """Elliott's modulus of transversely isotropic half-spaces against the answer to a wave.
 
-    ratio : c33/c11, along the axis over across; shear : c44/c11; cross : c13/sqrt(c11 c33).
+    The answer to a wave of pressure is solved from equilibrium. ratio : c33/c11, along the axis
+    over across; shear : c44/c11; cross : c13/sqrt(c11 c33).
     """
     body = TransverselyIsotropic(1.0, cross * math.sqrt(ratio), ratio, shear)
     stated, true = body.effective_modulus, body.modulus_of_a_wave()
     return Finding(stated, true, _ROUNDING, {})
 
 
-@experiment(
-    "conductance",
-    "Greenwood's conductance of two spots against the stiffness of two punches",
-    "distance",
-    "distance over diameter s/D",
-)
+@experiment("conductance", "distance over diameter s/D")
 def conductance(effort: str, *, distance: Annotated[float, Above(1)] = 2.0) -> Finding:
-    """Compare Greenwood's conductance of two round spots `distance` diameters apart with the true.
+    """Greenwood's conductance of two spots against the stiffness of two punches.
 
     Greenwood (Brit. J. Appl. Phys. 17 (1966) 1621), n like spots: 1/C = 1/(4 k n a) + sum 1/s_ij/
     (2 pi k n^2). By Barber's analogy (Proc. R. Soc. A 459 (2003) 53) C = 2 k/E* times the contact

@@ -18,6 +18,7 @@ from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.experiment import (
     Above,
+    Details,
     Finding,
     OneOf,
     Share,
@@ -51,21 +52,17 @@ def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
     return (first / np.pi + edges) if reading == "letter" else (first + edges) / np.pi
 
 
-@experiment(
-    "influence-coefficient",
-    "Influence coefficient (19.3) against Love's, over the offsets of a grid",
-    "offset",
-    "largest offset in cells",
-)
+@experiment("influence-coefficient", "largest offset in cells")
 def influence_coefficient(
     effort: str,
     *,
     offset: Annotated[int, Above(-1)] = 63,
     reading: Literal["letter", "bracket", "corrected"] = "letter",
 ) -> Finding:
-    """Measure the largest error for all pairs of cells up to `offset` apart in both directions.
+    """Influence coefficient (19.3) against Love's, over the offsets of a grid.
 
-    One quadrant suffices by symmetry. Love's coefficients are accurate to 1e-13
+    Measure the largest error for all pairs of cells up to `offset` apart in both directions. One
+    quadrant suffices by symmetry. Love's coefficients are accurate to 1e-13
     (tests/reference/test_halfspace_kernels.py), which is the bar.
     """
     reach = np.arange(int(offset) + 1)
@@ -75,7 +72,7 @@ def influence_coefficient(
     error = relative_error(stated, true)
     worst = np.unravel_index(np.argmax(np.abs(error)), error.shape)
     near = np.abs(error[: min(2, len(reach)), : min(2, len(reach))])
-    details: dict[str, float | str] = {
+    details: Details = {
         "worst offset": f"({worst[0]}, {worst[1]})",
         "median error": float(np.median(np.abs(error))),
         "largest error of neighbours": float(near.max()),
@@ -90,12 +87,7 @@ def influence_coefficient(
 _MOST_CELLS = 10_000
 
 
-@experiment(
-    "active-set",
-    "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
-    "share",
-    "share of the patch in geometric overlap",
-)
+@experiment("active-set", "share of the patch in geometric overlap")
 def active_set(
     effort: str,
     *,
@@ -107,7 +99,7 @@ def active_set(
     runs: Annotated[float, Above(0)] = 200,
     limit: float = 1e-12,
 ) -> Share:
-    """Measure the fraction of rough patches for which the iteration does not converge in `rounds`.
+    """Rough patches on which the iteration of (19.5)-(19.8) does not end properly.
 
     A patch is pressed until its geometric overlap covers the fraction `share`. Convergence means no
     tension (guaranteed by the dense solver) and a largest overlap below `limit` times the
@@ -143,7 +135,7 @@ def active_set(
         except ConvergenceError as fault:
             lengths[k] = len(fault.history)
     failed = (lengths > rounds) | (violations > limit)
-    details: dict[str, float | str] = {
+    details = {
         "runs": float(count),
         "failures": float(failed.sum()),
         "rounds, median": float(np.median(lengths)),
@@ -285,25 +277,20 @@ def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
     return tuple(results)
 
 
-@experiment(
-    "second-truth",
-    "Share of random rough contacts on which elements and half-space differ beyond both bars",
-    "runs",
-    "number of contacts",
-)
+@experiment("second-truth", "number of contacts")
 def second_truth(
     effort: str,
     *,
-    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
     runs: Annotated[float, Above(0)] = 200,
+    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
     element: Element = "splines",
 ) -> Share:
-    """Measure the share of random rough contacts on which both differ by more than both bars."""
+    """Share of random rough contacts on which elements and half-space differ beyond both bars."""
     count = int(runs) if effort == "full" else min(int(runs), FEW)
     cases = drawn(count, element)
     ratios = np.array([abs(case.difference(quantity)) / case.bar(quantity) for case in cases])
     differences = np.abs([case.difference(quantity) for case in cases])
-    details: dict[str, float | str] = {
+    details = {
         "contacts": float(count),
         "difference, median": float(np.median(differences)),
         "difference, largest": float(differences.max()),

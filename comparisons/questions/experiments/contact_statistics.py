@@ -36,12 +36,7 @@ from reference.surfaces import rms_gradient_spectral
 _MIDDLE = 0.01  # the load through which the straight line goes
 
 
-@experiment(
-    "straight-area",
-    "Contact area of rough surfaces against a straight line through zero",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("straight-area", "load F/(E* A0 h')")
 def straight_area(
     effort: str,
     *,
@@ -52,9 +47,10 @@ def straight_area(
     periodic: bool = False,
     realisations: float = 60,
 ) -> Finding:
-    """Compare the straight line through zero and A(0.01 E* A0 h') with A(F).
+    """Contact area of rough surfaces against a straight line through zero.
 
-    Means over surfaces, at vanishing spacing; the same surfaces at both loads.
+    Compare the straight line through zero and A(0.01 E* A0 h') with A(F). Means over surfaces, at
+    vanishing spacing; the same surfaces at both loads.
     """
     surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
@@ -63,7 +59,7 @@ def straight_area(
     )
     ratio, scatter = ratio_of_means(middle[:, None], there[:, None], paired=True)
     width = float(ratio[0]) * load / _MIDDLE * combined(float(scatter[0]), bar, bar_of_middle)
-    details: dict[str, float | str] = {
+    details = {
         "A E* h'/F there": float(there.mean()) / load,
         "A E* h'/F in the middle": float(middle.mean()) / _MIDDLE,
     }
@@ -86,12 +82,7 @@ def _spots(surface: Surface, load: float, factor: int, count: int) -> tuple[np.n
     return tuple(areas.patches(mask, operator.spacing, operator.periodic).areas for mask in masks)
 
 
-@experiment(
-    "contact-sizes",
-    "Number and sizes of the contacts of lines against those of surfaces",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("contact-sizes", "load F/(E* A0 h')")
 def contact_sizes(
     effort: str,
     *,
@@ -103,7 +94,7 @@ def contact_sizes(
     periodic: bool = False,
     realisations: float = 60,
 ) -> Finding:
-    """Compare the contacts of lines with those of surfaces: their number, mean or largest area.
+    """Number and sizes of the contacts of lines against those of surfaces.
 
     A region of length l has the area (pi/4) l^2 (19.29).
     """
@@ -122,12 +113,7 @@ def contact_sizes(
     return compare(stated, true, grid_bar, {})
 
 
-@experiment(
-    "same-spectrum",
-    "Differences between surfaces with the same power spectrum",
-    "skew",
-    "skewness of the heights, exp(s z)",
-)
+@experiment("same-spectrum", "skewness of the heights, exp(s z)")
 def same_spectrum(
     effort: str,
     *,
@@ -140,11 +126,11 @@ def same_spectrum(
     periodic: bool = True,
     realisations: float = 60,
 ) -> Finding | Share:
-    """Measure how much surfaces of one power spectrum differ, as defined by their points.
+    """Differences between surfaces with the same power spectrum.
 
-    ``"skewness"``: a surface of heights exp(skew z) against its negative, over the mean of both.
-    ``"phases"``: standard deviation over surfaces of equal amplitudes and random phases, over the
-    mean.
+    Surfaces are defined by their points. ``"skewness"``: a surface of heights exp(skew z) against
+    its negative, over the mean of both. ``"phases"``: standard deviation over surfaces of equal
+    amplitudes and random phases, over the mean.
     """
     surface = Surface.of(64, hurst, roll_off, 4.0, periodic)
     count = number_of(realisations, effort, 16)
@@ -232,12 +218,7 @@ def _mean(values: Stretches) -> float:
     return float(np.average(inside[positive], weights=values.weight[positive]))
 
 
-@experiment(
-    "contact-ends",
-    "Exponents of the densities of pressure and gap near zero",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("contact-ends", "load F/(E* A0 h')")
 def contact_ends(
     effort: str,
     *,
@@ -247,10 +228,10 @@ def contact_ends(
     exponent: float = 1.0,
     hurst: float = 0.8,
 ) -> Finding:
-    """Compare exponents of a density near zero: the difference, of one.
+    """Exponents of the densities of pressure and gap near zero.
 
-    Of a surface: the stated `exponent` against the one measured; of the line: its own against the
-    `exponent` of a surface.
+    Compare exponents of a density near zero: the difference, of one. Of a surface: the stated
+    `exponent` against the one measured; of the line: its own against the `exponent` of a surface.
 
     Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
     change from grids half as fine and with the place of the interval, and the scatter of surfaces.

@@ -2,12 +2,14 @@
 
 Far fields, impacts, ensembles against a theory, a kernel as printed: an experiment is a function
 that returns what a statement says beside what is true. A claim names it by ``experiment = NAME``
-in place of a scene. The types of its parameters say which values it takes::
+in place of a scene. Its first keyword is varied; the types of all say which values they take; the
+first line of its docstring is its title::
 
-    @experiment("far-field", "Displacement far from a contact", "ratio", "distance r/D")
+    @experiment("far-field", "distance r/D")
     def far_field(
         effort: Effort, *, ratio: Annotated[float, Above(1)] = 2.0, reading: Literal["a", "b"] = "a"
-    ) -> Finding: ...
+    ) -> Finding:
+        '''Displacement far from a contact.'''
 """
 
 from __future__ import annotations
@@ -93,7 +95,7 @@ class Finding:
     stated: float
     true: float
     uncertainty: float
-    details: Details
+    details: Mapping[str, float | str]
     of: float | None = None
 
     noun: ClassVar[str] = "error"
@@ -122,7 +124,7 @@ class Share:
 
     value: float
     uncertainty: float
-    details: Details
+    details: Mapping[str, float | str]
     noun: str = "share"
 
     @property
@@ -315,10 +317,12 @@ class Experiment:
 EXPERIMENTS: dict[str, Experiment] = {}
 
 
-def experiment(name: str, title: str, along: str, parameter: str = "") -> Callable[[Run], Run]:
+def experiment(name: str, parameter: str = "") -> Callable[[Run], Run]:
     """Make a function known as an experiment, see `Experiment`."""
 
     def known(run: Run) -> Run:
+        title = (run.__doc__ or f"{name}.").partition("\n")[0].removesuffix(".")
+        _, along, *_ = (*inspect.signature(run).parameters, "")
         EXPERIMENTS[name] = Experiment(name, title, along, parameter, run)
         return run
 
@@ -335,7 +339,7 @@ def worst(stated: np.ndarray, true: np.ndarray) -> tuple[float, float]:
     return float(stated.flat[place]), float(true.flat[place])
 
 
-def share_of(number: int, count: int, details: Details) -> Share:
+def share_of(number: int, count: int, details: Mapping[str, float | str]) -> Share:
     """Return the share of `count` independent runs, with the 95 % interval of Clopper and Pearson.
 
     The interval is one-sided at none and all.

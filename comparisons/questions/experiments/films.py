@@ -37,19 +37,17 @@ from reference.lubrication.rough_planes import plane_flow
 _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
 
-@experiment(
-    "film-cylinder",
-    "Film below a rigid cylinder on cells against Reynolds' closed form",
-    "cells",
-    "cells per sqrt(2 R h0)",
-)
+@experiment("film-cylinder", "cells per sqrt(2 R h0)")
 def film_cylinder(
     effort: Effort,
     *,
     cells: Annotated[float, Above(4)] = 64.0,
     quantity: Literal["load", "rupture"] = "load",
 ) -> Finding:
-    """Compare load or place of rupture with Reynolds' closed form; coarser cells give the bar."""
+    """Film below a rigid cylinder on cells against Reynolds' closed form.
+
+    Load or place of rupture; coarser cells give the bar.
+    """
     fine, coarse = (rigid_cylinder(int(n)) for n in (cells, cells / 2))
     exact = {"load": CYLINDER, "rupture": RUPTURE}[quantity]
     value, other = (float(getattr(film, quantity)) for film in (fine, coarse))
@@ -57,14 +55,9 @@ def film_cylinder(
     return Finding(value, exact, abs(value - other) / exact, {"oil lost": uneven})
 
 
-@experiment(
-    "film-sphere",
-    "Film of a rigid sphere by half of Sommerfeld's pressure and with mass conserved",
-    "cells",
-    "cells per sqrt(2 R h0)",
-)
+@experiment("film-sphere", "cells per sqrt(2 R h0)")
 def film_sphere(effort: Effort, *, cells: float = 0.0) -> Finding:
-    """Compare the film of half of Sommerfeld's pressure with that of film that ruptures by itself.
+    """Film of a rigid sphere by half of Sommerfeld's pressure and with mass conserved.
 
     `cells` per reach of the pressure; zero: by the effort.
     """
@@ -81,16 +74,11 @@ def _on_rubber(speed: float, cells: int) -> float:
     return float(entrain(_RUBBER, 1e-3 * speed, cells).film_central)
 
 
-@experiment(
-    "film-soft",
-    "Central film of a ball on rubber by a fit, and by the limit of soft contacts",
-    "speed",
-    "speed in mm/s",
-)
+@experiment("film-soft", "speed in mm/s")
 def film_soft(
     effort: Effort, *, speed: Annotated[float, Above(0)] = 1.0, by: Literal["fit", "limit"] = "fit"
 ) -> Finding:
-    """Compare formulas with the central film of a ball on rubber at a speed in mm/s.
+    """Central film of a ball on rubber by a fit, and by the limit of soft contacts.
 
     Cells are of second order; the bar is the whole last change.
     """
@@ -107,14 +95,9 @@ def film_soft(
     return Finding(formula, film, bar, {})
 
 
-@experiment(
-    "film-wave",
-    "Small wave across the flow under the film of a soft ball: its amplitude by linear theory",
-    "wavelength",
-    "wavelength in mm",
-)
+@experiment("film-wave", "wavelength in mm")
 def film_wave(effort: Effort, *, wavelength: Annotated[float, Above(0)] = 0.5) -> Finding:
-    """Compare the linear amplitude of a small wave (in mm) under a film with that on cells."""
+    """Small wave across the flow under the film of a soft ball: its amplitude by linear theory."""
     ball = _RUBBER
     amplitude, length = 1e-8, 1e-3 * wavelength
     wave, linear, changes = waviness(amplitude, length), 0.0, []
@@ -137,12 +120,7 @@ _FINER = 4
 Samples = dict[str, np.ndarray]
 
 
-@experiment(
-    "film-plane-open",
-    "Flow of oil along rough planes that hardly touch: formulas against the flow on cells",
-    "roughness",
-    "rms height over mean gap",
-)
+@experiment("film-plane-open", "rms height over mean gap")
 def film_plane_open(
     effort: Effort,
     *,
@@ -155,10 +133,11 @@ def film_plane_open(
     shortest: float = 8.0,
     realisations: Annotated[float, Above(2)] = 48,
 ) -> Finding:
-    """Compare what a formula says of the flow between bodies that hardly touch, rigid ones.
+    """Flow of oil along rough planes that hardly touch: formulas against the flow on cells.
 
-    `roughness` is rms height over mean gap; of a second order what roughness changes is judged, of
-    a fit the factor itself. Where heights exceed the gap, it is closed, as Patir & Cheng have it.
+    The planes are rigid. `roughness` is rms height over mean gap; of a second order what roughness
+    changes is judged, of a fit the factor itself. Where heights exceed the gap, it is closed, as
+    Patir & Cheng have it.
     """
     if statement == "patir_cheng" and quantity == "shear":
         raise ValueError("the fit is of pressure, not of shear")
@@ -199,12 +178,7 @@ def _rigid(surface: Surface, roughness: float, factor: int, count: int) -> Sampl
     return {"pressure": pressure, "shear": shear}
 
 
-@experiment(
-    "film-plane-pressed",
-    "Flow of oil around the spots of contact of rough planes: theories, and the line",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("film-plane-pressed", "load F/(E* A0 h')")
 def film_plane_pressed(
     effort: Effort,
     *,
@@ -217,7 +191,7 @@ def film_plane_pressed(
     shortest: float = 8.0,
     realisations: Annotated[float, Above(2)] = 48,
 ) -> Finding:
-    """Compare what is said of the oil that flows around spots of contact with the flow on cells.
+    """Flow of oil around the spots of contact of rough planes: theories, and the line.
 
     The gap is that of the periodic half-space; `quantity` is the pressure factor, or the "flow"
     itself, the factor times the cube of the mean gap over the rms height.
@@ -232,7 +206,7 @@ def film_plane_pressed(
 
     true, bar = truth(lambda f, n: sample(f, n)[quantity], "refined", count, effort)
     native = sample(1, count)
-    details: dict[str, float | str] = {
+    details = {
         "contact area": float(native["area"].mean()),
         "mean gap/h_rms": float(native["gap"].mean()),
         "closed": float((native["factor"] == 0).mean()),

@@ -118,12 +118,7 @@ def measure_series(method: str, effort: str, mesh: str) -> Series:
     )
 
 
-@experiment(
-    "finite-element-cost",
-    "Time or memory of another method over that of finite elements on rough surfaces",
-    "accuracy",
-    "rms error of the penetration that both reach",
-)
+@experiment("finite-element-cost", "rms error of the penetration that both reach")
 def finite_element_cost(
     effort: str,
     *,
@@ -133,12 +128,12 @@ def finite_element_cost(
     resource: Literal["time", "memory"] = "time",
     mesh: Literal["block", "repeating"] = "block",
 ) -> Share:
-    """Measure time (or memory) relative to finite elements, for one surface and three loads.
+    """Time or memory of another method over that of finite elements on rough surfaces.
 
-    Compared at the grids on which either method reaches the rms `accuracy` of the penetration (from
-    fitted laws c N^p of error and cost), or at `points` per side. The measurable form of the
-    statement is that the cost of the other method is a small share; its bar is the scatter of the
-    fits.
+    For one surface and three loads. Compared at the grids on which either method reaches the rms
+    `accuracy` of the penetration (from fitted laws c N^p of error and cost), or at `points` per
+    side. The measurable form of the statement is that the cost of the other method is a small
+    share; its bar is the scatter of the fits.
     """
     if not 0 < accuracy < 1:
         raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
@@ -162,7 +157,7 @@ def finite_element_cost(
             scatter.append(cost[name].exponent * error.scatter / abs(error.exponent))
     share = cost[against].at(grids[against]) / cost["fem"].at(grids["fem"])
     spread = float(np.exp(2 * np.hypot.reduce(scatter)))
-    details: dict[str, float | str] = {
+    details = {
         f"{resource} of finite elements over the other": 1 / share,
         "factor of the bar": spread,
         "points per side, finite elements": grids["fem"],
@@ -180,12 +175,7 @@ def finite_element_cost(
 GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
 
 
-@experiment(
-    "element-waves",
-    "Work of a wave of pressure on a half-space of finite elements, against the exact one",
-    "wavelength",
-    "wavelength in elements",
-)
+@experiment("element-waves", "wavelength in elements")
 def element_waves(
     effort: str,
     *,
@@ -193,7 +183,7 @@ def element_waves(
     element: Element = "quadratic",
     poisson_ratio: float = 0.3,
 ) -> Finding:
-    """Compare the work of a wave of pressure, `wavelength` in elements, with the half-space's.
+    """Work of a wave of pressure on a half-space of finite elements, against the exact one.
 
     Along the elements and across their diagonal; the larger error counts. The bar is the floor
     below all waves, from elements that grow with depth.
@@ -204,7 +194,7 @@ def element_waves(
     phases = q * np.cos(angles), q * np.sin(angles)
     work = of_smooth_pressure(phases, (1.0, 1.0), body, element=element, growth=GROWTH)
     stated = work * q / (2 * (1 - poisson_ratio**2))
-    details: dict[str, float | str] = {
+    details = {
         "along": float(stated[0]) - 1,
         "diagonal": float(stated[1]) - 1,
     }

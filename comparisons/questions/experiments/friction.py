@@ -47,12 +47,7 @@ _ROUGH_POINTS = 48
 _FACES = {"rectangle": ("rectangle", 4), "triangle": ("polygon", 3)}
 
 
-@experiment(
-    "tangential-stiffness",
-    "Ratio of tangential to normal contact stiffness against the half-space",
-    "poisson_ratio",
-    "Poisson's ratio nu",
-)
+@experiment("tangential-stiffness", "Poisson's ratio nu")
 def ratio(
     effort: str,
     *,
@@ -63,12 +58,13 @@ def ratio(
     quantity: Literal["ratio", "stiffness"] = "ratio",
     realisations: Annotated[float, Above(1)] = 12,
 ) -> Finding:
-    """Compare the stiffness of springs with that of the half-space without coupling.
+    """Ratio of tangential to normal contact stiffness against the half-space.
 
-    `aspect` is length along x over width. Quantities: the ``"ratio"`` k_x/k_z, both on the same
-    cells, so that errors at cell edges cancel; or the ``"stiffness"`` k_x itself against G* D, D =
-    (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles and triangles). The bar
-    follows from three grids; of rough contacts from two grids and the scatter of the surfaces.
+    Springs have no coupling. `aspect` is length along x over width. Quantities: the ``"ratio"``
+    k_x/k_z, both on the same cells, so that errors at cell edges cancel; or the ``"stiffness"`` k_x
+    itself against G* D, D = (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles
+    and triangles). The bar follows from three grids; of rough contacts from two grids and the
+    scatter of the surfaces.
     """
     along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
     if shape == "rough":
@@ -101,7 +97,7 @@ def ratio(
         of_grids = grid_uncertainty(np.array(resolutions), np.array(ratios)[:, None])
         true, bar = ratios[-1], float(of_grids[0])
     stated = stiffness_ratio(poisson_ratio)
-    details: dict[str, float | str] = {
+    details = {
         "k_x/k_z of the springs": stated,
         "k_x/k_z of the half-space": true,
     }
@@ -156,20 +152,16 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
 }
 
 
-@experiment(
-    "stick-radius",
-    "Length of the springs that stick against the stick radius in closed form",
-    "share",
-    "tangential force F_x/(mu F)",
-)
+@experiment("stick-radius", "tangential force F_x/(mu F)")
 def stick_radius(
     effort: str,
     *,
     share: Annotated[float, Between(0, 1)] = 0.5,
     exponent: Annotated[float, Above(0)] = 2.0,
 ) -> Finding:
-    """Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
+    """Length of the springs that stick against the stick radius in closed form.
 
+    Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
     The reference is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
     """
     form = closed_form.power_law(exponent, 1.0, 1.0)
@@ -187,7 +179,7 @@ def stick_radius(
         for count in ((40, 80) if effort == "quick" else (80, 160))
     )
     true = float(path.stick_radius[0])
-    details: dict[str, float | str] = {
+    details = {
         "displacement over that at which all slides": float(
             path.tangential_displacement[0] / exact.sliding_displacement
         ),
@@ -195,19 +187,14 @@ def stick_radius(
     return Finding(float(finer), true, float(abs(finer - springs) / true) + EXACT, details)
 
 
-@experiment(
-    "changing-load",
-    "Tangential force on a ball that is pushed while its depth changes, against the half-space",
-    "final",
-    "last penetration over the first",
-)
+@experiment("changing-load", "last penetration over the first")
 def changing_load(
     effort: Effort,
     *,
     final: Annotated[float, Above(0)] = 0.5,
     reach: Annotated[float, Above(0)] = 0.5,
 ) -> Finding:
-    """Measure the tangential force over mu F on a ball displaced at changing depth.
+    """Tangential force on a ball that is pushed while its depth changes, against the half-space.
 
     The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
     the depth changes to `final` times its value. The difference is relative to mu F. Springs take
@@ -238,7 +225,7 @@ def changing_load(
             reference_loads.LoadPath("tangential_displacement", shift),
         )
         shares.append(last.tangential_force / (_FRICTION * last.force))
-    details: dict[str, float | str] = {
+    details = {
         "share of the springs that stick": float(
             springs.stick_length[-1] / springs.contact_length[-1]
         ),
@@ -277,12 +264,7 @@ def slip_of_lines(surface: Surface, load: float, share: float, count: int) -> np
     return answer.tangential_displacement[:, -1]
 
 
-@experiment(
-    "rough-slip",
-    "Tangential displacement of lines on springs that slip, against rough surfaces",
-    "share",
-    "tangential force F_x/(mu F)",
-)
+@experiment("rough-slip", "tangential force F_x/(mu F)")
 def rough_slip(
     effort: Effort,
     *,
@@ -290,10 +272,10 @@ def rough_slip(
     load: Annotated[float, Above(0)] = 0.02,
     points: float = 48,
 ) -> Finding:
-    """Compare the mean displacements of lines and surfaces at F_x = share mu F.
+    """Tangential displacement of lines on springs that slip, against rough surfaces.
 
-    Surfaces with H = 0.8, waves of a half to an eighth of the side. Sources of the bar: the scatter
-    of both ensembles, and the grid.
+    Means at F_x = share mu F. Surfaces with H = 0.8, waves of a half to an eighth of the side.
+    Sources of the bar: the scatter of both ensembles, and the grid.
     """
     if not share < 1:
         raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
@@ -304,7 +286,7 @@ def rough_slip(
         return np.array([slip_of_surface(surface, load, share, k, factor) for k in range(number)])
 
     true, grid_bar = truth(sample, "refined", surfaces, effort)
-    details: dict[str, float | str] = {
+    details = {
         "surfaces": float(surfaces),
         "lines": float(count),
         "bar: grid": grid_bar,
@@ -316,12 +298,7 @@ def rough_slip(
 _BEYOND = 1.6
 
 
-@experiment(
-    "fretting-limit",
-    "Force after many cycles of fretting against that of the limit shape",
-    "lag",
-    "G* U/(mu E* d)",
-)
+@experiment("fretting-limit", "G* U/(mu E* d)")
 def fretting_limit(
     effort: Effort,
     *,
@@ -330,10 +307,10 @@ def fretting_limit(
     shape: Literal["paraboloid", "cone"] = "paraboloid",
     model: Literal["springs", "half_space"] = "springs",
 ) -> Finding:
-    """Compare the force after many cycles with that of the limit; coarser ones give the bar.
+    """Force after many cycles of fretting against that of the limit shape.
 
-    `lag` is G* U/(mu E* d), `cycles` are k E* U n over the contact radius of a paraboloid. All have
-    k = E* = d = 1; the stick circle is that of d - lag.
+    Coarser springs or cells give the bar. `lag` is G* U/(mu E* d), `cycles` are k E* U n over the
+    contact radius of a paraboloid. All have k = E* = d = 1; the stick circle is that of d - lag.
     """
     limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), 1.0, lag)
     after = _springs if model == "springs" else _cells

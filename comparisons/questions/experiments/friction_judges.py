@@ -40,23 +40,7 @@ def _grid(cells: int, shear: float, poisson: float) -> tuple[NormalAndTangential
     return body, x, (x[:, None] ** 2 + x**2) / 2
 
 
-@shared(maxsize=64)
-def _torque(angle: float, shear: float, poisson: float, cells: int) -> float:
-    """Return the torque of cells that stick and slip at an angle of twist."""
-    body, x, gap = _grid(cells, shear, poisson)
-    pressure = press(body.normal, gap, Load("penetration", 1.0)).pressure
-    along, across = np.meshgrid(x, x, indexing="ij")
-    turned = angle * np.array([-across, along])
-    q = slide(FrictionalGrid(body), FRICTION * pressure, turned, tolerance=1e-7).traction
-    return float((along * q[1] - across * q[0]).sum()) * body.cell_area
-
-
-@experiment(
-    "torsion",
-    "Torque of a ball that is pressed on and twisted, with partial slip",
-    "stick",
-    "stick radius over contact radius c/a",
-)
+@experiment("torsion", "stick radius over contact radius c/a")
 def torsion(
     effort: Effort,
     *,
@@ -64,16 +48,17 @@ def torsion(
     statement: Literal["closed_form", "springs"] = "springs",
     poisson_ratio: float = 0.3,
 ) -> Finding:
-    """Compare torques at the angle at which the share `stick` of the contact radius sticks.
+    """Torque of a ball that is pressed on and twisted, with partial slip.
 
+    Compare torques at the angle at which the share `stick` of the contact radius sticks.
     ``"closed_form"``: Lubkin's against cells with Coulomb friction; ``"springs"``: springs 8 G dx
     along the circumference that slip at mu times their force, against Lubkin's.
 
     The chapter has no rule for torsion. Springs that move by b x, at the distance x from the axis,
     carry the torque (16/3) G a^3 b of every round contact that sticks (Popov & Hess 2015; exact
     after Reissner & Sagoci 1944). Whether they may slip one by one, each at mu times its normal
-    force, as under a force along x (19.19), is a question to them: in full slip they carry
-    mu E* int 2 x (d - g) dx, where the half-space carries mu int r p dA.
+    force, as under a force along x (19.19), is a question to them: in full slip they carry mu E*
+    int 2 x (d - g) dx, where the half-space carries mu int r p dA.
     """
     if not 0 < stick <= 1:
         raise ValueError(f"stick must be above 0 and at most 1, not {stick!r}")
@@ -89,8 +74,16 @@ def torsion(
         torque = float(2 * step * np.minimum(held, limit) @ x)
         stuck = float(step * (held < limit).sum())
         return Finding(torque, exact, 1e-6, {"springs stick to": stuck})
-    grids = (12, 24) if effort == "quick" else (24, 48)
-    coarse, fine = (_torque(angle, 0.25, poisson_ratio, n) for n in grids)
+    torques = []
+    for cells in (12, 24) if effort == "quick" else (24, 48):
+        half_space, x, gap = _grid(cells, 0.25, poisson_ratio)
+        pressure = press(half_space.normal, gap, Load("penetration", 1.0)).pressure
+        along, across = np.meshgrid(x, x, indexing="ij")
+        turned = angle * np.array([-across, along])
+        grid = FrictionalGrid(half_space)
+        q = slide(grid, FRICTION * pressure, turned, tolerance=1e-7).traction
+        torques.append(float((along * q[1] - across * q[0]).sum()) * half_space.cell_area)
+    coarse, fine = torques
     bar = exact / fine * SAFE * abs(fine - coarse) / fine
     return Finding(exact, fine, bar, {"angle": angle})
 
@@ -107,12 +100,7 @@ def _pressed(poisson: float, friction: float, cells: int, steps: int) -> float:
     return float(np.sqrt(last.sticking.sum() / (last.pressure > 0).sum()))
 
 
-@experiment(
-    "pressing-with-friction",
-    "What sticks of a rigid ball that is pressed into an elastic body with friction",
-    "poisson_ratio",
-    "Poisson's ratio",
-)
+@experiment("pressing-with-friction", "Poisson's ratio")
 def pressing_with_friction(
     effort: Effort,
     *,
@@ -120,7 +108,7 @@ def pressing_with_friction(
     friction: Annotated[float, Above(0)] = 0.2986,
     statement: Literal["printed", "one_way"] = "printed",
 ) -> Finding:
-    """Compare the stick radius of a rigid ball that is pressed straight into an elastic body.
+    """What sticks of a rigid ball that is pressed into an elastic body with friction.
 
     ``"printed"``: half the contact radius at nu = 0 and mu = 0.2986 (Spence 1975, as CONTACT has
     it). ``"one_way"``: arctanh(s) = (mu/beta) s K'(s), beta = (1 - 2 nu)/(2 (1 - nu)), which leaves
@@ -179,14 +167,9 @@ def impact(
     raise ArithmeticError(f"the impact did not converge: {change:.1e} of the way")
 
 
-@experiment(
-    "oblique-impact",
-    "Tangential impulse of an oblique impact on springs, against the half-space",
-    "incidence",
-    "angle of incidence G* v_x/(mu E* v_z)",
-)
+@experiment("oblique-impact", "angle of incidence G* v_x/(mu E* v_z)")
 def oblique_impact(effort: Effort, *, incidence: Annotated[float, Above(0)] = 1.0) -> Finding:
-    """Compare the tangential impulse of springs in an oblique impact with that of the half-space.
+    """Tangential impulse of an oblique impact on springs, against the half-space.
 
     A solid ball, incompressible; over mu times the normal impulse, on the path that the springs
     take: if the forces agree on it, it is the path of the half-space, too (Maw, Barber & Fawcett

@@ -56,12 +56,7 @@ _DRIVEN = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
 _PERIODS = 4
 
 
-@experiment(
-    "regularised-block",
-    "One block under the law (19.1) against Coulomb's: at rest, sliding, stopping",
-    "speed_ratio",
-    "sliding speed over characteristic speed V/v0",
-)
+@experiment("regularised-block", "sliding speed over characteristic speed V/v0")
 def regularised_block(
     effort: str,
     *,
@@ -69,8 +64,9 @@ def regularised_block(
     load: float = 0.5,
     quantity: Literal["rest", "force", "kinetic", "way"] = "rest",
 ) -> Finding | Share:
-    """Measure a block of mass 1 and friction limit 1, pulled by `load`, with sliding speed V = 1.
+    """One block under the law (19.1) against Coulomb's: at rest, sliding, stopping.
 
+    Measure a block of mass 1 and friction limit 1, pulled by `load`, with sliding speed V = 1.
     ``"rest"``: creep speed over V. ``"force"``: the friction after the time of 1000 stops from V,
     relative to the load. ``"kinetic"``: the friction at V. ``"way"``: the stopping distance from V
     without load.
@@ -79,7 +75,7 @@ def regularised_block(
     if not 0 <= load < 1:
         raise ValueError(f"load must be from 0 to below 1, not {load!r}")
     creep = float(creep_speed(load, 1.0, v0))
-    details: dict[str, float | str] = {"creep over v0": creep / v0, "v0 over V": v0}
+    details = {"creep over v0": creep / v0, "v0 over V": v0}
     if quantity == "rest":
         return Share(creep, EXACT * creep, details)
     if quantity == "kinetic":
@@ -105,20 +101,16 @@ def regularised_block(
     return Finding(ways[1], way, abs(ways[1] - ways[0]) / way + EXACT, details)
 
 
-@experiment(
-    "regularised-stick-slip",
-    "An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event",
-    "speed_ratio",
-    "largest sliding speed over characteristic speed V/v0",
-)
+@experiment("regularised-stick-slip", "largest sliding speed over characteristic speed V/v0")
 def regularised_stick_slip(
     effort: str,
     *,
     speed_ratio: Annotated[float, Above(0)] = 1e3,
     limit: Annotated[float, Between(0, 1)] = 0.9,
 ) -> Share:
-    """Measure Den Hartog's oscillator with stops: largest error of the position over four periods.
+    """An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event.
 
+    Den Hartog's oscillator with stops: the largest error of the position over four periods.
     Relative to the largest position; V is the largest speed of the true motion.
     """
     end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
@@ -136,19 +128,14 @@ def regularised_stick_slip(
         )
         deviation = run.position[:, 0] - position
         errors.append(float(np.abs(deviation).max() / np.abs(position).max()))
-    details: dict[str, float | str] = {
+    details = {
         "error over (v0/V)^(2/3)": errors[1] * speed_ratio ** (2 / 3),
         "stops": float(sum(phase.direction[0] == 0 for phase in motion.phases)),
     }
     return Share(errors[1], abs(errors[1] - errors[0]) + EXACT, details, "deviation")
 
 
-@experiment(
-    "regularised-belt",
-    "A mass on a belt: (19.1) against static friction above the kinetic one",
-    "static",
-    "static over kinetic friction",
-)
+@experiment("regularised-belt", "static over kinetic friction")
 def regularised_belt(
     effort: str,
     *,
@@ -156,9 +143,10 @@ def regularised_belt(
     speed_ratio: Annotated[float, Above(0)] = 1e3,
     cycles: Annotated[float, Above(0.999)] = 10,
 ) -> Finding:
-    """Measure the amplitude of a mass on a belt after `cycles`; V = m = k = kinetic friction = 1.
+    """A mass on a belt: (19.1) against static friction above the kinetic one.
 
-    The reference is the closed stick-slip cycle; the law contains only kinetic friction.
+    Measure the amplitude of a mass on a belt after `cycles`; V = m = k = kinetic friction = 1. The
+    reference is the closed stick-slip cycle; the law contains only kinetic friction.
     """
     count = int(cycles)
     v0 = 1 / speed_ratio
@@ -180,19 +168,17 @@ def regularised_belt(
     return Finding(swings[1], true, abs(swings[1] - swings[0]) / true + EXACT, {})
 
 
-@experiment(
-    "explicit-friction-step",
-    "Largest stable explicit step under (19.1): theory against the step at which it breaks",
-    "load",
-    "load over friction limit F/(mu F_N)",
-)
+@experiment("explicit-friction-step", "load over friction limit F/(mu F_N)")
 def explicit_friction_step(
     effort: str,
     *,
     load: float = 0.0,
     scheme: Literal["explicit_euler", "semi_implicit_euler", "runge_kutta_4"] = "explicit_euler",
 ) -> Finding:
-    """Measure the predicted largest stable step of a creeping block over that from bisection."""
+    """Largest stable explicit step under (19.1): theory against the step at which it breaks.
+
+    Of a creeping block, by bisection.
+    """
     v0 = 1e-3
     theory = stable_step(1.0, 1.0, v0, load, scheme)
     creep = float(creep_speed(load, 1.0, v0))
@@ -215,19 +201,14 @@ def explicit_friction_step(
         middle = 0.5 * (low + high)
         low, high = (low, middle) if grows(middle) else (middle, high)
     limit = 0.5 * (low + high)
-    details: dict[str, float | str] = {"limit over m v0/(mu F_N)": limit / v0}
+    details = {"limit over m v0/(mu F_N)": limit / v0}
     return Finding(theory, limit, (high - low) / limit, details)
 
 
 _SETTLING = 100  # periods until the amplitude of an oscillator is steady that never stops
 
 
-@experiment(
-    "set-valued-steps",
-    "Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events",
-    "steps",
-    "steps per period of the force",
-)
+@experiment("set-valued-steps", "steps per period of the force")
 def set_valued_steps(
     effort: str,
     *,
@@ -235,7 +216,7 @@ def set_valued_steps(
     load: float = 0.5,
     quantity: Literal["oscillator", "rest"] = "oscillator",
 ) -> Share:
-    """Measure the set-valued law in steps of Moreau and Jean, `steps` per period of the force.
+    """Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events.
 
     ``"oscillator"``: largest error of the position over four periods, over the largest position.
     ``"rest"``: the path of a block pulled by `load` < 1 against friction 1 in as many steps of unit
@@ -255,19 +236,14 @@ def set_valued_steps(
     position = exact.at(np.minimum(stepped.time, end))[0][:, 0]
     deviation = np.abs(stepped.position[:, 0] - position).max()
     largest = np.abs(exact.at(np.linspace(0, end, 2001))[0]).max()
-    details: dict[str, float | str] = {
+    details = {
         "law evaluations": float(stepped.evaluations),
         "share of the time at rest": exact.time_sticking() / end,
     }
     return Share(float(deviation / largest), EXACT, details, "deviation")
 
 
-@experiment(
-    "regularised-amplitude",
-    "Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form",
-    "speed_ratio",
-    "largest sliding speed over characteristic speed V/v0",
-)
+@experiment("regularised-amplitude", "largest sliding speed over characteristic speed V/v0")
 def regularised_amplitude(
     effort: str,
     *,
@@ -275,11 +251,11 @@ def regularised_amplitude(
     friction: float = 0.6,
     ratio: float = 1.2,
 ) -> Finding:
-    """Measure the amplitude under (19.1) over Den Hartog's for m = k = P = 1 without stops.
+    """Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form.
 
-    `ratio`: frequency of the force over the natural frequency; V is the largest speed of a sinusoid
-    of the true amplitude. Sources of the bar: twice as many steps, and the change over the last
-    periods.
+    Measure the amplitude under (19.1) over Den Hartog's for m = k = P = 1 without stops. `ratio`:
+    frequency of the force over the natural frequency; V is the largest speed of a sinusoid of the
+    true amplitude. Sources of the bar: twice as many steps, and the change over the last periods.
     """
     true = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)
     v0 = true * ratio / speed_ratio
@@ -295,16 +271,11 @@ def regularised_amplitude(
         swings.append(0.5 * np.ptp(last, axis=1))
     (coarse, fine), before = (swing[1] for swing in swings), swings[1][0]
     bar = abs(fine - coarse) + abs(fine - before)
-    details: dict[str, float | str] = {"amplitude, Den Hartog": true, "by the law": float(fine)}
+    details = {"amplitude, Den Hartog": true, "by the law": float(fine)}
     return Finding(float(fine), true, float(bar / true) + EXACT, details)
 
 
-@experiment(
-    "quasi-static-impact",
-    "Hertz's quasi-static impact of a sphere against the impact with waves",
-    "speed",
-    "speed over that of sound v/c0",
-)
+@experiment("quasi-static-impact", "speed over that of sound v/c0")
 def quasi_static_impact(
     effort: str,
     *,
@@ -314,8 +285,9 @@ def quasi_static_impact(
     density_ratio: Annotated[float, Above(0)] = 1.0,
     elastic_sphere: bool = False,
 ) -> Finding | Share:
-    """Compare Hertz's quasi-static impact of a sphere at v/c0 with an impact that radiates waves.
+    """Hertz's quasi-static impact of a sphere against the impact with waves.
 
+    Compare Hertz's quasi-static impact of a sphere at v/c0 with an impact that radiates waves.
     ``"energy"``: the share of the kinetic energy that is radiated; Hertz's theory loses none. The
     bar is the effect of the next order of the expansion in contact radius over wavelength.
     """
@@ -323,7 +295,7 @@ def quasi_static_impact(
     # the larger of the expansion parameter and the difference of its two forms
     orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
     lost = collision.energy_lost
-    details: dict[str, float | str] = {
+    details = {
         "energy radiated": lost,
         "to first order": weak_loss(collision.radiation),
         "energy radiated over (v/c0)^(3/5)": lost / speed**0.6,
@@ -350,28 +322,24 @@ def _one_more(effort: str, coarse: int, fine: int) -> tuple[int, int]:
     return steps, 4 * steps
 
 
-@experiment(
-    "free-vibration",
-    "Frequency of a ball that vibrates on its contact, up to flight, against its energy",
-    "deepest",
-    "deepest point over static penetration",
-)
+@experiment("free-vibration", "deepest point over static penetration")
 def free_vibration(
     effort: str,
     *,
     deepest: Annotated[float, Above(1)] = 1.5,
     model: Literal["springs", "linear", "second_order"] = "springs",
 ) -> Finding:
-    """Measure a ball's free vibration with deepest point `deepest` times the static penetration.
+    """Frequency of a ball that vibrates on its contact, up to flight, against its energy.
 
-    The ball loses contact beyond 1.842. ``"springs"``: half a period of time stepping, from the
-    deepest point to the highest; ``"linear"``: the resonance of small vibrations;
-    ``"second_order"``: its softening with the square of the amplitude (Nayak 1972).
+    Measure a ball's free vibration with deepest point `deepest` times the static penetration. The
+    ball loses contact beyond 1.842. ``"springs"``: half a period of time stepping, from the deepest
+    point to the highest; ``"linear"``: the resonance of small vibrations; ``"second_order"``: its
+    softening with the square of the amplitude (Nayak 1972).
     """
     period = free_period(_BALL, 1.0, _LOAD, deepest * _STATIC)
     small = 2 * np.pi / contact_resonance(_BALL, 1.0, _LOAD)
     flies = deepest * _STATIC > deepest_without_flight(_BALL, _LOAD)
-    details: dict[str, float | str] = {
+    details = {
         "frequency over that of small vibrations": small / period,
         "the ball": "flies" if flies else "stays in contact",
     }
@@ -394,27 +362,23 @@ def free_vibration(
     return Finding(many, 1 / period, abs(many - few) * period + _SOLVED, details)
 
 
-@experiment(
-    "forced-vibration",
-    "Amplitude of a ball driven at its contact resonance, against Runge-Kutta's",
-    "push",
-    "amplitude of the force over the load P/F0",
-)
+@experiment("forced-vibration", "amplitude of the force over the load P/F0")
 def forced(
     effort: str,
     *,
     push: Annotated[float, Above(0)] = 0.1,
     model: Literal["springs", "linear"] = "springs",
 ) -> Finding:
-    """Measure a ball's amplitude at its contact resonance, with 5 % of critical damping.
+    """Amplitude of a ball driven at its contact resonance, against Runge-Kutta's.
 
-    `push`: amplitude of the force over the load. The reference is Runge-Kutta on the closed form.
+    Measure a ball's amplitude at its contact resonance, with 5 % of critical damping. `push`:
+    amplitude of the force over the load. The reference is Runge-Kutta on the closed form.
     """
     frequency = contact_resonance(_BALL, 1.0, _LOAD)
     exact = forced_vibration(
         *(_BALL, 1.0, _DAMPING, _LOAD, push * _LOAD, frequency), periods=_SWINGS, tolerance=1e-9
     )
-    details: dict[str, float | str] = {
+    details = {
         "amplitude over static depth": exact.amplitude / _STATIC,
         "share of the period in flight": exact.flight,
     }
@@ -437,16 +401,12 @@ def forced(
     return Finding(swings[1], exact.amplitude, bar, details)
 
 
-@experiment(
-    "impact-in-time",
-    "Course of an impact in time on springs, against the inverted integral of Deresiewicz",
-    "exponent",
-    "exponent n of f = c r^n",
-)
+@experiment("impact-in-time", "exponent n of f = c r^n")
 def impact_in_time(effort: str, *, exponent: Annotated[float, Above(0)] = 2.0) -> Share:
-    """Measure an impact of f = r^n on springs: largest error of depth over the largest depth.
+    """Course of an impact in time on springs, against the inverted integral of Deresiewicz.
 
-    The reference is the inverted integral of Hertz and Deresiewicz for every n.
+    Measure an impact of f = r^n on springs: largest error of depth over the largest depth. The
+    reference is the inverted integral of Hertz and Deresiewicz for every n.
     """
     speed = 0.01
     exact = power_law_collision(exponent, 1.0, 1.0, 1.0, speed)
@@ -457,7 +417,5 @@ def impact_in_time(effort: str, *, exponent: Annotated[float, Above(0)] = 2.0) -
         run = move(contact, Mass(1.0, velocity=speed), Stepping(exact.duration / steps, steps))
         true = power_law_motion(exponent, exact, np.minimum(run.time, exact.duration))
         errors.append(float(np.abs(run.position - true).max()) / exact.penetration)
-    details: dict[str, float | str] = {
-        "duration times v over depth": exact.duration * speed / exact.penetration
-    }
+    details = {"duration times v over depth": exact.duration * speed / exact.penetration}
     return Share(errors[1], abs(errors[1] - errors[0]) + _SOLVED, details, "deviation")

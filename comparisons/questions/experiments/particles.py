@@ -38,16 +38,11 @@ _FIT = 0.02  # relative error of Kogut and Etsion's fit
 STEPS, PERIODS = 200, {"quick": 1, "full": 10}
 
 
-@experiment(
-    "particle-waves",
-    "Speeds of waves in a packing of automata, against those of the elastic solid",
-    "wavelength",
-    "wavelength in spacings",
-)
+@experiment("particle-waves", "wavelength in spacings")
 def particle_waves(
     effort: str, *, wavelength: Annotated[float, Above(2)] = 10.0, poisson_ratio: float = 0.3
 ) -> Finding:
-    """Compare the speeds of plane waves in the packing, `wavelength` in spacings, with Hooke's.
+    """Speeds of waves in a packing of automata, against those of the elastic solid.
 
     The largest error of the three speeds over many directions, from the dispersion relation. A
     longitudinal wave along x is marched in time, too, for its speed and the conserved energy.
@@ -83,14 +78,9 @@ def particle_waves(
     return Finding(*worst(speeds, np.broadcast_to(exact, speeds.shape)), ROUND_OFF, details)
 
 
-@experiment(
-    "particle-hertz",
-    "Force on a paraboloid pressed into a half-space of automata, against Hertz",
-    "poisson_ratio",
-    "Poisson's ratio nu",
-)
+@experiment("particle-hertz", "Poisson's ratio nu")
 def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
-    """Measure the force on a rigid paraboloid pressed into automata, against Hertz.
+    """Force on a paraboloid pressed into a half-space of automata, against Hertz.
 
     With three automata per contact radius, five at full effort; the bar is the difference from one
     fewer.
@@ -105,7 +95,7 @@ def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
         # of Hertz' pressure the mean of r^2 is 2/5 a^2
         mean = float(contact.reactions @ (body.points**2).sum(axis=1)) / contact.force
         radius = float(np.sqrt(2.5 * mean)) / number
-    details: dict[str, float | str] = {
+    details = {
         "automata per contact radius": float(numbers[-1]),
         "radius from the pressure, over Hertz' - 1": radius - 1,
     }
@@ -113,17 +103,13 @@ def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     return Finding(forces[-1], exact[-1], bar, details)
 
 
-@experiment(
-    "particle-yield",
-    "Pressure at which a ball first brings automata to their yield stress, against Hertz",
-    "poisson_ratio",
-    "Poisson's ratio nu",
-)
+@experiment("particle-yield", "Poisson's ratio nu")
 def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
-    """Measure where a ball first reaches the yield stress in automata: p0/Y, against Hertz' field.
+    """Pressure at which a ball first brings automata to their yield stress, against Hertz.
 
-    The largest von Mises stress on the axis, between layers by a parabola. Layers do not lie alike
-    with another number of automata: the bar is the largest difference of three numbers.
+    The pressure is p0/Y. The largest von Mises stress on the axis, between layers by a parabola.
+    Layers do not lie alike with another number of automata: the bar is the largest difference of
+    three numbers.
     """
     numbers = (2, 3, 4) if effort == "quick" else (3, 4, 5)
     exact = yield_pressure(poisson_ratio)
@@ -132,18 +118,13 @@ def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
         body, contact = _contact(poisson_ratio, number)
         peak = 2 * body.effective_modulus * 0.1 / np.pi  # p0 = 2 E* a/(pi R), R = 10 a
         onsets.append(peak / body.largest_stress(contact))
-    details: dict[str, float | str] = {"automata per contact radius": float(numbers[-1])}
+    details = {"automata per contact radius": float(numbers[-1])}
     return Finding(onsets[-1], exact, float(np.ptp(onsets)) / exact, details)
 
 
-@experiment(
-    "particle-plastic",
-    "Force on a ball whose automata flow, against finite elements",
-    "depth",
-    "penetration over that of first yield",
-)
+@experiment("particle-plastic", "penetration over that of first yield")
 def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
-    """Measure the force on a ball whose automata have yielded, against finite elements.
+    """Force on a ball whose automata flow, against finite elements.
 
     `depth` in units of that of first yield, where Hertz has p0 = 1.60 Y; the fit of L. Kogut & I.
     Etsion (J. Appl. Mech. 69 (2002) 657) to their elements, whose own error of some two per cent is
@@ -165,7 +146,7 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
         *_, last = body.walk(gap, LoadPath("penetration", first * np.geomspace(1, depth, 4)))
         forces.append(last.force / float(paraboloid(radius, effective).force(first)))
     elastic = depth**1.5
-    details: dict[str, float | str] = {
+    details = {
         "automata per radius of the elastic contact": float(numbers[-1]),
         "without yielding": elastic,
     }
@@ -173,12 +154,7 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
     return Finding(forces[-1], exact, bar, details)
 
 
-@experiment(
-    "particle-wear",
-    "An asperity dragged over another with bonds that break and heal: where its work goes",
-    "overlap",
-    "overlap of the tips in spacings",
-)
+@experiment("particle-wear", "overlap of the tips in spacings")
 def particle_wear(
     effort: Effort,
     *,
@@ -187,7 +163,7 @@ def particle_wear(
     healing: float = 0.02,
     speed: float = 0.05,
 ) -> Share:
-    """Drag an asperity of bonded particles over another; say where the work of friction goes.
+    """An asperity dragged over another with bonds that break and heal: where its work goes.
 
     The finding is the part of the work that is neither stored, damped nor spent on bonds. Friction
     and wear are means over seeds: of them no truth is known. Lengths in spacings, energies in k
@@ -196,7 +172,7 @@ def particle_wear(
     asperities = Asperities(overlap=overlap, energy=energy, healing=healing, speed=speed)
     passes = [asperities.drag(seed) for seed in range(2 if effort == "quick" else 6)]
     friction = np.array([drag.friction for drag in passes])
-    details: dict[str, float | str] = {
+    details = {
         "passes": float(len(passes)),
         "mean force over mean load": float(friction.mean()),
         "its standard error": float(friction.std(ddof=1) / np.sqrt(len(passes))),

@@ -50,23 +50,18 @@ def blunt(shape: str, b: float) -> tuple[Slope, float, float]:
     return (lambda r: np.minimum(r / b, 1.0)), depth, 2 * (depth - area)
 
 
-@experiment(
-    "blunt-body",
-    "Springs under blunt bodies against their closed forms",
-    "flat",
-    "flat or round radius over contact radius b/a",
-)
+@experiment("blunt-body", "flat or round radius over contact radius b/a")
 def blunt_body(
     effort: str,
     *,
-    shape: Literal["truncated_cone", "truncated_paraboloid", "round_cone"] = "truncated_cone",
     flat: Annotated[float, Between(0, 1)] = 0.5,
+    shape: Literal["truncated_cone", "truncated_paraboloid", "round_cone"] = "truncated_cone",
 ) -> Finding:
-    """Compare springs with the closed form of a blunt body: force at equal depth, a = 1, E* = 1.
+    """Springs under blunt bodies against their closed forms.
 
-    Shapes (Popov, Hess & Willert 2019, 2.5): ``"truncated_cone"`` of slope 1 and
-    ``"truncated_paraboloid"`` of radius 1, both flat to b = `flat`; ``"round_cone"``, of slope 1
-    with a round tip to b.
+    Forces at equal depth, a = 1, E* = 1. Shapes (Popov, Hess & Willert 2019, 2.5):
+    ``"truncated_cone"`` of slope 1 and ``"truncated_paraboloid"`` of radius 1, both flat to b =
+    `flat`; ``"round_cone"``, of slope 1 with a round tip to b.
     """
     slope, depth, true = blunt(shape, flat)
     profile = equivalents.from_function(slope, length=1.0, breakpoints=(flat,))
@@ -81,19 +76,14 @@ _RADII = np.linspace(0.05, 1.0, 20)
 _QUADRATURE = 1e-11  # of the transform and its inverse, both to 1e-12
 
 
-@experiment(
-    "equivalent-body",
-    "Body of revolution that a profile stands for, against the one that it was made from",
-    "exponent",
-    "exponent n of f = c r^n",
-)
+@experiment("equivalent-body", "exponent n of f = c r^n")
 def equivalent_body(
     effort: str,
     *,
     exponent: Annotated[float, Above(0)] = 2.0,
     rule: Literal["half_radius", "transform"] = "half_radius",
 ) -> Finding:
-    """Measure the relative error of the body represented by the profile made from f = r^n.
+    """Body of revolution that a profile stands for, against the one that it was made from.
 
     The largest error over radii up to one. ``"half_radius"``: the chapter's profile;
     ``"transform"``: the profile of the general transform, by quadrature of the slope f'.
@@ -105,5 +95,5 @@ def equivalent_body(
     else:
         profile = equivalents.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
     body, true = equivalents.inverse_transform(profile, _RADII), _RADII**exponent
-    details: dict[str, float | str] = {"spread over the radii": float(np.ptp(body / true))}
+    details = {"spread over the radii": float(np.ptp(body / true))}
     return Finding(*worst(body, true), _QUADRATURE, details)

@@ -10,7 +10,7 @@ a rule for other outlines.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Literal
 
@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from scipy.special import ellipk
 
 from comparisons.judging.uncertainty import combined, share_uncertainty
-from comparisons.questions.experiments.experiment import Above, Details, Finding, OneOf, experiment
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
 from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.scene.polygons import signed_area
 from reference import surfaces
@@ -72,12 +72,7 @@ def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Inter
     return flat_faces.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
 
 
-@experiment(
-    "equal-area-circle",
-    "Stiffness of flat punches by the circle of equal area, against proved bounds",
-    "sides",
-    "sides n of a regular polygon",
-)
+@experiment("equal-area-circle", "sides n of a regular polygon")
 def equal_area(
     effort: str,
     *,
@@ -85,12 +80,15 @@ def equal_area(
     shape: Annotated[str, OneOf(*SHAPES)] = "polygon",
     aspect: Annotated[float, Above(0)] = 1.0,
 ) -> Finding:
-    """Measure the error of k by D = (4A/pi)^(1/2), never positive (Polya & Szego 1951)."""
+    """Stiffness of flat punches by the circle of equal area, against proved bounds.
+
+    By D = (4A/pi)^(1/2): never too stiff (Polya & Szego 1951).
+    """
     face = shape, int(sides), float(aspect)
     true = punch_stiffness(*face, effort)
     area = math.pi if shape == "disc" else signed_area(np.array(corners_of(*face)))
     stated = flat_faces.equal_area_stiffness(area)
-    details: dict[str, float | str] = {
+    details: Mapping[str, float | str] = {
         "k/E* not below": true.lower,
         "k/E* not above": true.upper,
         "k/(2 E* (A/pi)^(1/2)) not below": true.lower / stated,
@@ -106,20 +104,15 @@ def pyramid_bounds(faces: int, effort: str) -> Interval:
     return homogeneous.force(homogeneous.pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
-@experiment(
-    "equal-area-cone",
-    "Force of pyramids by the cone of equal area, against proved bounds",
-    "faces",
-    "faces n of a regular pyramid",
-)
+@experiment("equal-area-cone", "faces n of a regular pyramid")
 def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Finding:
-    """Compare the force of a pyramid with that of the cone of equal sectional areas."""
+    """Force of pyramids by the cone of equal area, against proved bounds."""
     true = pyramid_bounds(int(faces), effort)
     # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
     # cone of slope s carries (2/pi) E* d^2/s
     stated = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi)
     body = homogeneous.pyramid(int(faces), 1.0)
-    details: dict[str, float | str] = {
+    details = {
         "F s/(E* d^2) not below": true.lower,
         "F s/(E* d^2) not above": true.upper,
         "the best circle carries at least": body.punch_force,
@@ -127,13 +120,7 @@ def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Find
     return judged(stated, true, details)
 
 
-@experiment(
-    "best-ellipse",
-    "Force by the best flat ellipse (Barber 1974) on a face or under a pyramid, against proved "
-    "bounds",
-    "sides",
-    "sides or faces n",
-)
+@experiment("best-ellipse", "sides or faces n")
 def barber_ellipse(
     effort: str,
     *,
@@ -141,7 +128,10 @@ def barber_ellipse(
     shape: Annotated[str, OneOf("pyramid", *SHAPES)] = "pyramid",
     aspect: Annotated[float, Above(0)] = 1.0,
 ) -> Finding:
-    """Measure how far the best flat ellipse falls short, a proved formula for any shape."""
+    """Force by the best flat ellipse (Barber 1974) on a face or pyramid, against proved bounds.
+
+    It falls short: a proved formula for any shape.
+    """
     if shape == "pyramid":
         true = pyramid_bounds(int(sides), effort)
         gap = homogeneous.pyramid(int(sides), 1.0).gap_anywhere
@@ -158,7 +148,7 @@ def barber_ellipse(
     return judged(stated, true, {"never too much": "by theorem (Barber 1974)"})
 
 
-def judged(stated: float, true: Interval, details: Details) -> Finding:
+def judged(stated: float, true: Interval, details: Mapping[str, float | str]) -> Finding:
     """Return the finding in the middle of the errors that the interval permits."""
     most, least = stated / true.lower, stated / true.upper
     return Finding(stated, 2 * stated / (most + least), 0.5 * (most - least), details)
@@ -170,12 +160,7 @@ def _heights(points: float, hurst: float) -> np.ndarray:
     return surfaces.self_affine(int(points), 1.0, spectrum, seed=SEED, realisation=0)
 
 
-@experiment(
-    "rough-force-on-grid",
-    "Force of a free rough patch by boundary elements, against proved bounds",
-    "depth",
-    "penetration over the rms height",
-)
+@experiment("rough-force-on-grid", "penetration over the rms height")
 def rough_force_on_grid(
     effort: str,
     *,
@@ -184,7 +169,7 @@ def rough_force_on_grid(
     hurst: float = 0.8,
     finer: Annotated[int, Above(0)] = 4,
 ) -> Finding:
-    """Measure the force of the half-space solver on a rough patch against the continuous surface.
+    """Force of a free rough patch by boundary elements, against proved bounds.
 
     At a penetration of `depth` rms heights; the surface is the band-limited one through the points.
     """
@@ -192,7 +177,7 @@ def rough_force_on_grid(
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
     stated = patch.on_grid(penetration)
-    details: dict[str, float | str] = {
+    details = {
         "cells per side": float(patch.grid[0]),
         "ellipses on the summits carry at least, over it": patch.by_ellipses(penetration, 1.0)
         / stated,
@@ -200,12 +185,7 @@ def rough_force_on_grid(
     return judged(stated, patch.force(penetration, 1.0), details)
 
 
-@experiment(
-    "rough-penetration-on-grid",
-    "Penetration of a periodic rough contact by boundary elements, against proved bounds",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("rough-penetration-on-grid", "load F/(E* A0 h')")
 def rough_penetration_on_grid(
     effort: str,
     *,
@@ -214,16 +194,16 @@ def rough_penetration_on_grid(
     hurst: float = 0.8,
     finer: Annotated[int, Above(0)] = 8,
 ) -> Finding:
-    """Measure the penetration of the half-space solver against the continuous periodic surface.
+    """Penetration of a periodic rough contact by boundary elements, against proved bounds.
 
-    At a force of `load` E* A0 h', h' = 0.1.
+    The bounds are those of the continuous surface. At a force of `load` E* A0 h', h' = 0.1.
     """
     heights = _heights(points, hurst)
     surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
     mean = 0.1 * float(load)
     stored = surface.energy(mean, 1.0)
     stated = surface.on_grid(mean).penetration
-    details: dict[str, float | str] = {
+    details = {
         "cells per side": float(surface.grid[0]),
         "width of the energy's bounds": stored.width,
     }
@@ -300,12 +280,7 @@ def ellipsoid_force(radius_x: float, radius_y: float, depth: float) -> float:
     return -float(minimize(negative, start, method="Nelder-Mead", options=options).fun)
 
 
-@experiment(
-    "face-rule",
-    "Stiffness of a flat face by rules of the literature, against proved bounds",
-    "sides",
-    "sides of the face",
-)
+@experiment("face-rule", "sides of the face")
 def face_rule(
     effort: str,
     *,
@@ -314,7 +289,7 @@ def face_rule(
     aspect: Annotated[float, Above(0)] = 1.0,
     rule: Annotated[str, OneOf(*BETA, "fabrikant")] = "king",
 ) -> Finding:
-    """Measure the error of a rule for the stiffness of a flat face, by the proved bounds.
+    """Stiffness of a flat face by rules of the literature, against proved bounds.
 
     Rules: ``"king"`` and ``"hendrix"`` (squares and triangles), ``"fabrikant"``.
     """
@@ -327,7 +302,7 @@ def face_rule(
         stated = BETA[rule][int(sides)] * disc
     else:
         raise ValueError(f"{rule} has no number for {int(sides)} sides")
-    details: dict[str, float | str] = {
+    details = {
         "beta stated": stated / disc,
         "beta not below": true.lower / disc,
         "beta not above": true.upper / disc,
@@ -335,16 +310,11 @@ def face_rule(
     return judged(stated, true, details)
 
 
-@experiment(
-    "pyramid-rule",
-    "Force of a regular pyramid by Popov's rule (2022), against proved bounds",
-    "faces",
-    "faces of the pyramid",
-)
+@experiment("pyramid-rule", "faces of the pyramid")
 def pyramid_rule(effort: str, *, faces: Annotated[float, Above(2)] = 4) -> Finding:
-    """Measure the error of Popov's rule for the force of a regular pyramid, by proved bounds."""
+    """Force of a regular pyramid by Popov's rule (2022), against proved bounds."""
     stated = pyramid_force(int(faces))
-    details: dict[str, float | str] = {"over the cone's": stated * math.pi / 2}
+    details = {"over the cone's": stated * math.pi / 2}
     return judged(stated, pyramid_bounds(int(faces), effort), details)
 
 
@@ -358,18 +328,14 @@ def pressed_pyramid(faces: int, points: int) -> tuple[float, float]:
     return contact.force, located_area(contact)
 
 
-@experiment(
-    "pyramid-stiffness",
-    "Stiffness of a pressed pyramid by beta of the literature, against boundary elements",
-    "faces",
-    "faces of the pyramid",
-)
+@experiment("pyramid-stiffness", "faces of the pyramid")
 def pyramid_stiffness(
     effort: str, *, faces: float = 4, rule: Annotated[str, OneOf(*BETA)] = "king"
 ) -> Finding:
-    """Measure the error of beta for an elastic pyramid, S = dF/dd = 2 F/d (F goes with d^2).
+    """Stiffness of a pressed pyramid by beta of the literature, against boundary elements.
 
-    Vickers's indenter has four faces, Berkovich's three; their slope has no part in beta.
+    S = dF/dd = 2 F/d (F goes with d^2). Vickers's indenter has four faces, Berkovich's three; their
+    slope has no part in beta.
     """
     if int(faces) not in BETA[rule]:
         raise ValueError(f"{rule} has no number for {int(faces)} faces")
@@ -383,7 +349,7 @@ def pyramid_stiffness(
     ]
     stated, beta = BETA[rule][int(faces)], float(true[-1])
     proved = pyramid_bounds(int(faces), "quick")
-    details: dict[str, float | str] = {
+    details = {
         "F s/(E* d^2)": float(force[-1]),
         "F s/(E* d^2) not below": proved.lower,
         "F s/(E* d^2) not above": proved.upper,
@@ -391,14 +357,9 @@ def pyramid_stiffness(
     return Finding(stated, beta, stated / beta * float(combined(bars[0], bars[1] / 2)), details)
 
 
-@experiment(
-    "ellipsoid-rule",
-    "Force of an ellipsoid by Popov's rule (2022), against Hertz",
-    "ratio",
-    "ratio of the radii of curvature R'/R''",
-)
+@experiment("ellipsoid-rule", "ratio of the radii of curvature R'/R''")
 def ellipsoid_rule(effort: str, *, ratio: Annotated[float, Above(0)] = 10.0) -> Finding:
-    """Measure the error of Popov's rule for the force of an ellipsoid against Hertz's ellipse."""
+    """Force of an ellipsoid by Popov's rule (2022), against Hertz."""
     depth = 0.01
     true = float(ellipsoid(float(ratio), 1.0, 1.0).force(depth))
     return Finding(ellipsoid_force(float(ratio), 1.0, depth), true, _QUADRATURE, {})

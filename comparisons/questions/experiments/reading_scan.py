@@ -138,12 +138,7 @@ def best_reading(points: int = 64, by: str = "largest", steepest: float = np.inf
     return min(tried, key=lambda reading: float(size(np.abs(np.log1p(tried[reading])))))
 
 
-@experiment(
-    "best-reading",
-    f"Contact area of line and surface under the best of {len(READINGS)} readings of Fig. 19.8",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("best-reading", "load F/(E* A0 h')")
 def best(
     effort: Effort,
     *,
@@ -153,9 +148,9 @@ def best(
     by: Literal["largest", "median"] = "largest",
     steepest: float = np.inf,
 ) -> Finding:
-    """Compare the counted areas under the best of the readings, on fresh surfaces.
+    """Contact area of line and surface under the best of 768 readings of Fig. 19.8.
 
-    `steepest`: the largest Hurst exponent that is allowed.
+    Counted areas, on fresh surfaces. `steepest`: the largest Hurst exponent that is allowed.
     """
     chosen = parameters_of(best_reading(int(points), by, float(steepest)))
     finding = measure_area(

@@ -49,12 +49,7 @@ def _coefficients(poisson_ratio: float, axis_ratio: float, effort: Effort) -> Cr
     return creep_coefficients(poisson_ratio, axis_ratio, _GRIDS[effort])
 
 
-@experiment(
-    "creep-coefficient",
-    "Slope of the creep curve against that of the half-space, extrapolated from grids",
-    "poisson_ratio",
-    "Poisson's ratio",
-)
+@experiment("creep-coefficient", "Poisson's ratio")
 def creep_coefficient(
     effort: Effort,
     *,
@@ -63,7 +58,7 @@ def creep_coefficient(
     coefficient: Annotated[str, OneOf(*_COEFFICIENTS)] = "C11",
     of: Literal["springs", "table", "elements"] = "springs",
 ) -> Finding:
-    """Compare a creep coefficient with that of the half-space.
+    """Slope of the creep curve against that of the half-space, extrapolated from grids.
 
     `of`: ``"springs"``, which know no spin; Kalker's ``"table"``; ``"elements"`` against cells of
     their size, eight or eleven on the shorter semi-axis, with the difference from coarser ones as
@@ -100,12 +95,7 @@ def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> t
     return tuple((elements / cells).tolist())
 
 
-@experiment(
-    "creep-cylinder",
-    "Traction of a cylinder that rolls on cells against Carter's closed form",
-    "traction",
-    "traction F_x/(mu F)",
-)
+@experiment("creep-cylinder", "traction F_x/(mu F)")
 def creep_cylinder(
     effort: Effort,
     *,
@@ -114,10 +104,11 @@ def creep_cylinder(
     inertia: float = 0.0,
     poisson_ratio: float = 0.25,
 ) -> Finding:
-    """Compare the traction of a cylinder with Carter's, at his creep for `traction`.
+    """Traction of a cylinder that rolls on cells against Carter's closed form.
 
-    ``on = "cells"`` of the half-space, or ``"elements"`` of plane strain, whose `inertia` is
-    rho V^2/G: a load that moves finds the half-space softer, and Carter's creep is larger by that.
+    At his creep for `traction`. ``on = "cells"`` of the half-space, or ``"elements"`` of plane
+    strain, whose `inertia` is rho V^2/G: a load that moves finds the half-space softer, and
+    Carter's creep is larger by that.
     """
     if not 0 <= inertia <= (0.5 if on == "elements" else 0):
         raise ValueError(f"inertia must be from 0 to 0.5, and is of elements, not {inertia!r}")
@@ -139,7 +130,7 @@ def creep_cylinder(
         return float(answer.traction[0].sum() / bound.sum())
 
     coarse, fine = (on_cells(n) for n in ((80, 160) if effort == "quick" else (160, 320)))
-    details: dict[str, float | str] = {
+    details = {
         "stick over contact": float(cylinder.stick_share(cylinder.creep(traction))),
         "F_x/(mu F) on the finest cells": fine,
     }
@@ -147,22 +138,18 @@ def creep_cylinder(
     return Finding(2 * fine - coarse, traction, abs(fine - coarse) / traction, details)
 
 
-@experiment(
-    "rolling-steady",
-    "Tractions after rolling on from Cattaneo's against those of the steady state",
-    "way",
-    "way rolled over the contact radius",
-)
+@experiment("rolling-steady", "way rolled over the contact radius")
 def rolling_steady(
     effort: Effort,
     *,
-    share: Annotated[float, Between(0, 1)] = 0.5,
     way: Annotated[float, Above(0)] = 6.0,
+    share: Annotated[float, Between(0, 1)] = 0.5,
     poisson_ratio: float = 0.25,
 ) -> Share:
-    """March from Cattaneo's tractions; compare the end with the steady state's own equations.
+    """Tractions after rolling on from Cattaneo's against those of the steady state.
 
-    The largest difference of a traction after a `way` in contact radii, over the largest traction.
+    The steady state solves equations of its own. The largest difference of a traction after a `way`
+    in contact radii, over the largest traction.
     """
     cells = 6 if effort == "quick" else 12
     x, y = (np.arange(-cells, cells + 1) + 0.5) / cells, (np.arange(-cells, cells) + 0.5) / cells
@@ -181,7 +168,7 @@ def rolling_steady(
     scale = float(np.abs(end).max())
     left = [float(np.abs(moment.traction - end).max()) / scale for moment in moments]
     limit = _FRICTION * moments[-1].force
-    details: dict[str, float | str] = {
+    details = {
         "F_x/(mu F) at the start": share,
         "F_x/(mu F) in the end": moments[-1].tangential_force / limit,
         "F_x/(mu F) of the steady state": float(end[0].sum() * body.cell_area) / limit,
@@ -190,22 +177,17 @@ def rolling_steady(
     return Share(left[-1], 1e-5, details, "deviation")
 
 
-@experiment(
-    "rolling-resistance",
-    "Rolling resistance of a cylinder on rubber against Hunter's closed form",
-    "way",
-    "way in the retardation time over half the contact",
-)
+@experiment("rolling-resistance", "way in the retardation time over half the contact")
 def rolling_resistance(
     effort: Effort,
     *,
     way: Annotated[float, Above(0)] = 1.0,
     glassy: Annotated[float, Above(1)] = 11.0,
 ) -> Finding:
-    """Compare the rolling resistance of a cylinder on rubber, on strips, with Hunter's closed form.
+    """Rolling resistance of a cylinder on rubber against Hunter's closed form.
 
-    `way`: rolled in the retardation time, over half the width of the contact. `glassy`: the
-    instantaneous modulus of a standard solid over that at rest.
+    On strips. `way`: rolled in the retardation time, over half the width of the contact. `glassy`:
+    the instantaneous modulus of a standard solid over that at rest.
     """
     cylinder = RubberCylinder(1.0, 100.0, way, 0.25, glassy)
     rubber = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
@@ -219,7 +201,7 @@ def rolling_resistance(
 
     coarse, fine = (on_strips(n) for n in ((12, 24) if effort == "quick" else (24, 48)))
     few, many = coarse.friction_coefficient, fine.friction_coefficient
-    details: dict[str, float | str] = {
+    details = {
         "M/(F R) times R/way": cylinder.resistance * 100 / way,
         "half-width over Hunter's": fine.contact_area / 2,
         "middle of the contact over its half-width": cylinder.middle,
@@ -227,12 +209,7 @@ def rolling_resistance(
     return Finding(many, cylinder.resistance, abs(many - few) / cylinder.resistance, details)
 
 
-@experiment(
-    "rolling-rough",
-    "Traction of rough lines that roll against that of rough balls",
-    "slope",
-    "rms gradient over a/R",
-)
+@experiment("rolling-rough", "rms gradient over a/R")
 def rolling_rough(
     effort: Effort,
     *,
@@ -241,7 +218,7 @@ def rolling_rough(
     points: float = 48,
     runs: float = 8,
 ) -> Finding:
-    """Compare the mean traction of rough balls and rough lines that roll.
+    """Traction of rough lines that roll against that of rough balls.
 
     The roughness has the rms gradient `slope` in units of a/R and travels with the surface; the
     creep is `share` of that at which the springs of a smooth ball slip everywhere. nu = 1/2.
@@ -254,9 +231,19 @@ def rolling_rough(
     creep = share * 2 * _FRICTION * radius * curvature / friction.tangential_modulus
     limit = _FRICTION * force
     count = int(runs) if effort == "full" else max(2, int(runs) // 4)
-    true = np.array(
-        [_rough_ball(surface, number, curvature, force, creep) for number in range(count)]
-    )
+    n = surface.points
+    x = (np.arange(n) - (n - 1) / 2) / n
+    body = NormalAndTangential((n, n), (1 / n, 1 / n), Compliance.of(0.25, 0.5))
+    gap, load = curvature * (x[:, None] ** 2 + x**2) / 2, reference_loads.Load("force", force)
+    balls = []
+    for number in range(count):
+        heights = surface.heights(number)
+        way = np.concatenate([heights, heights])
+        fields = pressed(body, gap, way, load, 1e-4)
+        forces = [m.tangential_force for m in roll_on(body, fields, _FRICTION, Creep(creep))]
+        # the mean over a period; the first half of the way forgets that there was no traction
+        balls.append(np.mean(forces[n // 2 :]))
+    true = np.array(balls)
     n = 4 * surface.points
     x = (np.arange(n) - (n - 1) / 2) / n
     lines = surface.lines(64 * count, 4).draw().heights
@@ -265,27 +252,9 @@ def rolling_rough(
         [roll_rough(gap, np.concatenate([h, h]), *load).tangential_force for h in lines]
     )
     ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
-    details: dict[str, float | str] = {
+    details = {
         "F_x/(mu F) of lines": float(stated.mean() / limit),
         "F_x/(mu F) of balls": float(true.mean() / limit),
     }
     bar = float(ratios[0] * bars[0])
     return Finding(float(stated.mean()), float(true.mean()), bar, details)
-
-
-@shared(maxsize=256)
-def _rough_ball(
-    surface: Surface, realisation: int, curvature: float, force: float, creep: float
-) -> float:
-    """Return the mean tangential force of a rough ball over one period of its roughness."""
-    n = surface.points
-    x = (np.arange(n) - (n - 1) / 2) / n
-    body = NormalAndTangential((n, n), (1 / n, 1 / n), Compliance.of(0.25, 0.5))
-    heights = surface.heights(realisation)
-    way = np.concatenate([heights, heights])[: 2 * n]
-    gap = curvature * (x[:, None] ** 2 + x**2) / 2
-    load = reference_loads.Load("force", force)
-    fields = pressed(body, gap, way, load, 1e-4)
-    moments = [m.tangential_force for m in roll_on(body, fields, _FRICTION, Creep(creep))]
-    # the first half of the way forgets that there was no traction
-    return float(np.mean(moments[n // 2 :]))

@@ -54,12 +54,7 @@ from reference.surfaces import summits
 _LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
-@experiment(
-    "rough-contact",
-    "Load curves of random rough lines against those of the surfaces",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("rough-contact", "load F/(E* A0 h')")
 def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     effort: str,
     *,
@@ -79,9 +74,9 @@ def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     sided: float = 2,
     realisations: Annotated[float, Above(2)] = 450,
 ) -> Finding:
-    """Compare the mean of lines with the mean of surfaces at equal F/(E* A0 h').
+    """Load curves of random rough lines against those of the surfaces.
 
-    Or what Bush, Gibson and Thomas say of light loads.
+    Means at equal F/(E* A0 h'). Or what Bush, Gibson and Thomas say of light loads.
     """
     if statement != "line" and not quantity.startswith("contact_area"):
         raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
@@ -95,7 +90,7 @@ def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     else:
         stated = np.atleast_1d(bush_gibson_thomas_area(load))
     share = surface_samples(surface, float(load), 1, count, quantity == "stiffness")
-    details: dict[str, float | str] = {
+    details = {
         "bar of the grid": grid_bar,
         "realisations": float(count),
         "counted area share": float(share["contact_area_raw"].mean()),
@@ -130,12 +125,7 @@ def of_surface(surface: Surface) -> GreenwoodWilliamson:
     )
 
 
-@experiment(
-    "asperities",
-    "Asperities of the surfaces themselves beside the surfaces and the line",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("asperities", "load F/(E* A0 h')")
 def asperities(
     effort: str,
     *,
@@ -148,7 +138,7 @@ def asperities(
     periodic: bool = False,
     realisations: float = 60,
 ) -> Finding | Share:
-    """Compare the model with the surfaces, or its error with that of the line.
+    """Asperities of the surfaces themselves beside the surfaces and the line.
 
     Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
     the line's error exceeds the model's, zero where it does not.
@@ -215,12 +205,7 @@ def _lines(
     return {name: getattr(contact, name)[:, 0] for name in _NAMES}
 
 
-@experiment(
-    "two-rough-bodies",
-    "Two rough bodies as two lines, against one combined line or the surfaces",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("two-rough-bodies", "load F/(E* A0 h')")
 def two_rough_bodies(
     effort: str,
     *,
@@ -233,7 +218,7 @@ def two_rough_bodies(
     points: float = 64,
     realisations: Annotated[float, Above(2)] = 450,
 ) -> Finding:
-    """Compare two lines in contact with one combined line, or with the two surfaces.
+    """Two rough bodies as two lines, against one combined line or the surfaces.
 
     Both bodies have the rms gradient one; `load` is F/(E* A0 h') with h' = sqrt 2, that of their
     sum if they are independent. `correlation` (in [0, 1) or negative, for mating faces) makes the
@@ -260,7 +245,7 @@ def two_rough_bodies(
             return both[quantity]
 
         true, grid_bar = truth(sample, "refined", count, effort)
-    details: dict[str, float | str] = {
+    details = {
         "scatter of two lines": float(two.std() / two.mean()),
         f"scatter of {against}": float(true.std() / true.mean()),
     }
@@ -319,12 +304,7 @@ def _solved(roll_offs: int, factor: int, count: int) -> np.ndarray:
     return np.array(rows)
 
 
-@experiment(
-    "published-ensemble",
-    "Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces",
-    "row",
-    "row of their table, from the lightest load",
-)
+@experiment("published-ensemble", "row of their table, from the lightest load")
 def published_ensemble(
     effort: str,
     *,
@@ -333,7 +313,7 @@ def published_ensemble(
     roll_offs: Annotated[float, Above(1)] = 4,
     realisations: Annotated[float, Above(3)] = 8,
 ) -> Finding:
-    """Compare one published value with the mean over surfaces of our own.
+    """Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces.
 
     The means are those of patches of several roll-offs on the coarsest grid, scaled by what finer
     grids change on patches of one. Quick effort: half the side, half as many, two grids for three.
@@ -352,7 +332,7 @@ def published_ensemble(
     means = np.array([level.mean(axis=0) for level in levels])
     grid = combined(scatter, share_uncertainty(np.array(factors), means, (kind, "periodic")))
     values = _solved(side, FACTORS[0], count)[:, index, step] * ratio[step]
-    details: dict[str, float | str] = {
+    details = {
         "p/E*": PRESSURES[step],
         "surfaces": float(count),
         "roll-offs a side": float(side),

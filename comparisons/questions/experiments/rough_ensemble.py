@@ -7,14 +7,14 @@ cached within the process.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
-from comparisons.questions.experiments.experiment import Above, Details, Finding, OneOf
+from comparisons.questions.experiments.experiment import Above, Finding, OneOf
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -260,7 +260,10 @@ def pressed_surfaces(
 
 
 def compare(
-    statement: Sequence[float] | np.ndarray, true: np.ndarray, grid_bar: float, details: Details
+    statement: Sequence[float] | np.ndarray,
+    true: np.ndarray,
+    grid_bar: float,
+    details: Mapping[str, float | str],
 ) -> Finding:
     """Return the mean of a statement beside that of the truth, with the error's 95 % half-width.
 

@@ -50,12 +50,7 @@ MOMENTS = (
 )
 
 
-@experiment(
-    "line-moments",
-    "Mean square heights, rms slopes and curvatures of line and surface",
-    "points",
-    "points per side",
-)
+@experiment("line-moments", "points per side")
 def line_moments(
     effort: str,
     *,
@@ -66,8 +61,9 @@ def line_moments(
     shortest: float = 2.0,
     rule: str = "printed",
 ) -> Finding:
-    """Compare moments of line and surface, (19.27) = (19.28) and footnote 7; slopes as their rms.
+    """Mean square heights, rms slopes and curvatures of line and surface.
 
+    Compare moments of line and surface, (19.27) = (19.28) and footnote 7; slopes as their rms.
     ``"slope"`` is that of the full gradient, ``"section_slope"`` that of a measured profile;
     ``"curvature_product"`` is footnote 7, kappa^2 = kappa1 kappa2, ``"curvature_laplacian"`` what
     is actually conserved. Amplitudes are fixed, so there is no scatter: the bar is the rounding of
@@ -94,7 +90,7 @@ def line_moments(
         product = float(np.mean(hxx * hyy - hxy**2))
         # the footnote's value of <h''^2> of the line is this product
         return Finding(product, line.rms_curvature**2, rounding, {})
-    details: dict[str, float | str] = {"modes": float(np.count_nonzero(line.power))}
+    details = {"modes": float(np.count_nonzero(line.power))}
     return Finding(stated.get(quantity, line.rms_slope), true[quantity], rounding, details)
 
 
@@ -106,12 +102,7 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
 
 
-@experiment(
-    "line-heights",
-    "Distance of the height distributions of lines and surfaces",
-    "hurst",
-    "Hurst exponent H",
-)
+@experiment("line-heights", "Hurst exponent H")
 def line_heights(
     effort: str,
     *,
@@ -121,7 +112,7 @@ def line_heights(
     rule: str = "rings",
     realisations: Annotated[float, Above(3)] = 450,
 ) -> Share:
-    """Measure the largest distance between the height distributions of lines and surfaces.
+    """Distance of the height distributions of lines and surfaces.
 
     The statistic of Kolmogorov and Smirnov. The bar is the 95 % quantile of the same distance
     between random halves of either ensemble, halves of whole realisations because the points of one
@@ -145,7 +136,7 @@ def line_heights(
         # halves have twice the variance, so their distance is twice that of the complete ensembles
         of_maps, of_lines = (_distance(first, second) for first, second in halves)
         noise.append(0.5 * float(np.hypot(of_maps, of_lines)))
-    details: dict[str, float | str] = {
+    details = {
         "excess kurtosis of surfaces": float(stats.kurtosis(maps.ravel())),
         "excess kurtosis of lines": float(stats.kurtosis(lines.ravel())),
         "peak of surfaces over rms": float(maps.max(axis=1).mean()),
@@ -209,12 +200,7 @@ def _line_peaks(
     }
 
 
-@experiment(
-    "line-peaks",
-    "Mean peak radius of lines against a fraction of that of surfaces",
-    "hurst",
-    "Hurst exponent H",
-)
+@experiment("line-peaks", "Hurst exponent H")
 def peaks(
     effort: str,
     *,
@@ -227,12 +213,12 @@ def peaks(
     ratio: Annotated[float, Above(0)] = 0.5,
     height: float = -math.inf,
 ) -> Finding:
-    """Compare the mean peak radius of the line with `ratio` times that of the surface ("half").
+    """Mean peak radius of lines against a fraction of that of surfaces.
 
-    Peaks that are higher than `height` rms heights count, all by default.
-    Surface: the Gaussian radius 1/sqrt(kappa1 kappa2) of every summit, or the mean of (kappa1 +
-    kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then divides.
-    Bars: scatter of both, and the change on a grid twice as fine, at second order.
+    `ratio` is the fraction ("half"). Peaks that are higher than `height` rms heights count, all by
+    default. Surface: the Gaussian radius 1/sqrt(kappa1 kappa2) of every summit, or the mean of
+    (kappa1 + kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then
+    divides. Bars: scatter of both, and the change on a grid twice as fine, at second order.
     """
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = 120 if effort == "full" else 12
@@ -243,7 +229,7 @@ def peaks(
     coarse = of_line[4][quantity].mean() / of_surface[4][quantity].mean()
     change = abs(coarse / (line.mean() / true.mean()) - 1)
     gauss = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
-    details: dict[str, float | str] = {
+    details = {
         "line over surface": float(line.mean() / true.mean()),
         "line over surface, Gaussian": getattr(gauss[0], quantity) / getattr(gauss[1], quantity),
         "summits per surface": float(of_surface[8]["number"].mean()),
@@ -255,12 +241,7 @@ def peaks(
 _MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
 
 
-@experiment(
-    "ridges",
-    "Line of a surface of parallel ridges against Westergaard's contact of a wavy surface",
-    "load",
-    "mean pressure over that of full contact",
-)
+@experiment("ridges", "mean pressure over that of full contact")
 def across_ridges(
     effort: str,
     *,
@@ -268,10 +249,11 @@ def across_ridges(
     ridges: Annotated[float, Above(0.5)] = 8,
     quantity: Literal["contact_area", "mean_gap"] = "contact_area",
 ) -> Finding:
-    """Measure the error of a line made from a map of `ridges` waves against Westergaard's solution.
+    """Line of a surface of parallel ridges against Westergaard's contact of a wavy surface.
 
-    `load`: mean pressure over that of full contact. All lines of one wave are equal, so there is no
-    scatter; the bar is the change for twice as many points.
+    The line is made from a map of `ridges` waves. `load`: mean pressure over that of full contact.
+    All lines of one wave are equal, so there is no scatter; the bar is the change for twice as many
+    points.
     """
     count = int(ridges)
     if not load < 1:
@@ -305,12 +287,7 @@ def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> d
     return dict(zip(("literal", "corrected"), procedures, strict=True))
 
 
-@experiment(
-    "procedure",
-    "Section 19.7 on maps of rough surfaces, against the contact of the same surfaces",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("procedure", "load F/(E* A0 h')")
 def procedure(
     effort: Effort,
     *,
@@ -323,18 +300,18 @@ def procedure(
     points: float = 64,
     periodic: bool = False,
 ) -> Finding | Share:
-    """Compare the procedure with the half-space solution, as means over maps.
+    """Section 19.7 on maps of rough surfaces, against the contact of the same surfaces.
 
-    ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it is defined,
-    over the mean pressure of the true contact; ``"undefined"``: fraction of the contact where it is
-    undefined. Sources of the bar: the scatter of the maps, and the grid.
+    Means over maps. ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where
+    it is defined, over the mean pressure of the true contact; ``"undefined"``: fraction of the
+    contact where it is undefined. Sources of the bar: the scatter of the maps, and the grid.
     """
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     maps, lines = _COUNTS[effort]
     done = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
     ratios = np.mean([each.sums.ratio for each in done], axis=0)
     missing = np.array([each.undefined_share[0] for each in done])
-    details: dict[str, float | str] = {
+    details = {
         **{
             f"{name} of the lines over the maps'": float(ratio)
             for name, ratio in zip(("rms height", "rms slope", "curvature"), ratios, strict=True)

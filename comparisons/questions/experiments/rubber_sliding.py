@@ -47,12 +47,7 @@ def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
     return RandomLines(spectrum, points, count, seed=7).draw()
 
 
-@experiment(
-    "printed-rubber",
-    "Problem 1 as printed on rough lines against their exact steady state",
-    "number",
-    "explicit relaxation number G dt/eta = dx/(v tau)",
-)
+@experiment("printed-rubber", "explicit relaxation number G dt/eta = dx/(v tau)")
 def printed_rubber(
     effort: str,
     *,
@@ -61,7 +56,7 @@ def printed_rubber(
     per_wave: Annotated[float, Above(2)] = _PER_WAVE,
     load: Annotated[float, Above(0)] = _LOAD,
 ) -> Finding | Share:
-    """Measure the printed algorithm at `number` = G dt/eta = dx/(v tau).
+    """Problem 1 as printed on rough lines against their exact steady state.
 
     `per_wave`: points to the shortest wave of the lines; `load`: F/(G L), with rms slopes of 0.1.
 
@@ -87,7 +82,7 @@ def printed_rubber(
     forces = [float(getattr(run, name)[-points:].mean()) for run in runs]
     ratios = np.array(forces) / exact.tangential_force[:, 0]
     bar = 2 * float(ratios.std(ddof=1)) / np.sqrt(len(ratios))
-    details: dict[str, float | str] = {
+    details = {
         "lines": float(len(rough)),
         "lines that ended": float(np.sum(done)),
         "largest error of a line": float(np.abs(ratios - 1).max()),
@@ -96,23 +91,18 @@ def printed_rubber(
     return Finding(float(ratios.mean()), 1.0, bar, details)
 
 
-@experiment(
-    "corrected-rubber",
-    "Problem 1 as corrected, step by step, on rough lines: its energy and its steady state",
-    "number",
-    "explicit relaxation number G dt/eta = dx/(v tau)",
-)
+@experiment("corrected-rubber", "explicit relaxation number G dt/eta = dx/(v tau)")
 def corrected_rubber(
     effort: str,
     *,
     number: Annotated[float, Above(0)] = 1.0,
     quantity: Literal["work", "friction"] = "work",
 ) -> Finding:
-    """Measure the corrected time loop at the same `number`, after three periods.
+    """Problem 1 as corrected, step by step, on rough lines: its energy and its steady state.
 
-    ``"work"``: the work of its forces against the dissipated energy, over the last period.
-    ``"friction"``: friction in the last period against the exact steady state. The worst line
-    counts.
+    At the same `number`, after three periods. ``"work"``: the work of its forces against the
+    dissipated energy, over the last period. ``"friction"``: friction in the last period against the
+    exact steady state. The worst line counts.
     """
     rough = _rough_lines(20 if effort == "full" else 6)
     points = rough.heights.shape[1]
@@ -124,26 +114,22 @@ def corrected_rubber(
         stated, true = 1 + run.energy_error(), np.ones(len(rough))
     else:
         stated, true = run.friction_coefficient(), exact.friction_coefficient[:, 0]
-    details: dict[str, float | str] = {
+    details = {
         "lines": float(len(rough)),
         "mean": float((stated / true - 1).mean()),
     }
     return Finding(*worst(stated, true), _ROUNDING, details)
 
 
-@experiment(
-    "sliding-paraboloid",
-    "Friction of a paraboloid that slides over rubber: springs against the half-space",
-    "way",
-    "way in a retardation time over contact radius at rest",
-)
+@experiment("sliding-paraboloid", "way in a retardation time over contact radius at rest")
 def sliding_paraboloid(
     effort: str, *, way: Annotated[float, Above(0)] = 1.0, glassy: float = 0.0
 ) -> Finding:
-    """Compare the friction of a paraboloid on springs and on the half-space at equal force.
+    """Friction of a paraboloid that slides over rubber: springs against the half-space.
 
-    `way`: retardation time times speed over the radius sqrt(R d) of a static contact of equal
-    depth. `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for Kelvin-Voigt.
+    At equal force. `way`: retardation time times speed over the radius sqrt(R d) of a static
+    contact of equal depth. `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for
+    Kelvin-Voigt.
     """
     speed = way * np.sqrt(_RADIUS * _DEPTH)
     if glassy and not glassy > 1:
@@ -170,7 +156,7 @@ def sliding_paraboloid(
     friction = truth.friction_coefficient
     stated = float(sliding.friction_coefficient.item())
     bar = friction.uncertainty / friction.estimate + truth.force.uncertainty / truth.force.estimate
-    details: dict[str, float | str] = {
+    details = {
         "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
     }
     return Finding(stated, friction.estimate, stated / friction.estimate * bar, details)
@@ -195,12 +181,7 @@ def _coefficients(method: str, grid: int, speed: float, force: float, count: int
     return np.asarray(solved.quantities["friction_coefficient"][:, 0])
 
 
-@experiment(
-    "rough-rubber",
-    "Friction of rough rubber: lines against surfaces, and its change with the load",
-    "speed",
-    "speed v / (mm/s)",
-)
+@experiment("rough-rubber", "speed v / (mm/s)")
 def rough_rubber(
     effort: str,
     *,
@@ -208,12 +189,13 @@ def rough_rubber(
     force: Annotated[float, Above(0)] = _FORCE,
     statement: Literal["line", "load"] = "line",
 ) -> Finding:
-    """Compare coefficients of friction at a speed in mm/s and a force in mN.
+    """Friction of rough rubber: lines against surfaces, and its change with the load.
 
-    ``"line"``: means over lines against means over surfaces; the grid counts with its last change.
-    ``"load"``: surfaces under four times the force against the same surfaces under it. The ratio of
-    many surfaces on one grid, times what the next finer grid changes of that of a few: grids err
-    alike at both loads. That change is the bar of the grid.
+    Coefficients of friction at a speed in mm/s and a force in mN. ``"line"``: means over lines
+    against means over surfaces; the grid counts with its last change. ``"load"``: surfaces under
+    four times the force against the same surfaces under it. The ratio of many surfaces on one grid,
+    times what the next finer grid changes of that of a few: grids err alike at both loads. That
+    change is the bar of the grid.
     """
     speed, force = float(speed), float(force)
     finest = _GRID if effort == "full" else _GRID // 2

@@ -20,12 +20,7 @@ _DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is
 _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 
-@experiment(
-    "harmonic-contact",
-    "The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time",
-    "amplitude",
-    "amplitude over mean depth",
-)
+@experiment("harmonic-contact", "amplitude over mean depth")
 def harmonic_contact(
     effort: str,
     *,
@@ -33,8 +28,9 @@ def harmonic_contact(
     frequency: Annotated[float, Above(0)] = 1.0,
     stiffening: Annotated[float, Above(0)] = 3.0,
 ) -> Share:
-    """Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
+    """The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time.
 
+    Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
     `amplitude` is relative to the mean depth, `stiffening` is G_1/G_0. The reference is the
     in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
     fitted transient exp(-t/tau)). The distance of the complex stiffnesses over the true one's size.
@@ -44,7 +40,7 @@ def harmonic_contact(
     coarse, fine = (_stiffness(amplitude, frequency, stiffening, *grid) for grid in _GRIDS[effort])
     material = standard_solid(1.0, stiffening, relaxation_time=1.0)
     stated = complex(harmonic_stiffness(material, np.sqrt(_DEPTH), frequency))
-    details: dict[str, float | str] = {
+    details = {
         "storage stiffness over the stated": fine.real / stated.real,
         "loss stiffness over the stated": fine.imag / stated.imag,
         "stated loss over storage": stated.imag / stated.real,
@@ -84,18 +80,16 @@ _FREQUENCIES = np.geomspace(1e-2, 1e8, 201)
 _EXACT = 1e-12
 
 
-@experiment(
-    "relaxation-series",
-    "Modulus of a rubber with a continuous spectrum by a series of relaxation times",
-    "per_decade",
-    "relaxation times per decade",
-)
+@experiment("relaxation-series", "relaxation times per decade")
 def relaxation_series(effort: str, *, per_decade: Annotated[float, Above(0)] = 2.0) -> Share:
-    """Measure the largest relative error of G(w) by a series with `per_decade` times per decade."""
+    """Modulus of a rubber with a continuous spectrum by a series of relaxation times.
+
+    The largest relative error of G(w).
+    """
     turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
     true = _GLASSY - (_GLASSY - _RELAXED) / (1 + turns) ** _SECOND
     series = fit(_FREQUENCIES, true, per_decade=per_decade)
-    details: dict[str, float | str] = {
+    details = {
         "relaxation times": float(series.material.times.size),
         "rms error": series.rms_error,
     }

@@ -164,12 +164,7 @@ def spring_restitution(energy: float, depth: float, reading: str) -> float:
     return float(np.sqrt(-steps[_STEPS:].sum() / steps[:_STEPS].sum()))
 
 
-@experiment(
-    "yielding-springs",
-    "Rebound of springs that yield, or a closed form, against finite elements",
-    "depth",
-    "depth over that of first yield d/d_y",
-)
+@experiment("yielding-springs", "depth over that of first yield d/d_y")
 def yielding_springs(
     effort: Effort,
     *,
@@ -177,7 +172,7 @@ def yielding_springs(
     reading: Annotated[str, OneOf(*READINGS, *_FORMULAS)] = "stress",
     quantity: Literal["restitution", "mean_pressure"] = "restitution",
 ) -> Finding:
-    """Compare the rebound by a reading, or a closed form, with that of finite elements.
+    """Rebound of springs that yield, or a closed form, against finite elements.
 
     A rebound at equal energy, a cavity at equal contact radius.
     """
@@ -199,7 +194,7 @@ def yielding_springs(
         stated = float(cavity_pressure(strain, NU)) * YIELD_STRESS
     else:
         stated = spring_restitution(on_many.work, depth * _DEPTH, reading)
-    details: dict[str, float | str] = {}
+    details = {}
     if rebound:
         details["speed over that of first yield"] = float(np.sqrt(on_many.work / _WORK))
     bar = known_to(quantity, grids, (coarse, fine))
@@ -229,12 +224,7 @@ _SHAPES: dict[str, Callable[[float, float], tuple[equivalents.Profile, ClosedFor
 }
 
 
-@experiment(
-    "first-yield",
-    "Force at first yield by the local stress rule (19.37)",
-    "exponent",
-    "exponent n of f = c r^n",
-)
+@experiment("first-yield", "exponent n of f = c r^n")
 def first_yield(
     effort: str,
     *,
@@ -245,12 +235,13 @@ def first_yield(
     rule: Literal["own_curvature", "one_radius", "abel"] = "own_curvature",
     criterion: Literal["pressure", "mises"] = "pressure",
 ) -> Finding:
-    """Compare the forces at which the stress (19.37) and the true stress reach `limit` E*.
+    """Force at first yield by the local stress rule (19.37).
 
-    Shapes: f = r^n of unit coefficient, the sphere and the rounded punch (flat to `edge`) of unit
-    radius. ``criterion="mises"``: true first yield occurs below the surface, while the rule
-    compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the axis,
-    nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
+    The forces at which the stress (19.37) and the true stress reach `limit` E*. Shapes: f = r^n of
+    unit coefficient, the sphere and the rounded punch (flat to `edge`) of unit radius.
+    ``criterion="mises"``: true first yield occurs below the surface, while the rule compares sigma
+    with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the axis, nu = 0.3). The
+    closed forms are exact to 1e-12, the search for the maximum to 1e-9.
     """
     if shape == "power_law" and rule == "own_curvature" and exponent < 2:
         raise ValueError(f"exponent {exponent!r}: below 2 the rule is infinite on the axis")
@@ -279,7 +270,7 @@ def first_yield(
         for at in (stated, true)
     ]
     forces = [float(form.force(np.exp(d))) for d in depths]
-    details: dict[str, float | str] = {
+    details = {
         "contact radius at true yield": float(form.semi_axes(np.exp(depths[1]))[0]),
         "largest stress at true yield, stated over true": stated(np.exp(depths[1])) / limit,
     }
@@ -327,12 +318,7 @@ def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
     return np.array([float(np.mean(in_contact > hardness)) for in_contact in stresses])
 
 
-@experiment(
-    "above-hardness",
-    "Share of a rough contact whose stress is above a hardness",
-    "hardness",
-    "hardness over E* h'",
-)
+@experiment("above-hardness", "hardness over E* h'")
 def above_hardness(
     effort: str,
     *,
@@ -346,7 +332,10 @@ def above_hardness(
     periodic: bool = False,
     realisations: Annotated[float, Above(2)] = 120,
 ) -> Finding:
-    """Compare the contact fraction above `hardness` E* h' of springs with that of surface cells."""
+    """Share of a rough contact whose stress is above a hardness.
+
+    Above `hardness` E* h': springs against cells of the surface.
+    """
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
@@ -358,7 +347,7 @@ def above_hardness(
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
     stresses, undefined = _stresses(surface, float(load), rule, 4 * count)
     stated = _shares(stresses, hardness)
-    details: dict[str, float | str] = {"springs without a value": float(undefined.mean())}
+    details = {"springs without a value": float(undefined.mean())}
     return compare(stated, true, grid_bar, details)
 
 
@@ -395,12 +384,7 @@ def _compared(
     }
 
 
-@experiment(
-    "rough-yield",
-    "Rough contacts by their hardness, or elastic, against a capped pressure",
-    "index",
-    "plasticity index E* h'/H",
-)
+@experiment("rough-yield", "plasticity index E* h'/H")
 def rough_yield(
     effort: Effort,
     *,
@@ -408,7 +392,10 @@ def rough_yield(
     load: float = 0.1,
     quantity: Literal["hardness_area", "elastic_area", "plastic_share"] = "hardness_area",
 ) -> Finding:
-    """Compare the area F/H, the elastic one, or the elastic share above H, with what yields."""
+    """Rough contacts by their hardness, or elastic, against a capped pressure.
+
+    The area F/H, the elastic one, or the elastic share above H, with what yields.
+    """
     if not 0 < load <= 0.5:
         raise ValueError(f"load must be above 0 and at most 0.5, not {load!r}")
     numbers = range(_SURFACES[effort])
@@ -424,7 +411,7 @@ def rough_yield(
     # grids err in proportion to their cells (Richardson's rule of first order)
     coarse, fine = errors
     everything = [_compared(k, _POINTS[effort][-1], index, load) for k in numbers]
-    details: dict[str, float | str] = {
+    details = {
         "share of the contact that yields": float(
             np.mean([pair["plastic_share"][1] for pair in everything])
         ),
@@ -453,12 +440,7 @@ def largest_mises(
     return stresses, depths
 
 
-@experiment(
-    "rough-first-yield",
-    "Largest local stress (19.37) of a line against von Mises below the rough contact",
-    "load",
-    "load F/(E* A0 h')",
-)
+@experiment("rough-first-yield", "load F/(E* A0 h')")
 def rough_first_yield(
     effort: str,
     *,
@@ -471,7 +453,7 @@ def rough_first_yield(
     shortest: float = 4.0,
     realisations: Annotated[float, Above(2)] = 90,
 ) -> Finding:
-    """Compare the largest local stress of lines with the largest von Mises stress of surfaces.
+    """Largest local stress (19.37) of a line against von Mises below the rough contact.
 
     Periodic surfaces, pressed by F = `load` E* A0 h'; the stresses are those of waves in the
     half-space under the pressure of the cells, at seventeen depths.
@@ -492,7 +474,7 @@ def rough_first_yield(
     finest = 4 if effort == "full" else 2
     number = max(3, count // 30) if effort == "full" else max(6, count // 6)
     depths = largest_mises(surface, float(load), float(poisson_ratio), finest, number)[1]
-    details: dict[str, float | str] = {
+    details = {
         "depth of the largest, in shortest waves": float(depths.mean()),
         "surfaces that yield below their surface first": float((depths > 1e-3).mean()),
     }
