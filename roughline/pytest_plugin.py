@@ -57,7 +57,6 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             MODEL_TOLERANCE,
             SPEED,
             check_against,
-            update_baseline,
         )
         from comparisons.questions.regression.snapshot import CHECK_SCENES
 
@@ -65,7 +64,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
         name, scenes = _registered(method), scenes or CHECK_SCENES
         allowed = MODEL_TOLERANCE if tolerance is None else tolerance
         if request.config.getoption(UPDATE):
-            update_baseline(path, name, scenes, tolerance=allowed)
+            check_against(path, name, scenes, tolerance=allowed, update=True)
             return
         try:
             findings = check_against(path, name, scenes, tolerance=allowed)

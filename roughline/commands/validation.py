@@ -296,7 +296,7 @@ def check(
     update
         Show the drift, then store the new curves, by default in roughline-baseline.json.
     """
-    from comparisons.questions.regression.check import check_against, update_baseline
+    from comparisons.questions.regression.check import check_against
     from comparisons.questions.regression.snapshot import CHECK_SCENES, PACKAGED
     from roughline.commands import terminal
     from roughline.commands.progress import watching
@@ -305,7 +305,7 @@ def check(
     stored_baseline = Path("roughline-baseline.json")
     stored = baseline or (stored_baseline if stored_baseline.exists() or update else PACKAGED)
     with watching() as watch:
-        act = update_baseline if update else check_against
-        findings = act(stored, method, scenes or CHECK_SCENES, watch=watch)
+        scenes = scenes or CHECK_SCENES
+        findings = check_against(stored, method, scenes, watch=watch, update=update)
     terminal.print_findings(findings, stored)
     return FAILED if any(finding.drifted for finding in findings) and not update else FINE

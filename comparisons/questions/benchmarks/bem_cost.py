@@ -11,10 +11,11 @@ from typing import Literal
 
 import numpy as np
 import psutil
+from scipy import fft
 
 from comparisons.isolation import parent
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC, EXTRAPOLATED, STIFFNESS
-from comparisons.questions.benchmarks import bem_cases
+from comparisons.questions.benchmarks import bem
 from comparisons.questions.benchmarks.yardstick import (
     Measurement,
     exponent,
@@ -46,12 +47,24 @@ Beside = Literal["nothing", "a load before", "a stiffness"]
 BESIDE: dict[Beside, int] = {"nothing": 0, "a load before": EXTRAPOLATED, "a stiffness": STIFFNESS}
 
 
-def rows() -> list[Measurement]:
+def measure() -> list[Measurement]:
     """Return the rows: cost against N, its exponent, and peak memory of the largest grid."""
     costs = [_size(points) for points in SIZES]
+    # N^2 log N is the cost of a transform
+    sizes, seconds = np.array(SIZES, dtype=float), [row.seconds for row in costs]
+    found = exponent(sizes, np.array(seconds))
+    bound = exponent(sizes, sizes**2 * np.log(sizes))
+    at_bound = seconds[0] * float((sizes[-1] / sizes[0]) ** bound)
+    growth = Measurement(
+        f"exponent of the cost in N per side from {SIZES[0]} to {SIZES[-1]}: {found:.2f}",
+        seconds[-1],
+        f"N^2 log N from the same start ({bound:.2f})",
+        at_bound,
+        seconds[-1] / at_bound,
+    )
     return [
         *costs,
-        _growth([row.seconds for row in costs]),
+        growth,
         *(_memory(kind, beside) for kind in ("periodic", "free") for beside in BESIDE),
         *(_floor(points) for points in LARGE),
         *(_shared(points) for points in LARGE),
@@ -60,9 +73,13 @@ def rows() -> list[Measurement]:
 
 def _size(points: int) -> Measurement:
     """Return the cost of a solve relative to a pair of transforms, and its fraction in FFTs."""
-    case = bem_cases.rough(points, CUTOFF, bem_cases.MEDIUM, None)
-    tasks = {"solve": partial(case.solve, TOLERANCE), "transforms": partial(_transforms, points)}
-    times = interleaved(tasks, 3, time.process_time)
+    case, field = bem.rough(points, CUTOFF, bem.MEDIUM, None), np.ones((points, points))
+
+    def transforms() -> object:
+        return fft.irfft2(fft.rfft2(field), s=field.shape, overwrite_x=True)
+
+    tasks: dict[str, Callable[[], object]] = {"solve": partial(case.solve, TOLERANCE)}
+    times = interleaved(tasks | {"transforms": transforms}, 3, time.process_time)
     share = fft_share(case)
     return measurement(
         f"{case.name}: {share:.0%} of the time inside FFTs",
@@ -72,14 +89,7 @@ def _size(points: int) -> Measurement:
     )
 
 
-def _transforms(points: int) -> np.ndarray:
-    from scipy import fft
-
-    field = np.ones((points, points))
-    return np.asarray(fft.irfft2(fft.rfft2(field), s=field.shape, overwrite_x=True))
-
-
-def fft_share(case: bem_cases.Case) -> float:
+def fft_share(case: bem.Case) -> float:
     """Return the fraction of a solve's time spent in transforms.
 
     It is the number of convolutions on the finest grid in either precision times their cost; the
@@ -97,17 +107,6 @@ def fft_share(case: bem_cases.Case) -> float:
     return (single * cost["float32"] + double * cost["float64"]) / cost["solve"]
 
 
-def _growth(seconds: list[float]) -> Measurement:
-    """Fit the exponent of the cost in N per side; N^2 log N is the cost of a transform."""
-    sizes = np.array(SIZES, dtype=float)
-    found = exponent(sizes, np.array(seconds))
-    bound = exponent(sizes, sizes**2 * np.log(sizes))
-    name = f"exponent of the cost in N per side from {SIZES[0]} to {SIZES[-1]}: {found:.2f}"
-    at_bound = seconds[0] * float((sizes[-1] / sizes[0]) ** bound)
-    yardstick = f"N^2 log N from the same start ({bound:.2f})"
-    return Measurement(name, seconds[-1], yardstick, at_bound, seconds[-1] / at_bound)
-
-
 def _memory(kind: Kind, beside: Beside) -> Measurement:
     """Return the largest memory per cell of a solve, measured in a separate process."""
     plan = BYTES_FREE if kind == "free" else BYTES_PERIODIC + BESIDE[beside]
@@ -116,7 +115,7 @@ def _memory(kind: Kind, beside: Beside) -> Measurement:
     yardstick = f"the plan, {plan} bytes per cell"
     if not outcome.ok:
         reason = f"{name}: {outcome.reason}"
-        return Measurement(reason, float("nan"), yardstick, None, None, 1.0)
+        return Measurement(reason, float("nan"), yardstick, target=1.0)
     answer = outcome.answer
     text = (
         f"{name}: {answer['bytes_per_cell']:.0f} bytes per cell with the surface and its making, "
@@ -159,7 +158,7 @@ def largest(points: int, kind: Kind = "periodic", beside: Beside = "nothing") ->
 
 def _solved(points: int, kind: Kind, beside: Beside = "nothing") -> Contact:
     """Return the contact of a surface of 16 cells to the shortest wave, 22 to 24 % of it."""
-    gap = bem_cases.surface(points, CUTOFF)
+    gap = bem.surface(points, CUTOFF)
     body, force = _half_space(points, kind)
     if beside == "a load before":
         *_, contact = sweep(body, gap, Load("force", [force / 2, force]), tolerance=TOLERANCE)
@@ -174,7 +173,7 @@ def _solved(points: int, kind: Kind, beside: Beside = "nothing") -> Contact:
 def _half_space(points: int, kind: Kind) -> tuple[ElasticBody, float]:
     operator_class = PeriodicOperator if kind == "periodic" else FreeOperator
     operator = operator_class((points, points), (1 / points, 1 / points), 1.0)
-    return operator, bem_cases.MEDIUM * bem_cases.SLOPE / 2
+    return operator, bem.MEDIUM * bem.SLOPE / 2
 
 
 def _shared(points: int) -> Measurement:
@@ -182,7 +181,7 @@ def _shared(points: int) -> Measurement:
 
     Beside it, what two threads gain that share nothing: products of matrices and copies.
     """
-    gap = bem_cases.surface(points, CUTOFF)
+    gap = bem.surface(points, CUTOFF)
 
     def solve(threads: int) -> object:
         body, force = _half_space(points, "periodic")
@@ -191,9 +190,13 @@ def _shared(points: int) -> Measurement:
 
     tasks: dict[str, Callable[[], object]] = {"one": partial(solve, 1), "two": partial(solve, 2)}
     with ThreadPoolExecutor(2) as pool:
+
+        def together(works: tuple[Callable[[], object], ...]) -> object:
+            return list(pool.map(lambda work: work(), works))
+
         for name, task in _machine().items():
             tasks[name] = task
-            tasks[f"{name} twice"] = partial(_twice, pool, task, _machine()[name])
+            tasks[f"{name} twice"] = partial(together, (task, _machine()[name]))
         times = interleaved(tasks, 5)
     least = {name: min(samples) for name, samples in times.items()}
     product, copy = (2 * least[name] / least[f"{name} twice"] for name in ("product", "copy"))
@@ -206,11 +209,6 @@ def _shared(points: int) -> Measurement:
         least["two"] / least["one"],
         SHARED,
     )
-
-
-def _twice(pool: ThreadPoolExecutor, *tasks: Callable[[], object]) -> None:
-    for future in [pool.submit(task) for task in tasks]:
-        future.result()
 
 
 def _machine() -> dict[str, Callable[[], object]]:

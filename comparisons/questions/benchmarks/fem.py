@@ -23,7 +23,6 @@ from comparisons.machine import free_memory
 from comparisons.methods import runner
 from comparisons.methods.fem.step import bytes_of_elimination
 from comparisons.methods.registry import solver_of
-from comparisons.questions.benchmarks import memory
 from comparisons.questions.benchmarks.yardstick import (
     Measurement,
     exponent,
@@ -54,10 +53,9 @@ PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 
 
 def measure() -> list[Measurement]:
-    """Run all measurements; takes minutes."""
+    """Run the measurements; takes minutes."""
     rows = [*hertz(2e-4), *hertz(2e-5), *accuracy(), order(), fixed_mesh(5e-4), iterative()]
-    rows += [against_peer("ngsolve"), *sizes(), beyond_factorisation()]
-    return [*rows, *memory.rows(memory.CASES["fem"])]
+    return [*rows, against_peer("ngsolve"), *sizes(), beyond_factorisation()]
 
 
 @dataclass(frozen=True)
@@ -147,7 +145,7 @@ def beyond_factorisation() -> Measurement:
     steps = " and ".join(str(count) for count in job.body.iterative.iterations)
     title = f"conjugate gradients, {job.body.unknowns} unknowns, {steps} steps, "
     title += f"force {np.abs(job.errors).max():.1e}: whole job"
-    return Measurement(title, spent, "not factorised at this size", None, None)
+    return Measurement(title, spent, "not factorised at this size")
 
 
 def accuracy() -> list[Measurement]:
@@ -198,13 +196,18 @@ def against_peer(peer: str) -> Measurement:
     ours = run(LEVELS[1])
     worst = float(np.abs(ours.errors).max())
     name = f"Hertz, one depth, error {worst:.1e}"
-    single = partial(_single_depth, LEVELS[1])
+
+    def single() -> None:
+        mesh = fem.RingMesh(1.0, elements=LEVELS[1], edge=1.0)
+        body = fem.half_space_body(mesh, fem.Material(1.0, POISSON))
+        next(fem.indent(body, _paraboloid, Load("penetration", 1.0)))
+
     times = interleaved({"ours": single}, READINGS, time.process_time)["ours"]
     if peer not in METHODS:
-        return Measurement(name, statistics.median(times), f"{peer}: no such method", None, None)
+        return Measurement(name, statistics.median(times), f"{peer}: no such method")
     peer_run = _peer_seconds(peer, worst)
     if isinstance(peer_run, str):
-        return Measurement(name, statistics.median(times), peer_run, None, None, PEER)
+        return Measurement(name, statistics.median(times), peer_run, target=PEER)
     seconds, error, unknowns = peer_run
     yardstick = f"{peer}, {unknowns} unknowns, error {error:.1e}"
     return measurement(name, times, yardstick, [seconds] * len(times), PEER)
@@ -224,7 +227,7 @@ def sizes() -> list[Measurement]:
         if job.body.unknowns <= LARGEST_PARDISO and pardiso.available():
             rows.append(measurement(title, [spent], FACTORISATION, [_factorisation(job)]))
         else:
-            rows.append(Measurement(title, spent, "not factorised at this size", None, None))
+            rows.append(Measurement(title, spent, "not factorised at this size"))
         seconds_by_unknowns[job.body.unknowns] = spent
     return [*rows, growth(seconds_by_unknowns)]
 
@@ -270,13 +273,6 @@ def _job(
     return Job(body, errors, spent, steps[-1])
 
 
-def _single_depth(elements: int) -> None:
-    body = fem.half_space_body(
-        fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON)
-    )
-    next(fem.indent(body, _paraboloid, Load("penetration", 1.0)))
-
-
 @cache
 def _worst(elements: int) -> float:
     return float(np.abs(run(elements).errors).max())
@@ -302,7 +298,7 @@ def _against_pardiso(
     tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
     if not pardiso.available():
         times = interleaved(tasks, READINGS, time.process_time)["job"]
-        row = Measurement(title, statistics.median(times), NO_PARDISO, None, None, target)
+        row = Measurement(title, statistics.median(times), NO_PARDISO, target=target)
         return [row], jobs
     matrix = stiffness_matrix(job.body.system)
     tasks["yardstick"] = partial(pardiso.factorise, matrix)

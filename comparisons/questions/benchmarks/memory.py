@@ -27,7 +27,8 @@ def _pressed(shape: str, loading: str = _DEPTHS) -> str:
     return f"indenter = {{ {shape} }}\n{loading}\n"
 
 
-_BALL = 'shape = "paraboloid", radius = 1.0'
+_BALL, _FORCE = 'shape = "paraboloid", radius = 1.0', "loading = { force = 1e-3 }"
+_CYLINDER = 'shape = "cylinder", radius = 1.0'
 
 
 class Case(NamedTuple):
@@ -64,7 +65,7 @@ _LONG = 'shape = "ellipsoid", radius_x = 10.0, radius_y = 1.0'
 CASES = {
     "fem": (
         Case("fem, paraboloid", "fem", _pressed(_BALL), (4, 6, 8)),
-        Case("fem, cylinder", "fem", _pressed('shape = "cylinder", radius = 1.0'), (4, 6, 8)),
+        Case("fem, cylinder", "fem", _pressed(_CYLINDER), (4, 6, 8)),
         Case("fem, ellipsoid", "fem", _pressed(_LONG), (3, 4, 6)),
         Case("fem, square", "fem", _pressed('shape = "square_punch", side = 1.0'), (3, 5, 8)),
         Case("fem, two bodies", "fem", _PAIR, (3, 4, 6)),
@@ -74,18 +75,8 @@ CASES = {
     ),
     "bem": (
         Case("bem_dense, two depths", "bem_dense", _pressed(_BALL), (15, 20, 27)),
-        Case(
-            "bem_dense, one force",
-            "bem_dense",
-            _pressed(_BALL, "loading = { force = 1e-3 }"),
-            (18, 22, 27),
-        ),
-        Case(
-            "bem_dense, cylinder",
-            "bem_dense",
-            _pressed('shape = "cylinder", radius = 1.0'),
-            (20, 25, 30),
-        ),
+        Case("bem_dense, one force", "bem_dense", _pressed(_BALL, _FORCE), (18, 22, 27)),
+        Case("bem_dense, cylinder", "bem_dense", _pressed(_CYLINDER), (20, 25, 30)),
         Case("bem_dense, patch", "bem_dense", _ROUGH, (64, 96, 128)),
     ),
 }
@@ -93,24 +84,20 @@ CASES = {
 
 def rows(cases: tuple[Case, ...]) -> list[Measurement]:
     """Return a row for each case and resolution, each case measured in a process of its own."""
-    return [row for case in cases for row in _rows(case)]
-
-
-def _rows(case: Case) -> list[Measurement]:
-    work = f"{__name__}:{expected_and_taken.__name__}"
-    outcome = parent.run(work, *case, seconds=_SECONDS)
-    yardstick = "the plan, either way (ratio of both)"
-    if not outcome.ok:
-        text = f"memory of {case.title}: {outcome.reason}"
-        return [Measurement(text, float("nan"), yardstick, None, None, WITHIN)]
-    measured = []
-    for resolution, (plan, taken, spent) in zip(
-        case.resolutions, outcome.answer["memory"], strict=True
-    ):
-        text = f"memory of {case.title}, {resolution}: {taken / 1e6:.0f} MB, "
-        text += f"{plan / 1e6:.0f} MB by the plan"
-        ratio = float(max(plan / taken, taken / plan))
-        measured.append(Measurement(text, spent, yardstick, None, ratio, WITHIN))
+    yardstick, measured = "the plan, either way (ratio of both)", []
+    for case in cases:
+        work = f"{__name__}:{expected_and_taken.__name__}"
+        outcome = parent.run(work, *case, seconds=_SECONDS)
+        if not outcome.ok:
+            text = f"memory of {case.title}: {outcome.reason}"
+            measured.append(Measurement(text, float("nan"), yardstick, target=WITHIN))
+            continue
+        found = zip(case.resolutions, outcome.answer["memory"], strict=True)
+        for resolution, (plan, taken, spent) in found:
+            text = f"memory of {case.title}, {resolution}: {taken / 1e6:.0f} MB, "
+            text += f"{plan / 1e6:.0f} MB by the plan"
+            ratio = float(max(plan / taken, taken / plan))
+            measured.append(Measurement(text, spent, yardstick, None, ratio, WITHIN))
     return measured
 
 

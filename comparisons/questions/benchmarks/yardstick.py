@@ -37,8 +37,8 @@ class Measurement:
     name: str
     seconds: float
     yardstick: str
-    yardstick_seconds: float | None
-    ratio: float | None
+    yardstick_seconds: float | None = None
+    ratio: float | None = None
     target: float | None = None
 
     @property

@@ -30,13 +30,12 @@ from comparisons.questions.claims.parameters import (
     Premise,
     Prose,
     Side,
-    Table,
     Vary,
 )
 from comparisons.questions.claims.verdicts import HOLDS, VERDICTS
 from comparisons.questions.claims.wording import limit_words
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.fields import KnownMethod, Positive, fail
+from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
 
@@ -62,7 +61,7 @@ class ClaimError(InputError):
         super().__init__("\n".join(problems))
 
 
-class Claim(Table):
+class Claim(SceneTable):
     """A validated claim; docs/claims.md explains every key.
 
     A setting gives a number to every nuisance parameter, by its key.

@@ -6,9 +6,7 @@ from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import (
-    BaseModel,
     BeforeValidator,
-    ConfigDict,
     Field,
     StrictBool,
     field_validator,
@@ -16,18 +14,12 @@ from pydantic import (
 )
 
 from comparisons.facts.quantities import quantity
-from comparisons.scene.fields import Finite, KnownMethod, fail
+from comparisons.scene.fields import Finite, KnownMethod, SceneTable, fail
 from comparisons.scene.units import dimension_of, number_and_unit, to_si
 
 RESOLUTION = "resolution"
 MOST_STEPS = 200
 MOST_BISECTIONS = 40
-
-
-class Table(BaseModel):
-    """A table of a claim file."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 def _listed(value: Any) -> Any:
@@ -40,7 +32,7 @@ Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1
 Choice = bool | float | str
 
 
-class Side(Table):
+class Side(SceneTable):
     """What is stated, or what is true: a scene that is solved, or a number that is known already.
 
     scene, changes: where they differ from the claim's own.
@@ -99,7 +91,7 @@ class Side(Table):
         return f"the scene {self.scene}{options}"
 
 
-class Span(Table):
+class Span(SceneTable):
     """A parameter between two ends.
 
     spacing: the scale of grids, draws and bisections.
@@ -160,7 +152,7 @@ def _check_ends(start: float, end: float, spacing: str) -> None:
         raise fail("expected from > 0 for logarithmic spacing", start)
 
 
-class Premise(Table):
+class Premise(SceneTable):
     """A condition of the statement that ends at a value of the claim's own parameter.
 
     condition: in words, as "the real area is far below the apparent one".
@@ -170,7 +162,7 @@ class Premise(Table):
     condition: Annotated[str, Field(min_length=1, max_length=200)]
 
 
-class Vary(Span):
+class Vary(Span, populate_by_name=True):
     """The parameter along which a claim is tested, and the initial grid of values for the search.
 
     path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists; several
@@ -189,7 +181,7 @@ class Vary(Span):
         return self
 
 
-class Nuisance(Span):
+class Nuisance(Span, populate_by_name=True):
     """A parameter that the statement leaves open, with the range that it plainly covers.
 
     path: keys of the scene, or a keyword of the experiment.
@@ -267,7 +259,7 @@ class Nuisance(Span):
         return self.choices[int(number)]
 
 
-class Map(Table):
+class Map(SceneTable):
     """A validity map: the claim's own parameter across, one that the statement leaves open up."""
 
     up: Name

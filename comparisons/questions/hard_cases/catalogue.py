@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -16,7 +15,7 @@ from pydantic import Field, ValidationError
 
 from comparisons.errors import InputError
 from comparisons.questions.hard_cases.case import JUDGED, OUTCOME_KEYS, REFUSED, HardCase
-from comparisons.questions.hard_cases.recipes import Table
+from comparisons.scene.fields import SceneTable
 from comparisons.scene.problems import readable
 from comparisons.scene.scene import SceneError, override
 from comparisons.scene.toml_files import read_toml
@@ -34,7 +33,7 @@ class HardCaseError(InputError):
         super().__init__("\n".join(problems))
 
 
-class Family(Table):
+class Family(SceneTable):
     """A file of hard cases.
 
     order: position of its cases relative to other files; by default last.
@@ -194,18 +193,16 @@ def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any
     """
     merged = {**base, **keys}
     merged.pop("like", None)
-    for name, put in (("scene", _scene), ("expected", _expected), ("maps", operator.or_)):
+    for name in ("scene", "expected", "maps"):
         old, new = base.get(name, {}), keys.get(name, {})
-        if isinstance(old, Mapping) and isinstance(new, Mapping) and (old or new):
-            merged[name] = put(dict(old), new)
+        if not (isinstance(old, Mapping) and isinstance(new, Mapping) and (old or new)):
+            continue
+        merged[name] = _expected(old, new) if name == "expected" else {**old, **new}
+        if name == "scene":
+            merged[name] = deepcopy(dict(old))
+            for path, value in new.items():
+                override(merged[name], path, deepcopy(value))
     return merged
-
-
-def _scene(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    tables = deepcopy(dict(base))
-    for path, value in changes.items():
-        override(tables, path, deepcopy(value))
-    return tables
 
 
 def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,21 +7,15 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from comparisons.scene.fields import Length, Positive, fail
+from comparisons.scene.fields import Length, Positive, SceneTable, fail
 
 Seed = Annotated[int, Field(strict=True, ge=0)]
 MAKERS = ("self_affine", "paraboloid", "checkerboard", "level")
 
 
-class Table(BaseModel):
-    """A table in a file of hard cases, immutable and without unknown keys."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class SelfAffine(Table):
+class SelfAffine(SceneTable):
     """A rough surface as in scenes: the first realisation of `reference.surfaces.self_affine`."""
 
     hurst: Annotated[Positive, Field(le=1)]
@@ -29,14 +23,14 @@ class SelfAffine(Table):
     seed: Seed
 
 
-class Point(Table):
+class Point(SceneTable):
     """A replaced height at one point, in metres."""
 
     index: tuple[Seed, Seed]
     height: float
 
 
-class Recipe(Table):
+class Recipe(SceneTable, populate_by_name=True):
     """Recipe of a square map: made by one of the first five keys, then modified in this order.
 
     from: another map of the case, which has no `from` itself; else points and side of the map and

@@ -28,10 +28,10 @@ from comparisons.questions.hard_cases.case import (
     DEGRADED,
     NOT_FOR,
     REFUSED,
+    Curves,
     Expected,
     HardCase,
 )
-from comparisons.questions.hard_cases.formulas import Curves
 from comparisons.questions.hard_cases.record import (
     RECORD,
     TABLE,
@@ -97,17 +97,16 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
 
 def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:
     """Request the reference of a case and the solves of all methods; return the outcomes."""
-    tried = [name for name in methods if full or name not in case.slow]
-    found = (yield from _found(case, tried)) if tried else {}
-    for name in methods:
-        if name not in found:
-            found[name] = OutcomeRecord(
-                case=case.id, title=case.title, method=name, kind=LEFT_OUT, reason="--full runs it"
-            )
-    return [found[name] for name in methods]
-
-
-def _found(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeRecord]]:
+    found = {
+        name: OutcomeRecord(
+            case=case.id, title=case.title, method=name, kind=LEFT_OUT, reason="--full runs it"
+        )
+        for name in methods
+        if not full and name in case.slow
+    }
+    tried = [name for name in methods if name not in found]
+    if not tried:
+        return [found[name] for name in methods]
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
         case.write_maps(Path(folder))
         try:
@@ -115,16 +114,16 @@ def _found(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
         except InputError as error:
             # Validation refuses the scene before any method is tried.
             reason = str(error)
-            return {name: _judged(case, name, kind=REFUSED, reason=reason) for name in methods}
+            found |= {n: _judged(case, n, kind=REFUSED, reason=reason) for n in tried}
+            return [found[name] for name in methods]
         true_plan = plan
         if case.truth.scene:
             true_plan = plan_scene(case.scene_in(Path(folder), case.truth.scene), "full")[0]
-    outcomes: dict[str, OutcomeRecord] = {}
     solves: dict[tuple[str, int], list[Job]] = {}
-    for name in methods:
+    for name in tried:
         door = _door(case, plan, name)
         if isinstance(door, OutcomeRecord):
-            outcomes[name] = door
+            found[name] = door
         else:
             solves[name, door] = _jobs(plan, name, door)
     trusted: dict[tuple[str, int], list[Job]] = {}
@@ -137,8 +136,8 @@ def _found(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
     curves, bars = _truth(case, true_plan, solved)
     for (name, resolution), jobs in solves.items():
         joined = _joined(jobs, done)
-        outcomes[name] = _measured(case, plan, curves, bars, name, resolution, joined)
-    return outcomes
+        found[name] = _measured(case, plan, curves, bars, name, resolution, joined)
+    return [found[name] for name in methods]
 
 
 def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:

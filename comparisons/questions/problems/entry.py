@@ -9,12 +9,12 @@ import unicodedata
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, field_validator
 
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
 from comparisons.questions.problems.sheet import builtin_sheets
-from comparisons.scene.fields import excerpt, fail
+from comparisons.scene.fields import SceneTable, excerpt, fail
 from comparisons.scene.problems import in_file
 
 LARGEST_FILE = 1_000_000
@@ -27,7 +27,7 @@ Line = Annotated[str, Field(max_length=200)]
 Value = Annotated[float, Field(strict=True)] | None
 
 
-class Entry(BaseModel):
+class Entry(SceneTable):
     """What an entry states.
 
     Attributes
@@ -41,8 +41,6 @@ class Entry(BaseModel):
         Everything that the solver does for all loads, on warm code, as its author states it.
     threads, unknowns : int
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     problem: Annotated[str, Field(pattern=r"^RL-\d{3}$")]
     version: Annotated[int, Field(strict=True, ge=1)]

@@ -13,11 +13,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field, ValidationError
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
-from comparisons.scene.fields import Positive
+from comparisons.scene.fields import Positive, SceneTable
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.toml_files import read_toml
@@ -28,11 +28,7 @@ Values = tuple[float, ...]
 BAR_DIGITS = 2
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class Known(_Table):
+class Known(SceneTable):
     """What is known of a quantity at every load: the value, its bar, a proved interval."""
 
     values: Values
@@ -41,14 +37,14 @@ class Known(_Table):
     upper: Values = ()
 
 
-class Seal(_Table):
+class Seal(SceneTable):
     """The hash of the values of all quantities, rounded, and of their bars."""
 
     digits: Annotated[int, Field(ge=2, le=12)]
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
-class Sheet(_Table):
+class Sheet(SceneTable):
     """A problem sheet."""
 
     id: Annotated[str, Field(pattern=r"^RL-\d{3}$")]

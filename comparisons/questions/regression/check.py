@@ -18,7 +18,6 @@ from comparisons.questions.regression.snapshot import (
     Curves,
     SceneSnapshot,
     Snapshot,
-    Speed,
     load_baseline,
     save_baseline,
     take_snapshot,
@@ -122,11 +121,30 @@ def compare_snapshots(
         ):
             findings.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
         else:
-            findings += [
-                *_moves(name, subject, before, scene, tolerance),
-                _agreement(name, before, scene),
-                *_speed(name, subject, before.speed, scene.speed),
-            ]
+            findings += _moves(name, subject, before, scene, tolerance)
+            text, notable = " ".join(scene.disagreements), bool(scene.disagreements)
+            if scene.alone:
+                alone = _list([title_of(m) for m in scene.alone])
+                text = f"{alone} stands alone against the others. {text}"
+            new = notable and (not before.disagreements or scene.alone != before.alone)
+            if not notable:
+                text = "the references agree within their bars"
+            elif not new:
+                text = f"as in the baseline: {text}"
+            findings.append(Finding(name, AGREEMENT, text, new, notable))
+            if before.speed is None or scene.speed is None:
+                continue
+            model = scene.speed.ratio / before.speed.ratio
+            machine = scene.speed.yardstick_seconds / before.speed.yardstick_seconds
+            slower = model > SLOWER_MODEL
+            text = f"{number(model, 2)} times the baseline's share of the yardstick"
+            if slower:
+                text = f"{subject} is slower: {number(model, 2)} times its share of the yardstick"
+            elif machine > SLOWER_MACHINE:
+                text = f"the machine is slower: {number(machine, 2)} times; "
+                text += "the model keeps its share of it"
+            notable = not slower and machine > SLOWER_MACHINE
+            findings.append(Finding(name, SPEED, text, slower, notable))
     return findings
 
 
@@ -205,30 +223,6 @@ def _alike(model: Move, truth: Move) -> bool:
     return apart <= ALIKE * size
 
 
-def _agreement(name: str, before: SceneSnapshot, now: SceneSnapshot) -> Finding:
-    if not now.disagreements:
-        return Finding(name, AGREEMENT, "the references agree within their bars")
-    text = " ".join(now.disagreements)
-    if now.alone:
-        text = f"{_list([title_of(m) for m in now.alone])} stands alone against the others. {text}"
-    new = not before.disagreements or now.alone != before.alone
-    return Finding(name, AGREEMENT, text if new else f"as in the baseline: {text}", new, True)
-
-
-def _speed(name: str, subject: str, before: Speed | None, now: Speed | None) -> list[Finding]:
-    if before is None or now is None:
-        return []
-    model = now.ratio / before.ratio
-    machine = now.yardstick_seconds / before.yardstick_seconds
-    if model > SLOWER_MODEL:
-        text = f"{subject} is slower: {number(model, 2)} times its share of the yardstick"
-        return [Finding(name, SPEED, text, True)]
-    if machine > SLOWER_MACHINE:
-        text = f"the machine is slower: {number(machine, 2)} times; the model keeps its share of it"
-        return [Finding(name, SPEED, text, notable=True)]
-    return [Finding(name, SPEED, f"{number(model, 2)} times the baseline's share of the yardstick")]
-
-
 def _list(names: list[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
@@ -240,47 +234,23 @@ def check_against(
     *,
     tolerance: float = MODEL_TOLERANCE,
     watch: Watch | None = None,
+    update: bool = False,
 ) -> list[Finding]:
-    """Solve scenes and compare them with a baseline file.
+    """Solve scenes and compare them with a baseline file; `update` stores the current results.
+
+    Other scenes of the baseline are kept then, and a missing one is created.
 
     Raises
     ------
     InputError
         If the baseline is missing, damaged or for another method, or a scene is invalid.
     """
-    stored = _stored(path, method)
-    return compare_snapshots(stored, take_snapshot(method, scenes, watch), tolerance)
-
-
-def update_baseline(
-    path: Path,
-    method: str = MODEL_NAME,
-    scenes: Iterable[str] = CHECK_SCENES,
-    *,
-    tolerance: float = MODEL_TOLERANCE,
-    watch: Watch | None = None,
-) -> list[Finding]:
-    """Solve scenes, compare them with any existing baseline, and store the current results.
-
-    Other scenes of the baseline are kept unchanged.
-
-    Raises
-    ------
-    InputError
-        As in `check_against`, except that a missing baseline is created.
-    """
-    stored = _stored(path, method) if path.exists() else None
-    now = take_snapshot(method, scenes, watch)
-    if stored is None:
-        save_baseline(path, now)
-        return []
-    findings = compare_snapshots(stored, now, tolerance)
-    save_baseline(path, now.model_copy(update={"scenes": stored.scenes | now.scenes}))
-    return findings
-
-
-def _stored(path: Path, method: str) -> Snapshot:
-    stored = load_baseline(path)
-    if stored.method != method:
+    stored = load_baseline(path) if path.exists() or not update else None
+    if stored is not None and stored.method != method:
         raise InputError(f"{path}: expected a baseline of {method}, got one of {stored.method}")
-    return stored
+    now = take_snapshot(method, scenes, watch)
+    findings = [] if stored is None else compare_snapshots(stored, now, tolerance)
+    if update:
+        kept = {} if stored is None else stored.scenes
+        save_baseline(path, now.model_copy(update={"scenes": kept | now.scenes}))
+    return findings

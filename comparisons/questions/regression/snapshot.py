@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from itertools import combinations
 from pathlib import Path
 from typing import Unpack
 
@@ -16,7 +17,7 @@ from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL, method_
 from comparisons.facts.quantities import quantity
 from comparisons.files import write_named_text
 from comparisons.judging.levels import Levels
-from comparisons.judging.truth import Truth, truths
+from comparisons.judging.truth import truths
 from comparisons.machine import machine_text
 from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
@@ -161,7 +162,16 @@ def scene_snapshot(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
     """Solve a scene by the judged method and the references, and time the method."""
     solved = yield from curves(plan)
     references = [truth for truth in truths(solved, plan.loads.axis) if truth.method != method]
-    disagreements, alone = _agreement(references, plan.scene.compare.quantities)
+    disagreements: list[str] = []
+    against: dict[str, set[str]] = {truth.method: set() for truth in references}
+    for first, second in combinations(references, 2):
+        sentences = first.disagrees(second, plan.scene.compare.quantities)
+        disagreements += sentences
+        if sentences:
+            against[first.method].add(second.method)
+            against[second.method].add(first.method)
+    opponents = len(references) - 1
+    alone = [name for name, foes in against.items() if opponents >= 2 and len(foes) == opponents]
     return SceneSnapshot(
         scene=identity(plan.scene),
         loads=[float(value) for value in plan.loads.values],
@@ -172,7 +182,7 @@ def scene_snapshot(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
             if (means := _curves(solved, truth.method)) is not None
         },
         disagreements=disagreements,
-        alone=alone,
+        alone=alone if len(alone) == 1 else [],  # if all disagree, none stands alone
         speed=_speed(plan, method),
     )
 
@@ -199,23 +209,6 @@ def _curves(solved: Solved, method: str) -> Curves | None:
             if not quantity(name).signed
         },
     )
-
-
-def _agreement(references: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """Return pairs of references disagreeing beyond their bars, and those that differ from all."""
-    differences: list[str] = []
-    against: dict[str, set[str]] = {truth.method: set() for truth in references}
-    for index, first in enumerate(references):
-        for second in references[index + 1 :]:
-            sentences = first.disagrees(second, quantities)
-            if sentences:
-                differences += sentences
-                against[first.method].add(second.method)
-                against[second.method].add(first.method)
-    opponents = len(references) - 1
-    alone = [name for name, foes in against.items() if opponents >= 2 and len(foes) == opponents]
-    # If all references disagree, none stands alone.
-    return differences, alone if len(alone) == 1 else []
 
 
 def _speed(plan: Plan, method: str) -> Speed | None:

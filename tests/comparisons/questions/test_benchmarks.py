@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from comparisons.questions import benchmarks
-from comparisons.questions.benchmarks import bem, bem_cases, bem_cost, memory, reduced
+from comparisons.questions.benchmarks import bem, bem_cost, memory, reduced
 from comparisons.questions.benchmarks import fem as fem_benchmark
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough.press import press
@@ -99,13 +99,13 @@ def test_the_whole_benchmark_runs_and_names_each_row_once(monkeypatch):
 
 
 def tiny(target=0.125):
-    return bem_cases.rough(32, 8, bem_cases.MEDIUM, target)
+    return bem.rough(32, 8, bem.MEDIUM, target)
 
 
 def test_the_surfaces_of_the_half_space_benchmark_are_in_the_contact_they_promise():
     """20 to 25 % and 3 to 5 % of the cells, at a cutoff of 8 cells."""
-    for fraction, low, high in ((bem_cases.MEDIUM, 0.2, 0.25), (bem_cases.LIGHT, 0.03, 0.05)):
-        case = bem_cases.rough(64, 8, fraction, None)
+    for fraction, low, high in ((bem.MEDIUM, 0.2, 0.25), (bem.LIGHT, 0.03, 0.05)):
+        case = bem.rough(64, 8, fraction, None)
         body, gap, load = case.operator(), case.gaps[0], Load("force", float(case.loads[0]))
         contact = unilateral.press(body, gap, load)
         assert low <= contact.mask.mean() <= high
@@ -115,7 +115,7 @@ def test_the_surfaces_of_the_half_space_benchmark_are_in_the_contact_they_promis
 @pytest.mark.parametrize("cropped", [False, True])
 def test_the_paraboloid_of_the_benchmark_touches_over_the_radius_it_promises(cropped):
     """Hertz: a cell count errs by less than its rim; cropping changes nothing but the grid."""
-    case = bem_cases.hertz(64, 12, None, cropped=cropped)
+    case = bem.hertz(64, 12, None, cropped=cropped)
     assert case.gaps.shape[1] == (34 if cropped else 64)
     contact = unilateral.press(case.operator(), case.gaps[0], Load("force", float(case.loads[0])))
     assert np.sqrt(contact.mask.sum() / np.pi) == pytest.approx(12, abs=0.5)
@@ -149,7 +149,7 @@ def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatc
 
 def test_share_of_transforms_is_a_share():
     """At 128 points a side transforms are a good part of the work, and not all of it."""
-    share = bem_cost.fft_share(bem_cases.rough(128, 8, bem_cases.MEDIUM, None))
+    share = bem_cost.fft_share(bem.rough(128, 8, bem.MEDIUM, None))
     assert 0.1 < share < 0.95
 
 

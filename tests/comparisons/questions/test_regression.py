@@ -20,7 +20,6 @@ from comparisons.questions.regression.check import (
     Finding,
     check_against,
     compare_snapshots,
-    update_baseline,
 )
 from comparisons.questions.regression.snapshot import (
     CHECK_SCENES,
@@ -159,7 +158,7 @@ def test_update_shows_the_drift_and_keeps_other_scenes(before, tmp_path, monkeyp
         update={"scenes": {"paraboloid": scene.model_copy(update={"model": curves})}}
     )
     monkeypatch.setattr(check_module, "take_snapshot", lambda *a: now)
-    (moved,) = [f for f in update_baseline(path) if f.drifted]
+    (moved,) = [f for f in check_against(path, update=True) if f.drifted]
     assert "force by +10 %" in moved.text.replace("\u202f", " ")
     stored = load_baseline(path)
     assert stored.scenes["paraboloid"].model.quantities["force"] == force
