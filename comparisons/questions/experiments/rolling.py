@@ -247,9 +247,9 @@ def rolling_rough(
     n = 4 * surface.points
     x = (np.arange(n) - (n - 1) / 2) / n
     lines = surface.lines(64 * count, 4).draw().heights
-    gap, load = curvature * x**2, (1 / n, 1.0, friction, force, creep)
+    gap, rolled = curvature * x**2, (1 / n, 1.0, friction, force, creep)
     stated = np.array(
-        [roll_rough(gap, np.concatenate([h, h]), *load).tangential_force for h in lines]
+        [roll_rough(gap, np.concatenate([h, h]), *rolled).tangential_force for h in lines]
     )
     ratios, bars = ratio_of_means(stated[:, None], true[:, None], paired=False)
     details = {
