@@ -24,6 +24,7 @@ _DOUBT = 2.0
 MATTERS = 0.2
 # What the uncertainty of a truth consists of.
 GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
+CELLS = "cells below which stresses are found"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 # What a model on a line adds to the bar of its error.
 LINES, SPRINGS = "realisations of the line", "discretisation of the line"
@@ -51,7 +52,7 @@ class Truth:
         Quantity -> (k,) mean over realisations.
     sources : dict
         Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The
-        sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms.
+        sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
     checks : tuple of Truth
         The other 3-D methods' finest solutions, which should agree.
     """
@@ -126,7 +127,7 @@ class Truth:
         monotone = bool(np.all(steps > 0) or np.all(steps < 0))
         slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
         load = self.sources[at]
-        return {key: combined(part, slope * load[key]) for key, part in sources.items()}
+        return {key: combined(part, slope * load.get(key, 0.0)) for key, part in sources.items()}
 
     def bar(self, name: str, at: str = "", *, same_surfaces: bool = False) -> np.ndarray:
         """Return the uncertainty of a quantity, all sources together.
@@ -150,6 +151,8 @@ class Truth:
         parts = self.bar_sources(name, at, same_surfaces=not line)
         if line:
             parts[LINES] = judged.scatter(name, resolution)
+            for source, part in _read_off(judged.solutions[resolution], name).items():
+                parts[source] = combined(parts.get(source, 0.0), part)
             if resolution == judged.finest:
                 parts[SPRINGS] = np.nan_to_num(judged.discretisation(name), nan=0.0)
         elif not self.exact:
@@ -173,7 +176,10 @@ class Truth:
     def sentence(self, quantities: tuple[str, ...]) -> str:
         """Return which solution is the truth, and how well each compared quantity is known."""
         if self.exact:
-            return "The truth is the closed form, exact to round-off."
+            read = [name for name in quantities if name in self.solution.bars]
+            labels = ", ".join(f"{quantity(n).label} {relative(self.known_to(n))}" for n in read)
+            but = f"; what is read off its pressure is known to: {labels}" if read else ""
+            return f"The truth is the closed form, exact to round-off{but}."
         ensemble = self.levels.ensemble
         mean = f", mean over {ensemble}" if ensemble else ""
         title = METHODS[self.method].title
@@ -323,14 +329,19 @@ def _sources(levels: Levels, resolution: int, name: str) -> Sources:
     solution = levels.solutions[resolution]
     steps = solution.converged.shape[1]
     if METHODS[levels.method].exact:
-        return {ARITHMETIC: np.full(steps, EXACT)}
+        return {ARITHMETIC: np.full(steps, EXACT)} | _read_off(solution, name)
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     return {
         GRID: levels.discretisation(name),
         SOLVER: residual,
         TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
         ENSEMBLE: levels.scatter(name, resolution),
-    }
+    } | _read_off(solution, name)
+
+
+def _read_off(solution: Solution, name: str) -> Sources:
+    """Return what reading a quantity off a pressure adds; nothing for others."""
+    return {CELLS: np.fmax.reduce(solution.bars[name])} if name in solution.bars else {}
 
 
 def _disagreement(difference: np.ndarray, allowed: np.ndarray) -> str:

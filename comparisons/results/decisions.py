@@ -19,6 +19,7 @@ from comparisons.results import selection
 from comparisons.results.store import SceneRecord, once
 from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.physics.tables import TABLES
+from comparisons.tasks.stresses import FROM_PRESSURE
 
 NOBODY = "not computed by any method that was run"
 
@@ -159,7 +160,10 @@ def is_calibrated(tables: Mapping[str, Any], name: str) -> bool:
 def confidence(record: SceneRecord) -> str:
     """Say what the bars of a scene stand for, in words."""
     if record.reference.exact:
-        return "The truth is exact; u is that of the reduced model's own discretisation."
+        cells = (
+            " and of stresses read off pressures" if FROM_PRESSURE & {*record.quantities} else ""
+        )
+        return f"The truth is exact; u is that of the reduced model's own discretisation{cells}."
     covered = [name for name in record.quantities if is_calibrated(record.tables, name)]
     rest = [quantity(name).label for name in record.quantities if name not in covered]
     if not covered:

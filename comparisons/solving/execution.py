@@ -104,8 +104,9 @@ def _add_fields(task: Task, solution: Solution) -> None:
     if not FROM_PRESSURE.isdisjoint(task.quantities):
         for index, build in pressures.items():
             if solution.converged[index]:
-                values = pressure_quantities(task.scene, task.quantities, build())
-                solution.put(index, values)
+                read = pressure_quantities(task.scene, task.quantities, build())
+                values, bars = ({name: known[i] for name, known in read.items()} for i in (0, 1))
+                solution.put(index, values, bars)
     steps = {step: build for (row, step), build in pressures.items() if row == 0}
     compute, solution.body_fields = solution.body_fields, None
     last = solution.fields

@@ -28,6 +28,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays |= {f"{PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{PREFIX}q.{name}": value for name, value in solution.quantities.items()}
     arrays |= {f"{PREFIX}d.{name}": value for name, value in solution.distributions.items()}
+    arrays |= {f"{PREFIX}b.{name}": value for name, value in solution.bars.items()}
     numbers = {name: getattr(solution, name) for name in _NUMBERS}
     # JSON knows no NaN
     document = {name: n if np.isfinite(n) else None for name, n in numbers.items()} | {
@@ -64,6 +65,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     return Solution(
         quantities=named("q"),
         distributions=named("d"),
+        bars=named("b"),
         reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
         converged=solution_arrays[f"{PREFIX}converged"],

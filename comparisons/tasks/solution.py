@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
+from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
@@ -76,6 +79,9 @@ class Solution:
     distributions : dict
         Name -> histograms at the last load (realisations, bins), of the first realisations (see
         `comparisons.tasks.distributions`); NaN where there is no answer.
+    bars : dict
+        Name -> (realisations, steps): relative half-widths of what reading a quantity off a
+        pressure adds (`tasks.stresses`); of others nothing.
     fields : dict
         Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
     truncation : float
@@ -109,6 +115,7 @@ class Solution:
     unknowns: int
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
     distributions: dict[str, np.ndarray] = field(default_factory=dict)
+    bars: dict[str, np.ndarray] = field(default_factory=dict)
     fields: dict[str, np.ndarray] = field(default_factory=dict)
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
@@ -194,12 +201,18 @@ class Solution:
                 self.distributions[name] = np.full(shape, np.nan)
             self.distributions[name][row] = counts
 
-    def put(self, index: tuple[int, int], values: Mapping[str, float]) -> None:
+    def put(
+        self,
+        index: tuple[int, int],
+        values: Mapping[str, float],
+        bars: Mapping[str, float] = MappingProxyType({}),
+    ) -> None:
         """Store the quantities of one converged step."""
-        for name, value in values.items():
-            if name not in self.quantities:
-                self.quantities[name] = np.full(self.converged.shape, np.nan)
-            self.quantities[name][index] = value
+        for curves, numbers in (self.quantities, values), (self.bars, bars):
+            for name, number in numbers.items():
+                if name not in curves:
+                    curves[name] = np.full(self.converged.shape, np.nan)
+                curves[name][index] = number
         self.converged[index] = True
 
     def keep(self, task: Task, index: tuple[int, int], build: Callable[[], Fields]) -> None:
@@ -273,17 +286,19 @@ class Solution:
                 )
                 for name in dict.fromkeys(name for part in parts for name in part.distributions)
             }
-        names = dict.fromkeys(name for part in parts for name in part.quantities)
-        joined = {
-            name: np.concatenate(
-                [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts],
-                axis=axis,
-            )
-            for name in names
-        }
+
+        def joined(kind: str) -> dict[str, np.ndarray]:
+            curves = [
+                defaultdict(partial(np.full, p.converged.shape, np.nan), getattr(p, kind))
+                for p in parts
+            ]
+            names = dict.fromkeys(name for part in curves for name in part)
+            return {name: np.concatenate([c[name] for c in curves], axis=axis) for name in names}
+
         return replace(
             base,
-            quantities=joined,
+            quantities=joined("quantities"),
+            bars=joined("bars"),
             distributions=histograms,
             converged=np.concatenate([p.converged for p in parts], axis=axis),
             iterations=np.concatenate([p.iterations for p in parts], axis=axis),

@@ -15,7 +15,7 @@ below the surface, where a half-space yields first: for Hertz at nu = 0.3 the sh
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,8 +28,10 @@ from reference.elasticity import largest_shear, von_mises
 Array = NDArray[np.float64]
 
 # Depths of the search, from half a cell to this many radii of the loaded area; then between two of
-# them to this relative accuracy, with which the stress is known to its square.
-_DEPTHS, _DEEPEST, _DIGITS = 12, 2.0, 0.01
+# them to this relative accuracy, with which the stress is known to its square. The surface itself
+# comes last: there this share of a cell is the depth.
+_DEPTHS, _DEEPEST, DEPTH_DIGITS = 12, 2.0, 0.002
+_SURFACE = 1e-6
 
 
 def stress_below(
@@ -94,8 +96,7 @@ def stress_below(
     return stress
 
 
-@dataclass(frozen=True)
-class Largest:
+class Largest(NamedTuple):
     """The largest shear stress and von Mises stress inside, and how deep they are."""
 
     shear: float
@@ -110,7 +111,9 @@ def largest_below(
     poisson_ratio: float,
     stress: Callable[[float], Array] | None = None,
 ) -> Largest:
-    """Return the largest stresses below the cells, at depths from half a cell.
+    """Return the largest stresses below the cells, from the surface on (depth 0).
+
+    They lie at the surface near the edge of a contact where Poisson's ratio is small or negative.
 
     Parameters
     ----------
@@ -142,7 +145,7 @@ def largest_below(
         near = equivalent >= np.sqrt(3) / 2 * equivalent.max()
         return np.array([largest_shear(field[near]).max(), equivalent.max()])
 
-    values = np.array([both(depth) for depth in depths])
+    values, surface = np.array([both(depth) for depth in depths]), both(_SURFACE * cell)
     found = []
     for which in (0, 1):
         best = int(np.argmax(values[:, which]))
@@ -152,9 +155,11 @@ def largest_below(
                 lambda logarithm, which=which: -both(np.exp(logarithm))[which],
                 bounds=np.log(depths[[best - 1, best + 1]]),
                 method="bounded",
-                options={"xatol": _DIGITS},
+                options={"xatol": DEPTH_DIGITS},
             )
             if -between.fun > value:
                 value, depth = -between.fun, np.exp(between.x)
+        if surface[which] > value:
+            value, depth = surface[which], 0.0
         found += [float(value), float(depth)]
     return Largest(*found)

@@ -88,7 +88,8 @@ def stresses(
         return {"pressure_peak": float(here["pressure_peak"][0])}
     fields = _fields(scene, body, method, step, float(curve["step"].max()))
     names = FROM_PRESSURE & asked if body.indenter else {"pressure_peak"}
-    return pressure_quantities(body, names, fields) if "pressure" in fields else {}
+    read = pressure_quantities(body, names, fields) if "pressure" in fields else {}
+    return {name: known.value for name, known in read.items()}
 
 
 def _fields(

@@ -109,9 +109,14 @@ class ClosedForm(FormSolver):
 
 
 def form_pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
-    """Return the fields of the pressure, along the x axis."""
+    """Return the fields of the pressure, along the x axis.
+
+    Where it is finite the innermost ring, 1e-8 of the area, is taken at the centre: its peak.
+    """
     half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]
+    if not form.pressure_is_singular:
+        x[0] = 0.0
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))
 
 
