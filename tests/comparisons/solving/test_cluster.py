@@ -42,6 +42,17 @@ def address():
         yield local.scheduler_address
 
 
+@pytest.fixture
+def mortal():
+    """Start three workers, of which two may die for good: a nanny may start no other."""
+    import dask
+
+    options = {"n_workers": 3, "threads_per_worker": 1, "dashboard_address": ":0"}
+    allowed = dask.config.set({"distributed.scheduler.allowed-failures": 1})
+    with allowed, distributed.LocalCluster(**options) as local:
+        yield local.scheduler_address
+
+
 @pytest.fixture(scope="module")
 def ensemble(rough):
     """Return plans of nine tasks of 25 surfaces, and of the reduced model."""
@@ -115,17 +126,17 @@ def test_workers_with_more_threads_are_refused():
 
 @pytest.mark.slow
 def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
-    ensemble, address, tmp_path, serial
+    ensemble, mortal, tmp_path, serial
 ):
-    """The worker is killed when a few tasks are done; its nanny starts another."""
-    victim, done = pids(address)[0], []
+    """The worker is killed when a few tasks are done."""
+    victim, done = pids(mortal)[0], []
 
     def kill(campaign, last):
         done.append(last)
         if len(done) == 3:
             os.kill(victim, signal.SIGKILL)
 
-    executor = executor_for(scheduler=address)
+    executor = executor_for(scheduler=mortal)
     study = Study(
         list(ensemble), tmp_path / "cluster", effort="full", executor=executor, watch=kill
     )
@@ -135,10 +146,9 @@ def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
 
 
 @pytest.mark.slow
-def test_a_job_that_kills_every_worker_is_lost_with_the_reason(address):
-    # After a second: a nanny gives up on a worker that dies before it has said that it runs.
-    culprit = Job("culprit", os.system, ("sleep 1; kill -KILL $PPID",))
-    executor = executor_for(scheduler=address)
+def test_a_job_that_kills_every_worker_is_lost_with_the_reason(mortal):
+    culprit = Job("culprit", os.system, ("kill -KILL $PPID",))
+    executor = executor_for(scheduler=mortal)
     executor.add([culprit, Job("good", pow, (2, 3))])
     result = {done.job.key: done for done in executor.finished()}
     assert "died" in result["culprit"].lost
@@ -148,8 +158,6 @@ def test_a_job_that_kills_every_worker_is_lost_with_the_reason(address):
 
 @pytest.mark.slow
 def test_what_fits_into_no_worker_is_lost_at_once(address):
-    with distributed.Client(address, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=60)  # a test before has killed some
     executor = executor_for(scheduler=address)
     executor.add([Job("huge", pow, (2, 3), memory=1e15), Job("small", pow, (2, 3))])
     result = {done.job.key: done for done in executor.finished()}
