@@ -126,7 +126,8 @@ class YieldingSprings:
         if touching == over.size:
             # The last spring stands half a spacing inside; further on the gap goes on as before.
             slope = (over[-2] - over[-1]) / self.spacing if over.size > 1 else np.inf
-            return float(self.spacing * (touching - 0.5) + min(over[-1] / slope, self.spacing / 2))
+            further = min(over[-1] / slope, self.spacing / 2) if slope > 0 else self.spacing / 2
+            return float(self.spacing * (touching - 0.5) + further)
         inner, outer = over[touching - 1], over[touching]
         return float(self.spacing * (touching - 0.5 + inner / (inner - outer)))
 

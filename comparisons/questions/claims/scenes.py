@@ -284,7 +284,7 @@ def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved
             return solved
         quantities = levels.solutions[level].quantities
         bars = [levels.discretisation(name) for name in claim.quantity if name in quantities]
-        if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
+        if not bars or not np.fmax.reduce(bars, axis=None) > SHARE * claim.tolerance:
             return solved
         planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
         solved = yield from curves(replace(plan, methods=planned), solved)
