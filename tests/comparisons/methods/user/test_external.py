@@ -525,7 +525,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     (row,) = [line for line in told.splitlines() if " no " in line and "140\u202f%" in line]
     assert told.index("Winkler foundation\n") < told.index(row)
     table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
-    assert table.count("winkler") == 1
+    assert table.count("Winkler foundation</a>") == 1
 
 
 def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypatch):
