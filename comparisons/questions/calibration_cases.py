@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities.rows import ENCLOSED
-from comparisons.judging.levels import located_uncertainty
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.uncertainty import (
@@ -26,6 +25,7 @@ from comparisons.judging.uncertainty import (
     Shares,
     combined,
     discretisation,
+    located_uncertainty,
 )
 
 # Why a bar has no interval beside it.
@@ -42,8 +42,8 @@ class Case:
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
     `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
     share of the changes was measured for (`uncertainty.Share`). `counted` (steps), of an area:
-    that of the cells of the finest grid, which its bar is from then (`judging.located`). The grid's
-    bar is taken `widened` times.
+    that of the cells of the finest grid, which its bar is from then (`located_uncertainty`). The
+    grid's bar is taken `widened` times.
     """
 
     half: str

@@ -9,7 +9,10 @@ the order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+import time
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,10 +22,6 @@ from comparisons.facts.methods import growth
 if TYPE_CHECKING:
     # Processes that only carry out jobs start in a third of the time without the scenes.
     from comparisons.tasks.task import Task
-import time
-from abc import ABC, abstractmethod
-from collections import deque
-from collections.abc import Iterator
 
 # Solves that are timed are repeated up to so many times, within so many seconds.
 REPEATS, REPEAT_SECONDS = 3, 0.1

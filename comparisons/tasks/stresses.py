@@ -90,9 +90,8 @@ def _below_points(scene: Scene, fields: Mapping[str, np.ndarray]) -> list[Known]
     deep = np.repeat([found.shear_depth, found.von_mises_depth], 2)
     steep = (cell / np.maximum(deep, cell / 2)) ** 2
     left = np.array([_OF_STRESS, _OF_DEPTH] * 2) * steep + [0, DEPTH_DIGITS, 0, DEPTH_DIGITS]
-    ratio = np.divide(
-        np.array(before), most, out=np.full(4, np.nan), where=most > 0
-    )  # at the surface: not
+    # of a depth at the surface the change has no scale: its bar is not known
+    ratio = np.divide(np.array(before), most, out=np.full(4, np.nan), where=most > 0)
     return list(map(Known, most.tolist(), (_CHANGES * np.abs(ratio - 1) + left).tolist()))
 
 

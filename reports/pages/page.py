@@ -81,6 +81,7 @@ def render(
         .render(
             policy=content_policy(list(filter(None, [library, script]))),
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
+            static=static,
             script=Markup(script),  # noqa: S704  our own files
             library=Markup(library),  # noqa: S704  the plotly package's own file
             figure_data={

@@ -37,7 +37,6 @@ def write_mailed(record: StudyRecord, directory: Path) -> Path:
         "static.html.j2",
         {},
         static=True,
-        labelled=True,
         record=record,
         findings=[finding_table(record.scenes, method) for method in methods_of(record.scenes)],
         scenes=[
