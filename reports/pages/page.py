@@ -157,6 +157,7 @@ def environment() -> Environment:
     )
     templates.filters.update(tolerance=fmt.tolerance, symbols=_symbols)
     templates.globals |= {
+        "static": False,  # a page says otherwise
         "fmt": fmt,
         "quantity": quantity,
         "look": look,
