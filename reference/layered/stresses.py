@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 
 # Lengths of waves that differ by less than this part of the largest are the same.
 _DIGITS = 2.0**45
+# A wave decays as exp(-q z): at this q z rounding hides it.
+_DEAD = 40.0
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,6 @@ class Inside:
     displacement: Array  # (3, nx, ny)
     stress: Array  # (6, nx, ny): xx, yy, zz, yz, xz, xy
 
-    def cut(self, nx: int, ny: int) -> Inside:
-        """Return the fields below the first cells of either side."""
-        return Inside(
-            self.depth,
-            self.displacement[:, :nx, :ny].copy(),
-            self.stress[:, :nx, :ny].copy(),
-        )
-
     @property
     def von_mises(self) -> Array:
         """Return the equivalent stress of von Mises."""
@@ -55,11 +49,16 @@ class Inside:
 
 
 def inside(
-    body: Stack, pressure: ArrayLike, spacing: tuple[float, float], depths: ArrayLike
+    body: Stack,
+    pressure: ArrayLike,
+    spacing: tuple[float, float],
+    depths: ArrayLike,
+    kept: tuple[int, int] | None = None,
 ) -> Iterator[Inside]:
     """Yield the fields at increasing depths under a pressure that repeats with its grid.
 
-    A patch that does not repeat is given with empty cells around it.
+    A patch that does not repeat is given with empty cells around it, and has the fields below the
+    first cells of either side, as many as are `kept`.
 
     The function through the pressure at the centres of cells is band-limited. Depths increase
     strictly; those below a rigid base are left out.
@@ -85,15 +84,15 @@ def inside(
 
     # Waves of the pressure. The mean has no direction; as a wave it counts with the shortest.
     qx, qy = np.broadcast_arrays(*kernels.wavenumbers(pressure.shape, spacing))
-    length = np.hypot(qx, qy).ravel()
-    length = np.where(length > 0, length, length.max() or 1.0)
-    cosine, sine = qx.ravel() / length, qy.ravel() / length
-    cosine[0], sine[0] = 1.0, 0.0
-    amplitude = fft.rfft2(pressure, workers=1).ravel()
+    lengths = np.hypot(qx, qy)
+    lengths[0, 0] = lengths.max() or 1.0
+    cosines, sines = qx / lengths, qy / lengths
+    cosines[0, 0], sines[0, 0] = 1.0, 0.0
+    amplitude = fft.rfft2(pressure, workers=1)
     # Bodies are isotropic, so that waves of one length have one state: a seventh of a square grid.
-    keys = np.rint(length * (_DIGITS / length.max()))
-    _, first, wave = np.unique(keys, return_index=True, return_inverse=True)
-    q = length[first]
+    keys = np.rint(lengths * (_DIGITS / lengths.max()))
+    _, first, waves = np.unique(keys, return_index=True, return_inverse=True)
+    q, waves = lengths.ravel()[first], waves.reshape(lengths.shape)
 
     # From the bottom up: the compliance below each slice, in units of 1/(G q) of its material, and
     # what takes tractions down through it.
@@ -110,11 +109,13 @@ def inside(
         below = through(below, q * thickness, material, down)
         downs.append(down)
 
+    rows, columns = pressure.shape if kept is None else kept
+
     def back(*factors: NDArray[Any]) -> Array:
-        half = pressure.shape[0], pressure.shape[1] // 2 + 1
-        fields = np.empty((len(factors), *pressure.shape))
-        for field, part in zip(fields, factors, strict=True):
-            field[:] = fft.irfft2((amplitude * part).reshape(half), pressure.shape, workers=1)
+        fields = np.empty((len(factors), rows, columns))
+        for field, factor in zip(fields, factors, strict=True):
+            lines = fft.ifft(amplitude[:, :alive] * factor, axis=0, overwrite_x=True)[:rows]
+            field[:] = fft.irfft(lines, pressure.shape[1], axis=1)[:, :columns]
         return fields
 
     # From the top down, tractions of unit pressure.
@@ -127,14 +128,17 @@ def inside(
         if depth not in depths:
             continue
         nu, modulus = material.poisson_ratio, material.shear_modulus
-        moved = (below @ traction[:, :, None])[wave, :, 0] / (modulus * length[:, None])
-        shear, normal = traction[wave].T.copy()
-        stretch = modulus * length * moved[:, 0]
-        along = 2 * stretch / (1 - nu) + nu / (1 - nu) * normal
+        shear, normal = traction.T
+        sideways, sunk = (below @ traction[:, :, None])[:, :, 0].T / (modulus * q)
+        along = (2 * modulus * q * sideways + nu * normal) / (1 - nu)
         across = nu * (along + normal)
+        alive = int(np.count_nonzero(qy[0] * depth < _DEAD))
+        state = np.stack([along, across, normal, shear, sideways, sunk])
+        state = np.take(state, waves[:, :alive], axis=1)
         # the mean is squeezed, and nothing moves sideways
-        along[0] = across[0] = -nu / (1 - nu)
-        normal[0], shear[0], moved[0] = -1.0, 0.0, 0.0
+        state[:, 0, 0] = -nu / (1 - nu), -nu / (1 - nu), -1.0, 0.0, 0.0, 0.0
+        along, across, normal, shear, sideways, sunk = state
+        cosine, sine = cosines[:, :alive], sines[:, :alive]
         stress = back(
             cosine**2 * along + sine**2 * across,
             sine**2 * along + cosine**2 * across,
@@ -143,8 +147,7 @@ def inside(
             -1j * cosine * shear,
             cosine * sine * (along - across),
         )
-        shift = back(-1j * cosine * moved[:, 0], -1j * sine * moved[:, 0], moved[:, 1])
-        yield Inside(depth, shift, stress)
+        yield Inside(depth, back(-1j * cosine * sideways, -1j * sine * sideways, sunk), stress)
 
 
 def _slices(body: Stack, depths: Array) -> list[tuple[float, Material, float]]:

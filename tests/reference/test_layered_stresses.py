@@ -108,3 +108,12 @@ def test_stresses_are_the_same_in_any_unit_of_length(metre):
     for one, other in zip(here, there, strict=True):
         np.testing.assert_array_equal(one.stress, other.stress)
         np.testing.assert_array_equal(one.displacement * metre, other.displacement)
+
+
+def test_a_part_has_the_fields_of_the_whole_at_any_depth():
+    """By rounding of the transforms."""
+    stack, depths = Stack([0.2], [Material(3.0, 0.2)], STEEL), [0.05, 4.0, 20.0]
+    whole = inside(stack, pressures(), SPACING, depths)
+    for one, other in zip(inside(stack, pressures(), SPACING, depths, (5, 7)), whole, strict=True):
+        np.testing.assert_allclose(one.stress, other.stress[:, :5, :7], atol=1e-14)
+        np.testing.assert_allclose(one.displacement, other.displacement[:, :5, :7], atol=1e-14)

@@ -202,7 +202,7 @@ def below(scene: Scene, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
         body = Stack(np.diff(ends)[:-1].tolist(), materials[:-1], materials[-1])
     if not contact.operator.periodic:
         pressure = np.pad(pressure, [(0, (_PADDED - 1) * n) for n in shape])
-    fields = [field.cut(*shape) for field in inside(body, pressure, spacing, depths)]
+    fields = list(inside(body, pressure, spacing, depths, kept=shape))
     stresses = [field.von_mises for field in fields]
     highest = max(stresses, key=np.max)
     peak = np.unravel_index(int(highest.argmax()), shape)
