@@ -118,13 +118,18 @@ def task_of(
     with_body: bool = False,
 ) -> Task:
     """Return the task of one method at one resolution."""
+    scene, quantities = plan.scene, plan.scene.compare.quantities
+    lines = any(m.resolutions and METHODS[m.method].dimension < 3 for m in plan.methods)
+    if scene.rough and not scene.physics and lines:
+        # where contacts are few, lines agree by chance (`judging.chance`)
+        quantities = (*quantities, "contact_count")
     return Task(
-        scene=plan.scene,
+        scene=scene,
         geometry=plan.geometry,
         loads=plan.loads,
         method=method,
         resolution=resolution,
-        quantities=plan.scene.compare.quantities,
+        quantities=quantities,
         realisations=realisations,
         with_body=with_body,
     )

@@ -296,17 +296,19 @@ def contact_quantities(
         values["mean_gap"] = contact.mean_gap
         # of all cells: fields of large maps are means over blocks
         values["pressure_peak"] = float(contact.pressure.max())
-        patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
-        length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
-        values |= {"contact_count": float(patches.count), "contact_length": length}
-    asked = bool(quantities & {"stiffness", "contact_length_stiffness"})
+        if quantities & {"contact_count", "contact_length"}:
+            patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
+            length = float(np.sqrt(4 * patches.areas / np.pi).sum())
+            counted = {"contact_count": float(patches.count), "contact_length": length}
+            values |= {name: value for name, value in counted.items() if name in quantities}
+    stiff = bool(quantities & {"stiffness", "contact_length_stiffness"})
     cut = rough and not periodic and not task.scene.physics and reaches_rim(mask)
-    if asked or cut:
-        accuracy = _STIFFNESS if asked and not task.geometry.random else _RANDOM_STIFFNESS
+    if stiff or cut:
+        accuracy = _STIFFNESS if stiff and not task.geometry.random else _RANDOM_STIFFNESS
         contact.forget_displacement()  # the stiffness is a solve of its own, in as much memory
         # of what was pressed: with a penalty its springs give way, too
         response = area_measures.contact_response(contact.operator, mask, accuracy)
-        if asked:
+        if stiff:
             values["stiffness"] = response.stiffness
         if cut:
             area = values["contact_area"]
