@@ -1,4 +1,4 @@
-"""The page "Who is right?" follows from its script; skipped without the numbers of others.
+"""The table "Who is right?" follows from its script; skipped without the numbers of others.
 
 ROUGHLINE_OTHERS names the folder that `docs/examples/who_is_right.py` reads.
 """
@@ -16,7 +16,7 @@ from reference.closed_form import rounded_punch
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "docs" / "examples" / "who_is_right.py"
-PAGE = (ROOT / "docs" / "who-is-right.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "others.md").read_text(encoding="utf-8")
 FOLDER = os.environ.get("ROUGHLINE_OTHERS")
 needs_numbers = pytest.mark.skipif(not FOLDER, reason="ROUGHLINE_OTHERS names no folder")
 

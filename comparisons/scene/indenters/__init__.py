@@ -1,7 +1,7 @@
 """Rigid indenters: their keys in scene files and their initial gaps.
 
 One class per shape; a new file here adds its shapes, and what they need elsewhere is listed in
-docs/where-things-are.md. The gap f(x, y) is the height of the shape above the undeformed half-space
+docs/reading.md. The gap f(x, y) is the height of the shape above the undeformed half-space
 at first touch: zero at the apex or under a flat face, ``inf`` where the shape has no material
 (beyond a sharp edge). Grids and meshes take the gap from here; the reduced model and the closed
 forms build their own description from the same parameters, so they share no formula.
