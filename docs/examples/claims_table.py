@@ -80,13 +80,15 @@ def _without_details(points: list[PointRecord]) -> list[PointRecord]:
 
 # %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
-    """Return the sentences of a block and who said what; every number is a claim's."""
+    """Return the sentences of a block; every number is a claim's. Who said what: with `known`."""
     by_id = {claim.id: claim for claim in record.claims}
     lines = []
     for text in TEXTS[kind]["sentences"]:
         sentence, ids = _with_numbers(text, by_id)
         verdicts = ", ".join(f"`{name}`: {by_id[name].verdict}" for name in ids)
         lines.append(f"- {sentence} ({verdicts})")
+    if kind == "five":
+        return "\n".join(lines) + "\n"
     origin = f"(From stored full runs, {duration(record.seconds)} of solves in all, "
     origin += f"{machine_text(record.machine)}.)"
     return "\n".join(lines) + f"\n\n{tally(record)} {origin}\n"
