@@ -29,12 +29,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
-    """Return a function that compares a method with a baseline file, and fails on drift.
+    """Return a function that compares a method with a baseline, a stored run, and fails on drift.
 
     ``roughline_check(method, baseline, scenes=("paraboloid",), tolerance=1e-9)``
 
     - method: your own method (docs/adding-a-method.md), or the name of a built-in one;
-    - baseline: path of the JSON file, relative to the test's file; ``--roughline-update`` writes
+    - baseline: path of the folder, relative to the test's file; ``--roughline-update`` writes
       it;
     - scenes: built-in names or scene files; default: those of ``roughline check``;
     - tolerance: largest relative change of the method's curves that is not a drift.
@@ -53,12 +53,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             message = "\n".join([SHADOWED, *shadows])
             pytest.fail(message, pytrace=False)
         from comparisons.errors import InputError
-        from comparisons.questions.regression.check import (
-            MODEL_TOLERANCE,
-            SPEED,
-            check_against,
-        )
-        from comparisons.questions.regression.snapshot import CHECK_SCENES
+        from comparisons.questions.check import CHECK_SCENES, MODEL_TOLERANCE, check_against
 
         path = request.path.parent / baseline
         name, scenes = _registered(method), scenes or CHECK_SCENES
@@ -70,7 +65,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             findings = check_against(path, name, scenes, tolerance=allowed)
         except InputError as error:
             pytest.fail(f"{error}\n(pytest {UPDATE} writes baselines)", pytrace=False)
-        drifted = [f for f in findings if f.drifted and f.subject != SPEED]
+        drifted = [f for f in findings if f.drifted]
         if drifted:
             message = "\n".join(f"{drift.scene}: {drift.text}" for drift in drifted)
             pytest.fail(f"against {path}:\n{message}", pytrace=False)

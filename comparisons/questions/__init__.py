@@ -1,1 +1,1 @@
-"""The questions: study, claims, hard cases, calibration, regression, benchmarks."""
+"""The questions: study, claims, hard cases, calibration, check, benchmarks."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -43,10 +44,8 @@ class Change:
     ----------
     kinds : tuple of str
         Everything that is true of it: "moved", "lost", "slower" ...; ("same",) where nothing is.
-    quantity : str
-        The quantity that changed most.
-    change : float
-        Its largest relative change, with sign; 0 where nothing was compared.
+    moves : dict
+        The largest relative change of each quantity, with sign.
     errors : tuple of float
         The largest error of the quantities compared with the truth, before and after (NaN where
         there is none, as for the truth itself).
@@ -60,11 +59,26 @@ class Change:
     method: str
     resolution: int
     kinds: tuple[str, ...]
-    quantity: str = ""
-    change: float = 0.0
+    moves: dict[str, float] = field(default_factory=dict)
     errors: tuple[float, float] = (float("nan"), float("nan"))
     seconds: tuple[float, float] = (float("nan"), float("nan"))
     text: str = ""
+
+    @property
+    def quantity(self) -> str:
+        """The quantity that changed most."""
+        return max(self.moves, key=lambda name: abs(self.moves[name]), default="")
+
+    @property
+    def change(self) -> float:
+        """Its change; 0 where nothing was compared."""
+        return self.moves.get(self.quantity, 0.0)
+
+    @property
+    def what(self) -> str:
+        """What moved by how much, or else what happened."""
+        moved = f"{self.quantity.replace('_', ' ')} by {_signed(self.change)}"
+        return moved if CHANGED in self.kinds else self.text
 
     @property
     def bad(self) -> bool:
@@ -107,7 +121,11 @@ class RunComparison:
 
 
 def compare_runs(
-    before: StudyRecord, after: StudyRecord, moved: float = MOVED, slower: float = SLOWER
+    before: StudyRecord,
+    after: StudyRecord,
+    moved: float = MOVED,
+    slower: float = SLOWER,
+    tolerances: Mapping[str, float] = MappingProxyType({}),
 ) -> RunComparison:
     """Compare two results folders.
 
@@ -117,6 +135,8 @@ def compare_runs(
         Relative change of a quantity (on a path, relative to its largest value) that counts.
     slower : float
         Ratio of times that counts; times of different machines are told, never judged.
+    tolerances : mapping
+        In place of `moved`, for single methods.
     """
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
@@ -132,7 +152,10 @@ def compare_runs(
             for method in dict.fromkeys(scene.rows["method"])
             for n in selection.run_at(scene, method)
         )
-        changes += [_change(name, *solve, was, now, moved, slower) for solve in solves]
+        changes += [
+            _change(name, method, n, was, now, tolerances.get(method, moved), slower)
+            for method, n in solves
+        ]
     return RunComparison(before, after, tuple(changes), tuple(notes))
 
 
@@ -213,10 +236,10 @@ def _change(
     if gone:
         named = ", ".join(name.replace("_", " ") for name in gone)
         kinds[LOST] = "; ".join(filter(None, [kinds.get(LOST), f"no value of {named} any more"]))
-    quantity, change = _largest(answered, known, is_path=now.is_path)
+    moves = _moves(answered, known, is_path=now.is_path)
+    quantity, change = max(moves.items(), key=lambda item: abs(item[1]), default=("", 0.0))
     if abs(change) > moved:
-        sign = "+" if change > 0 else "\N{MINUS SIGN}"
-        kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"
+        kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {_signed(change)}"
 
     # verdicts, and the largest error of the solve
     sides = [
@@ -247,17 +270,16 @@ def _change(
         method,
         resolution,
         tuple(kinds) or (SAME,),
-        quantity,
-        change,
+        moves,
         (errors[0], errors[1]),
         (first, second),
         "; ".join(kinds.values()) or "same",
     )
 
 
-def _largest(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> tuple[str, float]:
-    """Return the quantity that changed most and its change, relative to its size."""
-    worst = ("", 0.0)
+def _moves(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> dict[str, float]:
+    """Return the largest change of each quantity that has one, relative to its size."""
+    moves = {}
     for name in quantities:
         old, new = (both[column].to_numpy() for column in (name, f"{name}_after"))
         differing = np.isfinite(old) & np.isfinite(new) & (old != new)
@@ -268,7 +290,10 @@ def _largest(both: pd.DataFrame, quantities: list[str], *, is_path: bool) -> tup
             size = np.full_like(size, np.nanmax(np.abs(old)))
         with np.errstate(divide="ignore"):
             changes = (new[differing] - old[differing]) / size
-        most = float(changes[np.argmax(np.abs(changes))])
-        if abs(most) > abs(worst[1]):
-            worst = name, most
-    return worst
+        moves[name] = float(changes[np.argmax(np.abs(changes))])
+    return moves
+
+
+def _signed(change: float) -> str:
+    sign = "+" if change > 0 else "\N{MINUS SIGN}"
+    return f"{sign}{relative(abs(change))}"

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from comparisons import formatting as fmt
 from comparisons.questions.benchmarks.yardstick import Measurement
+from comparisons.questions.check import Finding
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
-from comparisons.questions.regression.check import Finding
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table
 

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from comparisons.questions.benchmarks.yardstick import Measurement
+    from comparisons.questions.check import Finding
     from comparisons.questions.claims.record import ClaimsRecord
     from comparisons.questions.hard_cases.record import HardCasesRecord
-    from comparisons.questions.regression.check import Finding
     from comparisons.questions.single import SingleResult
     from comparisons.results.advice import Advice
     from comparisons.results.ensemble_folder import EnsembleResult

@@ -283,7 +283,7 @@ def check(
     update: Flag = False,
     method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
-    """Check for drift against a baseline, and attribute it to the model, reference or machine.
+    """Check for drift against a stored run, and attribute it to the model or a reference.
 
     Parameters
     ----------
@@ -292,17 +292,17 @@ def check(
     method
         The method to check.
     baseline
-        The stored curves; default: roughline-baseline.json in this folder, else the packaged one.
+        The folder of the stored run; default: roughline-baseline in this folder, else the
+        packaged one.
     update
-        Show the drift, then store the new curves, by default in roughline-baseline.json.
+        Show the drift, then store the new run, by default in roughline-baseline.
     """
-    from comparisons.questions.regression.check import check_against
-    from comparisons.questions.regression.snapshot import CHECK_SCENES, PACKAGED
+    from comparisons.questions.check import CHECK_SCENES, PACKAGED, check_against
     from roughline.commands import terminal
     from roughline.commands.progress import watching
 
     method_files.load()
-    stored_baseline = Path("roughline-baseline.json")
+    stored_baseline = Path("roughline-baseline")
     stored = baseline or (stored_baseline if stored_baseline.exists() or update else PACKAGED)
     with watching() as watch:
         scenes = scenes or CHECK_SCENES

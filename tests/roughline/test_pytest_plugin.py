@@ -12,7 +12,7 @@ from winkler import winkler
 
 
 def test_my_model(roughline_check):
-    roughline_check(winkler, "winkler.json", scenes=["paraboloid"])
+    roughline_check(winkler, "baseline", scenes=["paraboloid"])
 """
 
 
@@ -89,7 +89,7 @@ def test_the_fixture_says_which_packages_are_in_its_way(installed):
     done = installed(
         "import comparisons\n"
         "def test_model(roughline_check):\n"
-        "    roughline_check('reduced', 'baseline.json', scenes=['cone'])\n"
+        "    roughline_check('reduced', 'baseline', scenes=['cone'])\n"
     )
     assert done.returncode == 1
     assert "roughline's packages are shadowed by others" in done.stdout

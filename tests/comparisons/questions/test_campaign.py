@@ -14,8 +14,8 @@ from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import HardCases
-from comparisons.questions.regression.snapshot import Measurements
 from comparisons.questions.study import Study
+from comparisons.scene.scene import load_scene
 from comparisons.solving import inquiries
 from comparisons.solving.jobs import Done, Remaining, SerialExecutor
 from comparisons.solving.planning import plan_scene
@@ -77,7 +77,7 @@ def test_a_hard_case_loses_only_the_method_whose_process_is_killed(tmp_path):
 CAMPAIGNS = {
     "claims": lambda out: ClaimRun(load_claims(("ellipsoid-force",)), out),
     "hard cases": lambda out: HardCases([catalogue()["load-one"]], ["reduced", "bem_dense"], out),
-    "a check": lambda out: Measurements("reduced", ["paraboloid"]),
+    "a study": lambda out: Study([plan_scene(load_scene("paraboloid"))[0]], out),
 }
 
 

@@ -653,7 +653,7 @@ def test_help_lists_the_commands_and_each_has_a_page(roughline):
         (["run", "\x1b[31mred.toml"], 2),
         (["run", "cone", "--methods", "closed_form", "--no-pictures", "--out", "o\x1b[31mred"], 0),
         (["report", "\x1b[31mred"], 2),
-        (["check", "cone", "--baseline", "\x1b[31mred.json"], 2),
+        (["check", "cone", "--baseline", "\x1b[31mred"], 2),
     ],
 )
 def test_a_file_name_does_not_command_the_terminal(roughline, tmp_path, arguments, code):

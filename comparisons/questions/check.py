@@ -1,0 +1,246 @@
+"""The check: a run compared with a stored one; who moved, the model, a reference, or all alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from comparisons.errors import InputError, ResultsError
+from comparisons.facts.methods import GRID, INDEPENDENT, method_named, title_of
+from comparisons.facts.methods import MODEL as MODEL_NAME
+from comparisons.formatting import number
+from comparisons.questions.campaign import Watch
+from comparisons.questions.study import Study
+from comparisons.results import selection
+from comparisons.results.rows import NO_ROWS
+from comparisons.results.run_comparison import (
+    CHANGED,
+    LOST,
+    MOVED,
+    ONE_SIDED,
+    SLOW,
+    Change,
+    compare_runs,
+)
+from comparisons.results.selection import MEAN
+from comparisons.results.store import SceneRecord, StudyRecord, load_study, save_study
+from comparisons.scene.scene import SINGLE, load_scene
+from comparisons.solving.plan import Plan
+from comparisons.solving.planning import plan_scene
+
+# Made by `roughline check --update --baseline FOLDER`; a regression baseline, from our own output.
+PACKAGED = Path(__file__).with_name("check_baseline")
+CHECK_SCENES = (*SINGLE, "rough-periodic")
+REALISATIONS = 3
+
+MODEL, REFERENCES, AGREEMENT, SPEED = "reduced model", "references", "agreement", "speed"
+# The model does not iterate: processors and library versions change its last digits only.
+MODEL_TOLERANCE = 1e-9
+# Two curves changed equally if their factors agree to this fraction of the change.
+ALIKE = 0.1
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A line of a check.
+
+    Attributes
+    ----------
+    scene, subject : str
+        Name of the scene, and one of the subjects above.
+    text : str
+        The finding in words.
+    drifted : bool
+        Whether the check fails.
+    notable : bool
+        Whether the finding is shown although the check does not fail.
+    """
+
+    scene: str
+    subject: str
+    text: str
+    drifted: bool = False
+    notable: bool = False
+
+
+class _Unwritten(Study):
+    """A study whose results are compared and not kept."""
+
+    layout = None
+
+    def save(self, record: StudyRecord) -> None:
+        """Write nothing."""
+
+
+def run_for_check(
+    method: str = MODEL_NAME, scenes: Iterable[str] = CHECK_SCENES, watch: Watch | None = None
+) -> StudyRecord:
+    """Solve scenes with the judged method and the references that share no code with it, here.
+
+    Raises
+    ------
+    InputError
+        If the method or a scene is wrong.
+    """
+    method = method_named(method)
+    plans = [_plan(source, method) for source in scenes]
+    record = _Unwritten(plans, Path(), command="roughline check", watch=watch).run()
+    return replace(record, scenes=tuple(map(_to_keep, record.scenes)))
+
+
+def _to_keep(scene: SceneRecord) -> SceneRecord:
+    """Return what is compared: curves, of ensembles their means, a tenth of all that there is."""
+    names = scene.rows["realisation"]
+    means = scene.rows.where(names == MEAN) if MEAN in names else scene.rows
+    return replace(scene, rows=means, distributions=NO_ROWS, fields={}, verdicts=())
+
+
+def _plan(source: str, method: str) -> Plan:
+    changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
+    scene = load_scene(source, changes)
+    if scene.surface is not None:
+        # Finite elements would take most of the time, and solve a patch, which is another problem.
+        changes["compare.methods"] = [GRID, method]
+        changes["surface.realisations"] = REALISATIONS
+        scene = load_scene(source, changes)
+    return plan_scene(scene)[0]
+
+
+def drift(
+    stored: StudyRecord,
+    now: StudyRecord,
+    method: str = MODEL_NAME,
+    tolerance: float = MODEL_TOLERANCE,
+) -> list[Finding]:
+    """Compare a run with the stored one, scene by scene.
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest relative change of the method that counts as unchanged; of references `MOVED`.
+
+    Returns
+    -------
+    list of Finding
+        For every scene: the model, the references, their agreement, the speed.
+    """
+    changes = compare_runs(stored, now, tolerances={method: tolerance}).changes
+    before = {scene.name: scene for scene in stored.scenes}
+    findings = []
+    for scene in now.scenes:
+        was = before.get(scene.name)
+        if was is None or method not in selection.methods(was):
+            text = "not in the baseline: --update adds it"
+            findings.append(Finding(scene.name, MODEL, text, True))
+        elif _problem(was) != _problem(scene):
+            text = "the scene itself is not the baseline's: --update takes the new one"
+            findings.append(Finding(scene.name, MODEL, text, True))
+        else:
+            own = [change for change in changes if change.scene == scene.name]
+            findings += [*_moves(scene.name, method, own), _agreement(was, scene)]
+            timed = [change for change in own if change.method == method and change.only_timed]
+            findings += [
+                Finding(scene.name, SPEED, f"{title_of(method)}: {change.text}", notable=True)
+                for change in timed[-1:]
+                if SLOW in change.kinds
+            ]
+    return findings
+
+
+def _problem(scene: SceneRecord) -> dict[str, object]:
+    """Return the tables of a scene that say what is solved, whoever solves it."""
+    apart = {"name", "title", "compare", "methods"}
+    return {name: table for name, table in scene.tables.items() if name not in apart}
+
+
+def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
+    """Return what became of the model and the references; the same in both is a fault of neither.
+
+    Errors between two that share a fault show nothing of it.
+    """
+    moved: dict[str, Change] = {}  # by the finest grid that moved
+    for change in changes:
+        if {CHANGED, LOST, ONE_SIDED} & {*change.kinds}:
+            moved[change.method] = change
+    truths = dict.fromkeys(change.method for change in changes if change.method != method)
+    still = _list([title_of(truth) for truth in truths if truth not in moved])
+    subject = "the reduced model" if method == MODEL_NAME else title_of(method)
+    model = moved.pop(method, None)
+    shared = [truth for truth, move in moved.items() if model is not None and _alike(model, move)]
+    if model is not None and shared:
+        both = _list([subject, *map(title_of, shared)])
+        factor = f"{number(1 + model.change, 6)} ({model.quantity.replace('_', ' ')})"
+        text = f"{both} moved by the same factor {factor}: something they share has changed"
+        text += f"; {still} did not move" if still else ""
+        return [Finding(name, MODEL, text, True)]
+    own, others = "unchanged", "unchanged"
+    if model is not None:
+        own = f"{subject} moved: {model.what}"
+    if moved:
+        texts = [f"{title_of(truth)}: {move.what}" for truth, move in moved.items()]
+        others = f"the reference moved: {'; '.join(texts)}" + (
+            f"; {still} did not" if still else ""
+        )
+    return [
+        Finding(name, MODEL, own, model is not None),
+        Finding(name, REFERENCES, others, bool(moved)),
+    ]
+
+
+def _alike(model: Change, truth: Change) -> bool:
+    """Return whether all common quantities changed by the same factor."""
+    common = [name for name in model.moves if name in truth.moves]
+    size = max((abs(model.moves[name]) for name in common), default=0.0)
+    apart = max((abs(model.moves[name] - truth.moves[name]) for name in common), default=0.0)
+    whole = model.kinds == truth.kinds or not {LOST, ONE_SIDED} & {*model.kinds, *truth.kinds}
+    return whole and size > MOVED and apart <= ALIKE * size
+
+
+def _agreement(was: SceneRecord, now: SceneRecord) -> Finding:
+    """Return which references differ beyond their bars; this is a drift where none did before."""
+    text = " ".join(now.disagreements)
+    if not text:
+        return Finding(now.name, AGREEMENT, "the references agree within their bars")
+    if was.disagreements:
+        return Finding(now.name, AGREEMENT, f"as in the baseline: {text}", notable=True)
+    return Finding(now.name, AGREEMENT, text, True, True)
+
+
+def _list(names: list[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def check_against(
+    baseline: Path,
+    method: str = MODEL_NAME,
+    scenes: Iterable[str] = CHECK_SCENES,
+    *,
+    tolerance: float = MODEL_TOLERANCE,
+    watch: Watch | None = None,
+    update: bool = False,
+) -> list[Finding]:
+    """Solve scenes and compare them with a stored run; `update` stores the current one.
+
+    Other scenes of the baseline are kept then, and a missing one is created.
+
+    Raises
+    ------
+    InputError
+        If the baseline is missing or damaged, or the method or a scene is invalid.
+    """
+    stored = None
+    if baseline.exists() or not update:
+        try:
+            stored = load_study(baseline)
+        except ResultsError as error:
+            raise InputError(f"{error}; --update writes a baseline into a new folder") from error
+    now = run_for_check(method, scenes, watch)
+    findings = [] if stored is None else drift(stored, now, method, tolerance)
+    if update:
+        old = () if stored is None else stored.scenes
+        new = {scene.name for scene in now.scenes}
+        kept = tuple(scene for scene in old if scene.name not in new)
+        baseline.mkdir(parents=True, exist_ok=True)
+        save_study(replace(now, scenes=(*kept, *now.scenes), directory=baseline))
+    return findings

@@ -1,1 +1,0 @@
-"""Regression of the reduced model: comparison with stored curves of model and references."""

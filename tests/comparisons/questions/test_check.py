@@ -1,0 +1,180 @@
+"""The check: planted faults are found and named for what they are; baselines are files to trust."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.methods.normal import reduced as reduced_method
+from comparisons.questions import check as check_module
+from comparisons.questions.check import (
+    AGREEMENT,
+    CHECK_SCENES,
+    MODEL,
+    PACKAGED,
+    REFERENCES,
+    SPEED,
+    Finding,
+    check_against,
+    drift,
+    run_for_check,
+)
+from comparisons.results.rows import Rows
+from comparisons.results.store import STUDY, StudyRecord, load_study, save_study
+from comparisons.scene.scene import Scene
+from reference.halfspace import kernels
+from roughline.commands.app import run_command
+
+FAULT = 1.002
+
+
+@pytest.fixture(scope="module")
+def before() -> StudyRecord:
+    """Solve a paraboloid, for which closed form, BEM and FEM are all there."""
+    return run_for_check(scenes=["paraboloid"])
+
+
+def about(findings: list[Finding], subject: str) -> Finding:
+    (only,) = [finding for finding in findings if finding.subject == subject]
+    return only
+
+
+def with_model(record: StudyRecord, name: str, factor: float) -> StudyRecord:
+    """Return a record in which a column of the model's rows has another factor."""
+    (scene,) = record.scenes
+    rows = scene.rows.frame()
+    rows.loc[rows["method"] == "reduced", name] *= factor
+    return replace(record, scenes=(replace(scene, rows=Rows.of(rows)),))
+
+
+@pytest.mark.slow
+def test_the_same_code_has_not_moved(before):
+    findings = drift(before, run_for_check(scenes=["paraboloid"]))
+    assert not any(finding.drifted for finding in findings)
+    assert {finding.subject for finding in findings} >= {MODEL, REFERENCES, AGREEMENT}
+
+
+@pytest.mark.slow
+def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
+    """A factor 1.002 in the springs: the model's force moves by 0.2 %, the references do not."""
+    sound = reduced_method.indent
+
+    def faulty(springs, load):
+        return sound(replace(springs, effective_modulus=FAULT * springs.effective_modulus), load)
+
+    monkeypatch.setattr(reduced_method, "indent", faulty)
+    findings = drift(before, run_for_check(scenes=["paraboloid"]))
+    moved = about(findings, MODEL)
+    assert moved.drifted
+    assert moved.text.startswith("the reduced model moved: ")
+    assert "+0.20" in moved.text
+    assert not about(findings, REFERENCES).drifted
+    assert not about(findings, AGREEMENT).drifted
+
+
+@pytest.mark.slow
+def test_a_kernel_off_by_half_a_per_cent_is_named_twice(before, monkeypatch):
+    """The FFT solver has moved, and closed form and finite elements outvote it."""
+    sound = kernels.love
+    monkeypatch.setattr(kernels, "love", lambda *a, **k: 1.005 * sound(*a, **k))
+    findings = drift(before, run_for_check(scenes=["paraboloid"]))
+    assert not about(findings, MODEL).drifted
+    moved = about(findings, REFERENCES)
+    assert moved.drifted
+    assert moved.text.startswith("the reference moved: FFT BEM: ")
+    assert "closed form and FEM did not" in moved.text.replace("Closed", "closed")
+    agreement = about(findings, AGREEMENT)
+    assert agreement.drifted
+    assert "FFT BEM and closed form differ" in agreement.text
+
+
+@pytest.mark.slow
+def test_the_same_factor_in_both_is_named_as_shared(before, monkeypatch):
+    """All read E* from the scene: a fault there moves model and truth alike, and no error shows."""
+    sound = Scene.effective_modulus.fget
+    monkeypatch.setattr(Scene, "effective_modulus", property(lambda self: FAULT * sound(self)))
+    findings = drift(before, run_for_check(scenes=["paraboloid"]))
+    moved = about(findings, MODEL)
+    assert moved.drifted
+    assert "moved by the same factor 1.002" in moved.text
+    assert moved.text.endswith("something they share has changed")
+    assert not about(findings, AGREEMENT).drifted
+
+
+def test_a_scene_that_was_changed_is_not_blamed_on_the_code(before):
+    """Another E in the scene's file moves model and truth alike; nothing of roughline did."""
+    (own,) = before.scenes
+    renamed, softer = (
+        replace(before, scenes=(replace(own, text=text),))
+        for text in (
+            own.text.replace("[compare]", "[compare]\ntolerance = 0.02"),
+            own.text.replace("youngs_modulus", "poisson_free_modulus"),
+        )
+    )
+    assert not any(f.drifted for f in drift(before, renamed))
+    (result,) = drift(before, softer)
+    assert result.drifted
+    assert "the scene itself is not the baseline's" in result.text
+
+
+def test_a_slower_model_is_told_and_no_drift(before):
+    slow = replace(before, scenes=with_model(before, "seconds", 1e4).scenes)
+    told = about(drift(before, slow), SPEED)
+    assert "000 times slower (" in told.text
+    assert told.notable
+    assert not told.drifted
+
+
+def test_a_quantity_that_vanished_is_a_drift(before):
+    lost = drift(before, with_model(before, "force", float("nan")))
+    assert about(lost, MODEL).text.endswith("no value of force any more")
+    assert about(lost, MODEL).drifted
+
+
+def test_update_shows_the_drift_and_keeps_other_scenes(before, tmp_path, monkeypatch):
+    (scene,) = before.scenes
+    other = replace(scene, name="other", rows=scene.rows.where(scene.rows["step"] < 0))
+    save_study(replace(before, scenes=(scene, other), directory=tmp_path))
+    now = with_model(before, "force", 1.1)
+    monkeypatch.setattr(check_module, "run_for_check", lambda *a: now)
+    (moved,) = [f for f in check_against(tmp_path, update=True) if f.drifted]
+    assert "force by +10 %" in moved.text.replace("\u202f", " ")
+    assert {scene.name for scene in load_study(tmp_path).scenes} == {"paraboloid", "other"}
+    assert not any(f.drifted for f in check_against(tmp_path))
+
+
+def test_baselines_that_cannot_be_read_say_what_is_wrong(before, tmp_path):
+    with pytest.raises(InputError, match=r"no results of roughline here.*--update writes"):
+        check_against(tmp_path, scenes=["paraboloid"])
+    (tmp_path / STUDY).write_text("{}")
+    with pytest.raises(InputError, match="damaged results"):
+        check_against(tmp_path, scenes=["paraboloid"])
+
+
+def test_a_baseline_of_another_method_is_no_baseline(before):
+    (found,) = drift(before, before, "mine")
+    assert found.drifted
+    assert found.text == "not in the baseline: --update adds it"
+
+
+def test_the_packaged_baseline_covers_all_scenes_of_a_check():
+    stored = load_study(PACKAGED)
+    assert {scene.name for scene in stored.scenes} == set(CHECK_SCENES)
+    assert all("reduced" in scene.rows["method"] for scene in stored.scenes)
+
+
+@pytest.mark.slow
+def test_this_version_is_its_own_baseline():
+    """The whole check, as continuous integration runs it."""
+    drifted = [finding for finding in check_against(PACKAGED) if finding.drifted]
+    assert not drifted, drifted
+
+
+@pytest.mark.slow
+def test_the_command_ends_with_one_on_drift(before, tmp_path, capsys):
+    stored = with_model(before, "force", 2.0)
+    save_study(replace(stored, directory=tmp_path))
+    assert run_command(["check", "paraboloid", "--baseline", str(tmp_path)]) == 1
+    assert "the reduced model moved" in capsys.readouterr().out
