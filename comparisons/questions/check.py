@@ -193,7 +193,7 @@ def _alike(model: Change, truth: Change) -> bool:
     common = [name for name in model.moves if name in truth.moves]
     size = max((abs(model.moves[name]) for name in common), default=0.0)
     apart = max((abs(model.moves[name] - truth.moves[name]) for name in common), default=0.0)
-    whole = model.kinds == truth.kinds or not {LOST, ONE_SIDED} & {*model.kinds, *truth.kinds}
+    whole = not {LOST, ONE_SIDED} & {*model.kinds, *truth.kinds}
     return whole and size > MOVED and apart <= ALIKE * size
 
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Unpack
+from typing import ClassVar, Unpack
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
@@ -62,7 +62,9 @@ class Study(Campaign[Plan, StudyRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS)
+    layout: ClassVar[Layout | None] = Layout(
+        STUDY, (RESULTS, MEASURES, DISTRIBUTIONS, TO_TAKE, PAGE, MAILED), FIELDS
+    )
 
     def __init__(
         self,
