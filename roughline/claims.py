@@ -37,7 +37,7 @@ class ClaimVerdict:
 
     @property
     def verdict(self) -> str:
-        """One of `comparisons.questions.claims.verdicts.VERDICTS`."""
+        """One of `comparisons.questions.claims.record.VERDICTS`."""
         return self.record.verdict
 
     @property

@@ -36,7 +36,7 @@ class Reference:
     proved : Verification, optional
         Its bars held against theorems.
     chance : str
-        Why lines that agree with it do so by chance (`comparisons.judging.chance`).
+        Why lines that agree with it do so by chance (`comparisons.results.scene_record`).
     """
 
     method: str

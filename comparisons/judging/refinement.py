@@ -1,14 +1,28 @@
-"""Refine the truth until its bar is a fifth of the tolerance, or say why not."""
+"""What else must be solved for a tolerance: more surfaces and lines, then finer grids.
+
+A plan begins with a few surfaces on each grid and a thousand lines. Their variances, and what a
+surface costs on each grid (measured once: `solving.plan.surface_cost`), give the cheapest
+numbers for which the means scatter no more than a share of the tolerance (`multilevel.allocate`).
+Nothing in that depends on the clock, on workers or parts: the same scene has the same numbers, and
+digits, everywhere. The lines, which are free, scatter no more than three tenths of what the
+surfaces may: that widens a bar by 4 % of itself at most.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 
-from comparisons.facts.methods import INDEPENDENT, growth
+import numpy as np
+
+from comparisons.facts.methods import GRID, INDEPENDENT, MODEL, growth
 from comparisons.facts.quantities import FIELDS
+from comparisons.formatting import relative
+from comparisons.judging.levels import Levels
+from comparisons.judging.multilevel import allocate, variances, within_budget
 from comparisons.judging.truth import choose_truth
-from comparisons.solving.plan import Plan
+from comparisons.solving.plan import Effort, Plan, surface_cost
+from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import refusal
 from comparisons.tasks.solution import Solved
 
@@ -75,3 +89,128 @@ def refinements(
             note = f"{truth.method} found no answer at N = {finer}"
             return replace(plan, notes=(*plan.notes, note))
     return plan
+
+
+# What of the tolerance the scatter of the means may take.
+SCATTER: Mapping[Effort, float] = {"quick": 0.54, "full": 0.1}
+# In solves of 64 x 64 points: some ten seconds, and some minutes.
+SURFACES_BUDGET: Mapping[Effort, float] = {"quick": 600.0, "full": 15000.0}
+# The scatter of the lines is no more than this share of that; and what they may cost, in points of
+# all lines: a second, and some five.
+LINES_SHARE = 0.3
+LINE_POINTS: Mapping[Effort, float] = {"quick": 1e7, "full": 5e7}
+# Chosen from few surfaces, the numbers aim at somewhat less than is wanted.
+_AIM = 0.95
+_NORMAL = 1.96
+_LEAST_PART = 0.05
+
+
+def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
+    """Return the plan with as many surfaces and lines as its bars need.
+
+    Parameters
+    ----------
+    plan : Plan
+        With the numbers of the pilots.
+    solved : dict
+        Their solutions.
+    effort : {"quick", "full"}
+    """
+    wanted = SCATTER[effort] * plan.scene.compare.tolerance
+    methods, notes = {m.method: m for m in plan.methods}, list(plan.notes)
+    grid = methods.get(GRID)
+    if grid is not None and grid.numbers and _complete(grid, solved):
+        methods[GRID], limits = _surfaces(plan, grid, solved, wanted, SURFACES_BUDGET[effort])
+        notes += limits
+    lines = methods.get(MODEL)
+    if lines is not None and lines.numbers and _complete(lines, solved):
+        known = Levels.of(solved, MODEL)
+        needs = _variances(known, _line_widths(plan, known, wanted))
+        # as many lines as make no part of the bar
+        points = np.array([2.0 * n for n in lines.resolutions])
+        first = np.array(lines.numbers)
+        needed = first
+        if needs.shape[1]:
+            needed = np.maximum(allocate(needs, points, np.ones(needs.shape[1])), first)
+        chosen = np.maximum(
+            within_budget(needed, points, max(LINE_POINTS[effort], 3 * float(points.sum()))), first
+        )
+        chosen = _in_blocks(plan, lines, chosen, 10**9)
+        methods[MODEL] = replace(lines, numbers=tuple(int(n) for n in chosen))
+    return replace(plan, methods=tuple(methods.values()), notes=tuple(notes))
+
+
+def _complete(planned: MethodPlan, solved: Solved) -> bool:
+    return all((planned.method, n) in solved for n in planned.resolutions)
+
+
+def _surfaces(
+    plan: Plan, planned: MethodPlan, solved: Solved, wanted: float, budget: float
+) -> tuple[MethodPlan, list[str]]:
+    """Return the leading grid's plan with its numbers of surfaces, and what limits them."""
+    most = plan.scene.realisations
+    levels = Levels.of(solved, GRID)
+    means = levels.curves(planned.resolutions[-1])
+    widths = {name: _AIM * wanted * np.abs(means[name]) for name in _judged(plan) if name in means}
+    known = _variances(levels, widths)
+    if known.shape[1] == 0:
+        return planned, ["numbers of surfaces: the first ones have no answer to choose them from"]
+    cost = np.array([surface_cost(GRID, n) for n in planned.resolutions])
+    first = np.array(planned.numbers)
+    needed = np.maximum(allocate(known, cost, np.ones(known.shape[1])), first)
+    few = "the scene's realisations"
+    chosen = np.minimum(needed, most)
+    if float(chosen @ cost) > max(budget, float(first @ cost)):
+        chosen = np.maximum(within_budget(chosen, cost, max(budget, 3 * float(cost.sum()))), first)
+        few = f"what {budget:.0f} solves of 64 x 64 points cost"
+    chosen = _in_blocks(plan, planned, chosen, most)
+    limits = []
+    if (chosen < needed).any():
+        left = float(np.sqrt((known / chosen[:, None]).sum(axis=0).max())) * _AIM * wanted
+        limits.append(
+            f"no more surfaces than {few}: their scatter leaves {relative(left)} instead of "
+            f"{relative(wanted)} in the worst mean"
+        )
+    return replace(planned, numbers=tuple(int(n) for n in chosen)), limits
+
+
+def _variances(levels: Levels, widths: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the variances a_l of means over those that their 95 % half-widths allow, (m, j).
+
+    Means that have no answer, or allow nothing because they are zero, ask for nothing.
+    """
+    columns = []
+    for name, width in widths.items():
+        grids = [solution.quantities.get(name) for solution in levels.solutions.values()]
+        if any(values is None for values in grids):
+            continue
+        with np.errstate(invalid="ignore", divide="ignore"):
+            columns.append(variances(grids) * (_NORMAL / width) ** 2)  # type: ignore[arg-type]
+    both = np.hstack(columns) if columns else np.zeros((len(levels.solutions), 0))
+    return both[:, np.isfinite(both).all(axis=0)]
+
+
+def _line_widths(plan: Plan, levels: Levels, wanted: float) -> dict[str, np.ndarray]:
+    """Return what the means over lines may scatter: a share of what the truth's may.
+
+    Of a mean that nearly vanishes at a load (the gap of lines that are almost closed), a share of a
+    part of its largest value: there is no error that its scatter could hide.
+    """
+    means = levels.curves(list(levels.solutions)[-1])
+    sizes = {name: np.abs(means[name]) for name in _judged(plan) if name in means}
+    return {
+        name: _AIM * LINES_SHARE * wanted * np.fmax(size, _LEAST_PART * np.nanmax(size))
+        for name, size in sizes.items()
+        if np.isfinite(size).any()
+    }
+
+
+def _judged(plan: Plan) -> list[str]:
+    return [n for n in plan.compared if n not in FIELDS and n not in plan.loads.columns]
+
+
+def _in_blocks(plan: Plan, planned: MethodPlan, numbers: np.ndarray, most: int) -> np.ndarray:
+    """Return numbers rounded up to whole tasks, at most `most`, not increasing."""
+    sizes = np.array([plan.block(planned.method, n) for n in planned.resolutions])
+    whole = np.minimum(-(-numbers // sizes) * sizes, most)
+    return np.asarray(np.maximum.accumulate(whole[::-1])[::-1])

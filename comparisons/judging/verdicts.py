@@ -3,7 +3,7 @@
 The one criterion of roughline: the largest |e| + u over the load steps against the tolerance. Every
 "within" and "outside" on a page, in a terminal, a table or an exit code comes from here. A claim is
 measured at several points of a range: whether it "holds" or "fails" follows from the verdicts on
-them (`comparisons.questions.claims.verdicts`).
+them (`comparisons.questions.claims.record`).
 """
 
 from __future__ import annotations

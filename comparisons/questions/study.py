@@ -11,8 +11,7 @@ from typing import ClassVar, Unpack
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
 from comparisons.files import read_arrays, write_arrays
-from comparisons.judging.ensembles import enlarged
-from comparisons.judging.refinement import refinements
+from comparisons.judging.refinement import enlarged, refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields

@@ -25,8 +25,8 @@ QUICK_REALISATIONS = 10
 # Surfaces of methods that are compared with the leading grid surface by surface.
 PAIRED_REALISATIONS = 4
 # Surfaces on each grid, coarse to fine, that a plan begins with: their scatter says how many are
-# needed (`judging.ensembles`). Of large surfaces, on which a solve costs more than DEAR of those on
-# 64 x 64 points, as few as tell a scatter.
+# needed (`judging.refinement`). Of large surfaces, on which a solve costs more than DEAR of those
+# on 64 x 64 points, as few as tell a scatter.
 PILOTS, FEW_PILOTS = (50, 8, 4, 3), (8, 4, 3)
 DEAR = 20.0
 
@@ -121,7 +121,7 @@ def task_of(
     scene, quantities = plan.scene, plan.scene.compare.quantities
     lines = any(m.resolutions and METHODS[m.method].dimension < 3 for m in plan.methods)
     if scene.rough and not scene.physics and lines:
-        # where contacts are few, lines agree by chance (`judging.chance`)
+        # where contacts are few, lines agree by chance (`results.scene_record.chance`)
         quantities = (*quantities, "contact_count")
     return Task(
         scene=scene,

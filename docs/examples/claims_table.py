@@ -22,12 +22,12 @@ from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import Claim, load_claims
 from comparisons.questions.claims.record import (
     STORED,
+    VERDICTS,
     ClaimRecord,
     ClaimsRecord,
     PointRecord,
     load_claims_record,
 )
-from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.claims.wording import error_text, limit_words, value
 
 DOCS = Path(__file__).resolve().parents[1]

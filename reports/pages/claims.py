@@ -12,11 +12,11 @@ from comparisons.errors import ResultsError
 from comparisons.files import write_text
 from comparisons.questions.claims.record import (
     RECORD,
+    VERDICTS,
     ClaimRecord,
     ClaimsRecord,
     load_claims_record,
 )
-from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.claims.wording import error_text, limit_words
 from reports.pages.page import render
 from reports.plots.claims import along, boundary_map, evidence

@@ -76,8 +76,7 @@ def submit(file: Path, *, leaderboard: Path | None = None) -> int:
     from comparisons.files import write_text
     from comparisons.judging.verdicts import WITHIN
     from comparisons.questions.problems.board import ENTRIES, judge_entry, reference_of
-    from comparisons.questions.problems.entry import read_entry
-    from comparisons.questions.problems.sheet import sheet_of
+    from comparisons.questions.problems.sheet import read_entry, sheet_of
     from comparisons.results.folder import held
     from reports.tables.problems import judged_table, judged_text
     from roughline.commands.terminal import print_table
@@ -149,7 +148,7 @@ def write_problem(sheet: Sheet, folder: Path) -> list[Path]:
 
 def blank_entry(sheet: Sheet, steps: int) -> dict[str, Any]:
     """Return an entry without values: every place is to be filled in, or stays null."""
-    from comparisons.questions.problems.entry import BLANK_SOLVER
+    from comparisons.questions.problems.sheet import BLANK_SOLVER
 
     return {
         "problem": sheet.id,

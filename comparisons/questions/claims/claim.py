@@ -32,7 +32,7 @@ from comparisons.questions.claims.parameters import (
     Side,
     Vary,
 )
-from comparisons.questions.claims.verdicts import HOLDS, VERDICTS
+from comparisons.questions.claims.record import HOLDS, VERDICTS
 from comparisons.questions.claims.wording import limit_words
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail

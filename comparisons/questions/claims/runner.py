@@ -28,6 +28,8 @@ from comparisons.questions.claims.record import (
     PointRecord,
     load_claims_record,
     save_claims,
+    verdict_of,
+    verdict_over_all,
 )
 from comparisons.questions.claims.scenes import measure_scene
 from comparisons.questions.claims.search import (
@@ -43,7 +45,6 @@ from comparisons.questions.claims.search import (
     shares,
 )
 from comparisons.questions.claims.stale import digest_of
-from comparisons.questions.claims.verdicts import verdict_of, verdict_over_all
 from comparisons.questions.claims.wording import WRONG_SIGN, conditions, sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.experiment import Effort

@@ -11,7 +11,7 @@ import numpy as np
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
+from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE
 
 if TYPE_CHECKING:
     from comparisons.questions.claims.claim import Claim

@@ -14,8 +14,15 @@ from comparisons.judging.truth import choose_truth
 from comparisons.judging.verdicts import Judgement, judged, severity
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused
-from comparisons.questions.problems.entry import Entry, read_entry
-from comparisons.questions.problems.sheet import BAR_DIGITS, Known, Sheet, builtin_sheets, seal
+from comparisons.questions.problems.sheet import (
+    BAR_DIGITS,
+    Entry,
+    Known,
+    Sheet,
+    builtin_sheets,
+    read_entry,
+    seal,
+)
 from comparisons.questions.study import solved_in_memory
 from comparisons.solving.planning import plan_scene
 

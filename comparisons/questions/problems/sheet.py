@@ -1,23 +1,28 @@
-"""Problem sheets: a scene, the quantities that are asked for, and what is known of them.
+"""Problem sheets and entries: a scene, the quantities asked for, what is known; strangers' answers.
 
 A sheet states its reference with the half-width of its error, and what theorems enclose; or it
 is sealed, and states only a hash of the rounded reference: its recipe, the scene, gives the numbers
-again, and the hash shows that they are those which were sealed.
+again, and the hash shows that they are those which were sealed. Entries are result files, read
+without running anything of theirs.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
+import math
+import unicodedata
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
-from comparisons.scene.fields import Positive, SceneTable
+from comparisons.geometry.prepare import prepare
+from comparisons.scene.fields import Positive, SceneTable, excerpt, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.toml_files import read_toml
@@ -122,3 +127,151 @@ def seal(known: Mapping[str, Known], digits: int) -> Seal:
         for name, part in sorted(known.items())
     ]
     return Seal(digits=digits, sha256=hashlib.sha256("\n".join(lines).encode()).hexdigest())
+
+
+LARGEST_FILE = 1_000_000
+BLANK_SOLVER = "name and version"  # of an entry that is yet to be filled in
+# Kinds of characters that nobody sees: control, format (zero width, direction), none, line ends.
+_INVISIBLE = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
+_BLANK = "\u2800\u115f\u1160\u3164\uffa0"  # letters and signs without ink
+LEAST_SECONDS = 1e-9  # no clock tells less
+Line = Annotated[str, Field(max_length=200)]
+Value = Annotated[float, Field(strict=True)] | None
+
+
+class Entry(SceneTable):
+    """What an entry states.
+
+    Attributes
+    ----------
+    problem, version
+        Of the sheet.
+    solver, author, machine, notes : str
+    values : dict
+        Quantity -> value at every load of the sheet, in SI units; null where the solver failed.
+    seconds : float
+        Everything that the solver does for all loads, on warm code, as its author states it.
+    threads, unknowns : int
+    """
+
+    problem: Annotated[str, Field(pattern=r"^RL-\d{3}$")]
+    version: Annotated[int, Field(strict=True, ge=1)]
+    solver: Annotated[str, Field(min_length=1, max_length=100)]
+    author: Line = ""
+    machine: Line = ""
+    notes: Annotated[str, Field(max_length=1000)] = ""
+    values: Annotated[
+        dict[str, Annotated[tuple[Value, ...], Field(max_length=10_000)]], Field(max_length=50)
+    ]
+    seconds: Annotated[float, Field(ge=LEAST_SECONDS, lt=1e9)] | None = None
+    threads: Annotated[int, Field(strict=True, ge=1, le=1_000_000)] = 1
+    unknowns: Annotated[int, Field(strict=True, ge=1, le=10**15)] | None = None
+
+    @field_validator("solver", "author", "machine", "notes")
+    @classmethod
+    def _plain_text(cls, value: str) -> str:
+        if any(unicodedata.category(character) in _INVISIBLE for character in value):
+            raise fail("expected one line of text without invisible characters", value)
+        return value
+
+    @field_validator("solver")
+    @classmethod
+    def _visible(cls, value: str) -> str:
+        if not value.strip(f" {_BLANK}"):
+            raise fail("expected the name of a solver, got nothing that can be seen", value)
+        return value
+
+    @field_validator("values")
+    @classmethod
+    def _finite(cls, value: dict[str, Any]) -> dict[str, Any]:
+        for name, numbers in value.items():
+            if not all(number is None or math.isfinite(number) for number in numbers):
+                raise fail(f"{name}: expected finite numbers, or null where the solver failed")
+        return value
+
+    @property
+    def text(self) -> str:
+        """The entry in one form, whatever order and spaces its file had."""
+        stated = self.model_dump(mode="json")
+        return json.dumps(stated, sort_keys=True, ensure_ascii=False, indent=1) + "\n"
+
+    @property
+    def digest(self) -> str:
+        """Hash of `text`."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+
+def read_entry(path: Path) -> Entry:
+    """Read an entry and check it against its sheet.
+
+    Raises
+    ------
+    InputError
+        With all that is wrong with it.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    if path.stat().st_size > LARGEST_FILE:
+        raise InputError(f"{path}: expected at most {LARGEST_FILE} bytes")
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+        document = json.loads(text, parse_constant=_no_number, object_pairs_hook=_each_key_once)
+        entry = Entry.model_validate(document)
+    except OSError as error:
+        raise InputError(f"{path}: not readable ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file in UTF-8") from error
+    except ValidationError as error:
+        raise InputError("\n  ".join([f"{path}:", *in_file(error, Entry)])) from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid JSON: {error}") from error
+    problems = _misfits(entry)
+    if problems:
+        raise InputError("\n  ".join([f"{path}:", *problems]))
+    return entry
+
+
+def _no_number(name: str) -> float:
+    raise ValueError(f"{name} is no number of JSON; a value that is missing is null")
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; of a key given twice nobody knows which value is meant."""
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        twice = next(key for number, (key, _) in enumerate(pairs) if key in dict(pairs[:number]))
+        raise ValueError(f"the key {excerpt(twice)} is given more than once")
+    return table
+
+
+def _misfits(entry: Entry) -> list[str]:
+    """Return what does not fit the sheet of an entry."""
+    sheets = builtin_sheets()
+    sheet = sheets.get(entry.problem)
+    if sheet is None:
+        return [f"problem: expected one of {', '.join(sheets)}, got {entry.problem!r}"]
+    problems = []
+    if entry.version != sheet.version:
+        problems.append(f"version: expected {sheet.version}, got {entry.version}")
+    if entry.solver == BLANK_SOLVER:
+        problems.append(
+            f"solver: expected the name of a solver, got {BLANK_SOLVER!r}: a blank entry"
+        )
+    if all(value is None for values in entry.values.values() for value in values):
+        problems.append(
+            "values: expected a number for at least one load, got none: a blank entry, or a solver "
+            "that failed at every load, has nothing to be judged"
+        )
+    _, loads = prepare(sheet.scene)
+    for name, values in entry.values.items():
+        if name not in sheet.quantities:
+            problems.append(
+                f"values.{name}: expected one of {', '.join(sheet.quantities)}: the quantities of "
+                f"{sheet.id}"
+            )
+        elif len(values) != len(loads.values):
+            problems.append(
+                f"values.{name}: expected {len(loads.values)} numbers, one for each load, got "
+                f"{len(values)}"
+            )
+    return problems

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from comparisons.judging import ensembles
-from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged
+from comparisons.judging import refinement
 from comparisons.judging.levels import Levels
 from comparisons.judging.multilevel import ensemble_text
+from comparisons.judging.refinement import LINES_SHARE, SCATTER, enlarged
 from comparisons.judging.truth import choose_truth
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
@@ -55,7 +55,7 @@ def scatters(plan, solved, method):
     """Return what the variances of the first surfaces make of the chosen numbers, 95 %."""
     levels = Levels.of(solved, method)
     grids = [solution.quantities["stiffness"] for solution in levels.solutions.values()]
-    parts = ensembles.variances(grids) / np.array(numbers(plan, method))[:, None]
+    parts = refinement.variances(grids) / np.array(numbers(plan, method))[:, None]
     return 1.96 * np.sqrt(parts.sum(axis=0)).max()
 
 
@@ -87,7 +87,7 @@ def test_too_few_realisations_are_said_with_what_they_leave(first):
 
 def test_a_budget_that_is_too_small_is_said_and_the_first_surfaces_stay(first, monkeypatch):
     plan, solved = first(scatter=0.3)
-    monkeypatch.setitem(ensembles.BUDGET, "quick", 1e-3)
+    monkeypatch.setitem(refinement.SURFACES_BUDGET, "quick", 1e-3)
     chosen = enlarged(plan, solved, "quick")
     assert numbers(chosen) == numbers(plan)
     assert any("than what 0 solves of 64 x 64 points cost" in note for note in chosen.notes)

@@ -15,11 +15,16 @@ from comparisons.errors import ResultsError
 from comparisons.judging.verdicts import NOT_RESOLVED
 from comparisons.questions.claims.claim import Vary, load_claims, make_claim
 from comparisons.questions.claims.families import HERE
-from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.record import (
+    FAILS,
+    HOLDS,
+    IN_A_RANGE,
+    load_claims_record,
+    verdict_of,
+)
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.search import grid, ranges_of, walk
-from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.questions.experiments.experiment import Finding, Share
 from comparisons.solving.inquiries import answer_of

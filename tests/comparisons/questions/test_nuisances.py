@@ -10,16 +10,17 @@ import pytest
 
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim
-from comparisons.questions.claims.record import STORED, load_claims_record
-from comparisons.questions.claims.runner import judge_claim
-from comparisons.questions.claims.search import shares
-from comparisons.questions.claims.verdicts import (
+from comparisons.questions.claims.record import (
     FAILS,
     HOLDS,
     IN_A_RANGE,
     ONLY_AS_STATED,
+    STORED,
+    load_claims_record,
     verdict_of,
 )
+from comparisons.questions.claims.runner import judge_claim
+from comparisons.questions.claims.search import shares
 from comparisons.questions.experiments import EXPERIMENTS, Experiment
 from comparisons.questions.experiments.experiment import Share
 from reports.plots.claims import along, boundary_map

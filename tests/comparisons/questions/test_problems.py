@@ -12,8 +12,15 @@ from comparisons.errors import InputError
 from comparisons.geometry.prepare import prepare
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 from comparisons.questions.problems import board as boards
-from comparisons.questions.problems.entry import LARGEST_FILE, Entry, read_entry
-from comparisons.questions.problems.sheet import Known, builtin_sheets, seal, sheet_of
+from comparisons.questions.problems.sheet import (
+    LARGEST_FILE,
+    Entry,
+    Known,
+    builtin_sheets,
+    read_entry,
+    seal,
+    sheet_of,
+)
 from roughline.commands.shared import blank_entry
 
 SHEETS = builtin_sheets()

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.questions.claims.record import STORED, load_claims_record
-from comparisons.questions.claims.verdicts import IN_A_RANGE
+from comparisons.questions.claims.record import IN_A_RANGE, STORED, load_claims_record
 from reports.pages.claims import claims_page
 from reports.plots.claims import evidence
 from reports.plots.interactive import spec
