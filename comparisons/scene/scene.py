@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from copy import deepcopy
 from functools import cached_property
 from pathlib import Path
@@ -150,9 +151,10 @@ class Scene(_Physics):
     @field_validator("sweep", mode="before")
     @classmethod
     def _one_member(cls, value: Any) -> Any:
-        if isinstance(value, dict) and any(isinstance(item, list) for item in value.values()):
+        table = _dotted(value)
+        if isinstance(table, dict) and any(isinstance(item, list) for item in table.values()):
             raise fail("expected one scene, got those of a sweep: `roughline run` solves them all")
-        return value
+        return table
 
     @property
     def rough(self) -> bool:
@@ -379,17 +381,7 @@ def load_scenes(
     are called ``NAME-1-mm``, ``NAME-2-mm``, ...
     """
     data, origin, folder = _read(source)
-    table = data.get("sweep")
-    while isinstance(table, dict) and any(isinstance(item, dict) for item in table.values()):
-        table = {  # a dotted key that was not quoted is a table in a table
-            path: value
-            for key, item in table.items()
-            for path, value in (
-                {f"{key}.{last}": value for last, value in item.items()}
-                if isinstance(item, dict)
-                else {key: item}
-            ).items()
-        }
+    table = _dotted(data.get("sweep"))
     if not (isinstance(table, dict) and any(isinstance(v, list) for v in table.values())):
         return [load_scene(source, overrides)]
     (path, values), *more = table.items()
@@ -411,6 +403,19 @@ def load_scenes(
             changes["name"] = member(name, value)
         scenes.append(_scene(deepcopy(data), f"{origin}, {path} = {value}", folder, changes))
     return scenes
+
+
+def _dotted(table: Any) -> Any:
+    """Return a table by dotted keys: where these were not quoted, they are tables in tables."""
+    if not isinstance(table, dict):
+        return table
+    flat = {}
+    for key, item in table.items():
+        inside = (
+            {f".{k}": v for k, v in _dotted(item).items()} if isinstance(item, dict) else {"": item}
+        )
+        flat |= {f"{key}{rest}": value for rest, value in inside.items()}
+    return flat
 
 
 def member(name: str, value: object) -> str:
@@ -508,6 +513,14 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
             messages = [re.sub("^half_space", "body", message) for message in messages]
         problems = messages + problems + missing_files(data, directory)
         raise SceneError(source, problems) from error
+    for path, value in scene.sweep.items():  # a scene of a sweep has the value that is its own
+        swept = deepcopy(filled)
+        override(swept, path, value)
+        same = False
+        with suppress(ValidationError):
+            same = validated({**swept, "directory": str(directory)}) == scene
+        if not same:
+            problems.append(f"sweep.{path}: expected a list of values, got {value!r}")
     if problems:
         raise SceneError(source, problems + missing_files(data, directory))
     return scene

@@ -18,7 +18,7 @@ from reports.plots.style import drawing_order, look
 
 CAPTION = (
     "Largest error over the loads of each scene, of each method at its finest resolution, with its "
-    f"uncertainty. Horizontal line: tolerance. {SIGN_NOTE} {FOOT_NOTE}"
+    f"uncertainty. Horizontal lines: tolerances. {SIGN_NOTE} {FOOT_NOTE}"
 )
 MOST_TICKS = 10
 
@@ -64,7 +64,9 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
     sizes = np.abs(np.concatenate([np.empty(0), *errors.values()]))
     if not np.isfinite(sizes).any():
         return None
-    low, high = error_range(sizes[np.isfinite(sizes)], scenes[0].tolerance)
+    tolerances = sorted({scene.tolerance for scene in scenes})
+    ranges = [error_range(sizes[np.isfinite(sizes)], tolerance) for tolerance in tolerances]
+    (low, _), (_, high) = ranges[0], ranges[-1]
     series: list[Series] = []
     for method, error in errors.items():
         if not np.isfinite(error).any():
@@ -90,7 +92,7 @@ def _along(path: str, scenes: list[SceneRecord], name: str) -> Figure | None:
         axis,
         with_foot(error_axis(low, high, "relative error", label), series),
         tuple(series),
-        levels=(tolerance_line(scenes[0].tolerance),),
+        levels=tuple(map(tolerance_line, tolerances)),
         quantity=name,
     )
 

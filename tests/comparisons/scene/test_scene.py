@@ -474,6 +474,11 @@ def test_a_sweep_is_one_scene_for_each_value():
             "radius = 2 Pa:\n  indenter.radius: expected a unit of m",
         ),
         ({"indenter.width": [1e-3, 2e-3]}, "indenter.width: unknown key"),
+        (
+            {"indenter.radius": "3 mm"},
+            "sweep.indenter.radius: expected a list of values, got '3 mm'",
+        ),
+        ({"indenter": {"width": 1.0}}, "sweep.indenter.width: expected a list of values, got 1.0"),
         ({"name": ["a", "b"]}, "sweep.name: expected a key that changes the scene"),
     ],
 )

@@ -42,5 +42,10 @@ def test_words_stand_one_after_the_other(of):
     assert first.x.ticks == ((1.0, "mdr"), (2.0, "half_radius"))
 
 
+def test_every_tolerance_of_a_sweep_has_its_line(of):
+    (first, *_) = sweeps(of({"compare.tolerance": [0.05, 0.001]}).scenes)
+    assert [level.value for level in first.levels] == [0.001, 0.05]
+
+
 def test_no_sweep_no_figure(study):
     assert sweeps(study.scenes) == []
