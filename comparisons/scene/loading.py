@@ -205,7 +205,8 @@ def _spaced(
     steps, spacing = table["steps"], table.get("spacing", "linear")
     if isinstance(steps, bool) or not isinstance(steps, int) or not 2 <= steps <= MOST_STEPS:
         problems.append(
-            f"steps: expected a whole number from 2 to {MOST_STEPS}, got {excerpt(steps)}"
+            f"steps: expected a whole number from 2 to {MOST_STEPS} (of one load give its value), "
+            f"got {excerpt(steps)}"
         )
     if spacing not in ("linear", "log"):
         problems.append(f'spacing: expected "linear" or "log", got {excerpt(spacing)}')

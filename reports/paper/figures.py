@@ -6,6 +6,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -73,8 +74,13 @@ def overview(scene: SceneRecord) -> PaperFigure | None:
     chosen = printed_curves(scene)[:2]
     for figures in (errors(scene), speed(scene)):
         chosen += sorted(figures, key=lambda figure: figure.quantity != name)[:1]
-    height = 12.0 + 58.0 * ((len(chosen) + 1) // 2)
-    return _sheet(chosen, PAGE, height, columns=2) if chosen else None
+    return sheet(chosen)
+
+
+def sheet(figures: Sequence[Figure]) -> PaperFigure | None:
+    """Return plots as a lettered, page-wide figure of two columns; None without any."""
+    height = 12.0 + 58.0 * ((len(figures) + 1) // 2)
+    return _sheet(figures, PAGE, height, columns=2) if figures else None
 
 
 def verdict_figure(scenes: Sequence[SceneRecord]) -> PaperFigure | None:
@@ -94,7 +100,9 @@ def _sheet(
             axes = paper.add_subplot(cells[divmod(place, columns)])
             draw(axes, figure)
             if columns > 1:
-                axes.set_title(f"({'abcd'[place]})", loc="left", fontsize=8, fontweight="bold")
+                axes.set_title(
+                    f"({ascii_lowercase[place]})", loc="left", fontsize=8, fontweight="bold"
+                )
         # Each name once, methods first.
         entries: dict[str, Any] = {}
         for axes in paper.axes:

@@ -12,11 +12,13 @@ from comparisons.results.finding import methods_of
 from comparisons.results.folder import MAILED
 from comparisons.results.store import StudyRecord
 from reports.pages.page import render
-from reports.paper.figures import overview
+from reports.paper.figures import overview, sheet
 from reports.paper.style import PaperFigure
+from reports.plots.sweeps import sweeps
 from reports.tables.card import card
 from reports.tables.judged import finding_table, methods_table
 
+SWEEP = "sweep of all scenes"
 # Of the images together; with many scenes they get fewer colours and pixels.
 MOST_BYTES = 600_000
 QUALITIES = ((130, 64), (100, 32), (80, 16), (60, 8))  # dots per inch, colours
@@ -25,6 +27,7 @@ QUALITIES = ((130, 64), (100, 32), (80, 16), (60, 8))  # dots per inch, colours
 def write_mailed(record: StudyRecord, directory: Path) -> Path:
     """Write the page beside the report, and return its path."""
     figures = {scene.name: overview(scene) for scene in record.scenes}
+    figures[SWEEP] = sheet(sweeps(record.scenes))
     for dots, colours in QUALITIES:
         images = {
             name: b"" if figure is None else _png(figure, dots, colours)
@@ -38,6 +41,7 @@ def write_mailed(record: StudyRecord, directory: Path) -> Path:
         {},
         static=True,
         record=record,
+        swept=images[SWEEP],
         findings=[finding_table(record.scenes, method) for method in methods_of(record.scenes)],
         scenes=[
             (scene, card(scene), methods_table(scene), images[scene.name])

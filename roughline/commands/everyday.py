@@ -153,9 +153,11 @@ def run(  # noqa: PLR0913 (the options on the command line)
     )
     with held(directory):
         record = watched(study, lambda: _write_page(directory, pictures=False))
-        _write_page(directory, pictures, static)
+        _, *mailed = _write_page(directory, pictures, static)
     lost = study.lost()
     terminal.print_study(record, lost, verbose=verbose)
+    for page in mailed:
+        say(page)
     return FAILED if lost or asked_in_vain(record.scenes) else FINE
 
 
@@ -174,11 +176,13 @@ def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> i
     from comparisons.results.folder import held
 
     with held(directory) if directory.is_dir() else nullcontext():
-        say(_write_page(directory, pictures, static))
+        for page in _write_page(directory, pictures, static):
+            say(page)
     return FINE
 
 
-def _write_page(directory: Path, pictures: bool, static: bool = False) -> Path:
+def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[Path]:
+    from comparisons.errors import InputError
     from comparisons.questions.claims.record import RECORD, load_claims_record
     from comparisons.questions.hard_cases import record as hard
     from comparisons.results.store import STUDY, load_study
@@ -187,19 +191,22 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> Path:
     from reports.pages.study import write_report
 
     path = directory / "report.html"
-    if not (directory / STUDY).exists() and (directory / RECORD).exists():
-        write_claims_report(load_claims_record(directory), path)
-        return path
-    if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
-        write_hard_cases_report(hard.load_record(directory), path)
-        return path
+    judged = [name for name in (RECORD, hard.RECORD) if (directory / name).exists()]
+    if judged and not (directory / STUDY).exists():
+        if static:
+            raise InputError(f"--static: expected results of `roughline run`, got {judged[0]}")
+        if judged[0] == RECORD:
+            write_claims_report(load_claims_record(directory), path)
+        else:
+            write_hard_cases_report(hard.load_record(directory), path)
+        return [path]
     record = load_study(directory)
     write_report(record, path, pictures=pictures)
-    if static:
-        from reports.paper.mailed import write_mailed
+    if not static:
+        return [path]
+    from reports.paper.mailed import write_mailed
 
-        write_mailed(record, directory)
-    return path
+    return [path, write_mailed(record, directory)]
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from markupsafe import escape
 
+import roughline
 from reports.paper.mailed import write_mailed
 
 pytestmark = pytest.mark.slow  # a second for each figure of a scene
@@ -29,3 +30,16 @@ def test_many_scenes_share_the_room(study, tmp_path):
     )
     page = write_mailed(replace(study, scenes=scenes), tmp_path).read_text(encoding="utf-8")
     assert len(page) < MEGABYTE
+
+
+def test_a_sweep_has_its_figure(tmp_path):
+    tables = {
+        "name": "ball",
+        "half_space": {"effective_modulus": "1 GPa"},
+        "indenter": {"shape": "paraboloid", "radius": "1 mm"},
+        "loading": {"force": ["1 N", "2 N"]},
+        "sweep": {"methods.reduced.rule": ["mdr", "half_radius"]},
+    }
+    study = roughline.Study(tables, tmp_path, methods=["closed_form", "reduced"]).run()
+    page = write_mailed(study.record, tmp_path).read_text(encoding="utf-8")
+    assert page.count("data:image/png") == len(study.record.scenes) + 1
