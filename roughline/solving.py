@@ -11,6 +11,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.facts.quantities import quantity
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.planning import Source
@@ -20,6 +21,8 @@ from roughline import notebook
 from roughline.scenes import load_scene
 
 if TYPE_CHECKING:
+    import xarray
+
     from reports.paper.style import PaperFigure
 
 MOST_ROWS = 12
@@ -137,6 +140,54 @@ class Solution:
     def table(self) -> pd.DataFrame:
         """Return one row per load step, in SI units."""
         return pd.DataFrame(self.result.columns()).rename_axis("step")
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Return the answer as arrays with names and units (extra `xarray`).
+
+        Every quantity over the dimension ``step``. Where fields were computed, the ``pressure`` of
+        the loads of `pressures` (NaN at others): over ``x`` and ``y`` where its points are a grid
+        that all loads share, else over ``point``, with the coordinates ``r``, or ``x`` and ``y``.
+
+        Raises
+        ------
+        InputError
+            If xarray is not installed.
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise InputError("to_xarray needs xarray: pip install 'roughline[xarray]'") from error
+
+        def described(name: str) -> dict[str, str]:
+            row = quantity(name.removesuffix("_stderr"))
+            words = f"{row.label}, standard error" if name.endswith("_stderr") else row.label
+            return {"long_name": words, "units": row.unit or "1"}
+
+        dataset = xarray.Dataset(
+            {name: ("step", self[name], described(name)) for name in self.quantities},
+            {"step": np.arange(len(self[self.quantities[0]]))},
+            {"scene": self.scene.name, "method": self.method, "resolution": self.resolution},
+        )
+        stored = self.result.pressures()
+        if not stored:
+            return dataset
+        first, most = stored[min(stored)], max(field["p"].size for field in stored.values())
+        of_points = {name: np.full((dataset.step.size, most), np.nan) for name in first}
+        for step, field in stored.items():
+            for name, values in field.items():
+                of_points[name][step, : values.size] = values
+        metres = {"units": "m"}
+        if all(np.array_equal(f.get("x"), first.get("x", ())) for f in stored.values()):
+            (x, i), (y, j) = (np.unique(first[axis], return_inverse=True) for axis in "xy")
+            if x.size * y.size == most:
+                grid = np.empty((dataset.step.size, x.size, y.size))
+                grid[:, i, j] = of_points["p"]
+                dataset = dataset.assign_coords(x=("x", x, metres), y=("y", y, metres))
+                return dataset.assign(pressure=(("step", "x", "y"), grid, described("pressure")))
+        over = "step", "point"
+        places = {name: (over, of_points[name], metres) for name in first if name != "p"}
+        dataset = dataset.assign_coords(places)
+        return dataset.assign(pressure=(over, of_points["p"], described("pressure")))
 
     def plot(self, quantity: str | None = None) -> PaperFigure:
         """Return a quantity against load as a single-column figure (extra `paper`).

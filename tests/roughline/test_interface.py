@@ -1,6 +1,7 @@
 """The Python interface: its names, what they return, and what a notebook shows of it."""
 
 import json
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +155,29 @@ def test_pressure_and_files_of_a_solve(tmp_path):
         _ = roughline.solve(BALL, "closed_form").pressure
     roughline.solve(BALL, "fem", 4, fields=True).to_vtu(tmp_path / "body.vtu")
     assert "von_mises" in (tmp_path / "body.vtu").read_text(encoding="utf-8", errors="replace")
+
+
+def test_an_answer_is_named_arrays_with_units():
+    """Pressures on the cells of a patch carry the force (stored in single precision)."""
+    xarray = pytest.importorskip("xarray")
+    solution = roughline.solve("rough-patch", "bem_fft", 16, fields=True)
+    arrays = solution.to_xarray()
+    assert arrays.force.attrs == {"long_name": "force", "units": "N"}
+    np.testing.assert_array_equal(arrays.contact_area, solution["contact_area"])
+    cell = float(arrays.x[1] - arrays.x[0]) * float(arrays.y[1] - arrays.y[0])
+    carried = cell * arrays.pressure.sum(("x", "y"))
+    np.testing.assert_allclose(carried, arrays.force, rtol=1e-6)
+    assert xarray.Dataset.from_dict(arrays.to_dict()).identical(arrays)
+    round_one = roughline.solve(BALL, "closed_form", fields=True).to_xarray()
+    highest = 1.5 * round_one.force / round_one.contact_area  # Hertz
+    np.testing.assert_allclose(round_one.pressure.max("point"), highest, rtol=1e-3)
+    assert "pressure" not in roughline.solve(BALL, "closed_form").to_xarray()
+
+
+def test_without_xarray_the_way_to_get_it_is_told(monkeypatch):
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    with pytest.raises(roughline.InputError, match=r"pip install 'roughline\[xarray\]'"):
+        roughline.solve(BALL, "closed_form").to_xarray()
 
 
 @pytest.mark.slow
