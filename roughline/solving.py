@@ -177,7 +177,8 @@ class Solution:
             for name, values in field.items():
                 of_points[name][step, : values.size] = values
         metres = {"units": "m"}
-        if all(np.array_equal(f.get("x"), first.get("x", ())) for f in stored.values()):
+        shared = "x" in first and all(np.array_equal(f["x"], first["x"]) for f in stored.values())
+        if shared:
             (x, i), (y, j) = (np.unique(first[axis], return_inverse=True) for axis in "xy")
             if x.size * y.size == most:
                 grid = np.empty((dataset.step.size, x.size, y.size))

@@ -409,7 +409,7 @@ def _dotted(table: Any) -> Any:
     """Return a table by dotted keys: where these were not quoted, they are tables in tables."""
     if not isinstance(table, dict):
         return table
-    flat = {}
+    flat: dict[str, Any] = {}
     for key, item in table.items():
         inside = (
             {f".{k}": v for k, v in _dotted(item).items()} if isinstance(item, dict) else {"": item}
