@@ -89,12 +89,16 @@ THEORIES: dict[str, Method] = {
     "greenwood_williamson": Method("Greenwood & Williamson", dimension=2),
     "bush_gibson_thomas": Method("Bush, Gibson & Thomas", dimension=2),
 }
-# Contact laws of other people's particles, models under test without options.
+# Contacts of other people's codes, models under test without options.
 LAWS: dict[str, Method] = {
-    f"lammps_{law}": Method(
-        f"LAMMPS {law}", dimension=1, origin="peer", isolated=True, on_request=True
-    )
-    for law in ("hertz", "jkr", "mdr")
+    name: Method(title, dimension=1, origin="peer", isolated=True, on_request=True)
+    for name, title in {
+        "lammps_hertz": "LAMMPS hertz",
+        "lammps_jkr": "LAMMPS jkr",
+        "lammps_mdr": "LAMMPS mdr",
+        "drake": "Drake",
+        "mujoco": "MuJoCo",
+    }.items()
 }
 # Entry points under which installed packages offer methods of their own.
 GROUP = "roughline.methods"

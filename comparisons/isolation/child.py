@@ -1,4 +1,7 @@
-"""The process started by `comparisons.isolation.parent`: reads work, writes answers and errors."""
+"""The process started by `comparisons.isolation.parent`: reads work, writes answers and errors.
+
+Another environment's interpreter runs this file by its path: it imports nothing but NumPy.
+"""
 
 from __future__ import annotations
 
@@ -7,30 +10,30 @@ import importlib
 import json
 import os
 import pickle
+import runpy
 import signal
 import sys
 import threading
 import traceback
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, Final, Literal
 
 import numpy as np
 
-from comparisons.isolation.parent import (
-    ANSWER,
-    DOCUMENT,
-    DONE,
-    ERROR,
-    MALFORMED,
-    OUT_OF_MEMORY,
-    RAISED,
-    WORK,
-    Ended,
-    address_space,
-)
+Ended = Literal["answered", "raised", "hung", "out of memory", "killed", "malformed"]
+ANSWERED: Final = "answered"
+RAISED: Final = "raised"
+HUNG: Final = "hung"
+OUT_OF_MEMORY: Final = "out of memory"
+KILLED: Final = "killed"
+MALFORMED: Final = "malformed"
+# Names of the files that the two processes exchange, and of the JSON part of an answer.
+WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
+DOCUMENT = "json"
 
 _PR_SET_PDEATHSIG = 1
+_LIBRARIES = 8 * 2**30
 
 
 def main(folder: Path, *, stays: bool) -> None:
@@ -49,8 +52,12 @@ def _answer(folder: Path) -> None:
         # The pickle is trusted, as the parent has just written it.
         work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
         _limit_address_space(memory)
-        module, _, name = work.partition(":")
-        answer = getattr(importlib.import_module(module), name)(*arguments)
+        module, _, name = work.rpartition(":")
+        if module.endswith(".py"):
+            function = runpy.run_path(module)[name]
+        else:
+            function = getattr(importlib.import_module(module), name)
+        answer = function(*arguments)
     except MemoryError:
         _report(folder, OUT_OF_MEMORY, "no memory left for an allocation")
     except BaseException as error:
@@ -91,6 +98,11 @@ def _write(path: Path, answer: Any) -> None:
     with partial.open("wb") as file:
         np.savez(file, allow_pickle=False, **members)
     partial.replace(path)
+
+
+def address_space(memory: float) -> int:
+    """Return the limit of address space in bytes for a limit of memory."""
+    return int(4 * memory + _LIBRARIES)
 
 
 def _limit_address_space(memory: float | None) -> None:

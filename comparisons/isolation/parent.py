@@ -13,11 +13,11 @@ The contract
   any JSON value (None, numbers, text, lists and dicts of them). Answers are transferred as npz and
   JSON, never as pickles, and therefore cannot run code in the caller. NaN and infinities are
   refused unless the caller passes ``finite=False`` (solutions mark failed steps with NaN).
-- It runs in a new ``sys.executable`` (no fork, so no inherited threads, locks or compiled code),
-  with one thread for OpenMP, BLAS and Numba, the import path of the caller, and an empty working
-  directory of its own, which goes with it. Standard error is kept for the reason; standard output
-  is discarded. A caller may keep the process under a name for its next call (``reuse``), unless it
-  gave no answer.
+- It runs in a new ``sys.executable``, or the interpreter that the caller names (no fork, so no
+  inherited threads, locks or compiled code), with one thread for OpenMP, BLAS and Numba, the import
+  path of the caller, and an empty working directory of its own, which goes with it. Standard error
+  is kept for the reason; standard output is discarded. A caller may keep the process under a name
+  for its next call (``reuse``), unless it gave no answer.
 - **Limits**: wall-clock seconds and bytes of resident memory of the process with its children,
   both including start-up and imports. On systems that support it, the address space is also
   limited, to four times the memory plus 8 GiB for the libraries, so that one excessive allocation
@@ -48,21 +48,26 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any, Final, Literal
+from typing import Any
 
 import numpy as np
 import psutil
 
-Ended = Literal["answered", "raised", "hung", "out of memory", "killed", "malformed"]
-ANSWERED: Final = "answered"
-RAISED: Final = "raised"
-HUNG: Final = "hung"
-OUT_OF_MEMORY: Final = "out of memory"
-KILLED: Final = "killed"
-MALFORMED: Final = "malformed"
-# Names of the files that the two processes exchange, and of the JSON part of an answer.
-WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
-DOCUMENT = "json"
+from comparisons.isolation import child
+from comparisons.isolation.child import (
+    ANSWER,
+    ANSWERED,
+    DOCUMENT,
+    DONE,
+    ERROR,
+    HUNG,
+    KILLED,
+    MALFORMED,
+    OUT_OF_MEMORY,
+    WORK,
+    Ended,
+)
+
 OWN = "own"  # the folder that the work starts in
 MARK = "ROUGHLINE_WORK"  # environment: the folder, by which all descendants are known
 ONE_THREAD = (
@@ -71,7 +76,6 @@ ONE_THREAD = (
 )
 # Seconds between checks of the memory (at first, later), and for a killed process to end.
 _SHORTEST_LOOK, _LOOK, _FAREWELL = 0.002, 0.05, 10.0
-_LIBRARIES = 8 * 2**30
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,7 @@ def run(
     memory: float | None = None,
     finite: bool = True,
     reuse: str = "",
+    python: str = "",
 ) -> Outcome:
     """Call a function in a separate process and return the outcome, see the contract of the module.
 
@@ -135,6 +140,10 @@ def run(
     reuse : str
         Name under which the process is kept for the next call while it gives answers; by default it
         ends after this call.
+    python : str
+        Interpreter of another environment. It needs NumPy and what the work imports; our packages
+        are not seen there, so `work` is ``"/path/to/script.py:function"``, and arguments are plain
+        Python (another NumPy may not read our arrays).
 
     Raises
     ------
@@ -148,7 +157,7 @@ def run(
     >>> run("json:loads", "no JSON", seconds=60).ended
     'raised'
     """
-    module, colon, function = work.partition(":")
+    module, colon, function = work.rpartition(":")
     problems = []
     if not (colon and module and function.isidentifier()):
         problems.append(f"work: expected 'module:function', got {work!r}")
@@ -159,7 +168,10 @@ def run(
         raise ValueError("; ".join(problems))
     process = _waiting.pop(reuse, None)
     if process is None or not process.is_ours():
-        process = _Process(stays=bool(reuse))
+        try:
+            process = _Process(stays=bool(reuse), python=python)
+        except OSError as error:
+            return Outcome(KILLED, reason=f"{python or sys.executable}: {error.strerror}")
     outcome = None
     try:
         outcome = process.call((work, arguments, memory), seconds, finite)
@@ -170,19 +182,22 @@ def run(
             process.end()
     if outcome.ended == OUT_OF_MEMORY and process.calls > 1:
         # The cause may be leftovers of earlier calls.
-        return run(work, *arguments, seconds=seconds, memory=memory, finite=finite, reuse=reuse)
+        return run(
+            work,
+            *arguments,
+            seconds=seconds,
+            memory=memory,
+            finite=finite,
+            reuse=reuse,
+            python=python,
+        )
     return outcome
-
-
-def address_space(memory: float) -> int:
-    """Return the limit of address space in bytes for a limit of memory."""
-    return int(4 * memory + _LIBRARIES)
 
 
 class _Process:
     """A new process, with the folder for its work and answers."""
 
-    def __init__(self, *, stays: bool) -> None:
+    def __init__(self, *, stays: bool, python: str) -> None:
         self.calls = 0
         self._stays = stays
         self._caller = os.getpid()
@@ -195,19 +210,15 @@ class _Process:
         environment[MARK] = self._mark = str(self._folder)
         environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
         flags = ["stays"] if stays else []
+        # Of another environment nothing of ours may hide a package: a file, and no import path.
+        own_module = ["-P", "-m", "comparisons.isolation.child"]
+        start = [python, "-I", child.__file__] if python else [sys.executable, *own_module]
         # Whatever the work writes by a bare name is its own, and goes with the process.
         own = self._folder / OWN
         own.mkdir()
         with (self._folder / "stderr").open("wb") as errors:
-            self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
-                [
-                    sys.executable,
-                    "-P",
-                    "-m",
-                    "comparisons.isolation.child",
-                    str(self._folder),
-                    *flags,
-                ],
+            self._process = subprocess.Popen(  # noqa: S603 (our own module)
+                [*start, str(self._folder), *flags],
                 # The process exits when the pipe closes, and starts work when it receives a byte.
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
@@ -364,7 +375,7 @@ def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any],
     try:
         with np.load(folder / ANSWER, allow_pickle=False) as stored:
             answer: dict[str, Any] = json.loads(str(stored[DOCUMENT]))
-            arrays = {name: stored[name] for name in stored.files if name != DOCUMENT}
+            arrays = {name: stored[name] for name in stored.files if name.startswith("a.")}
         answer |= {name.removeprefix("a."): value for name, value in arrays.items()}
     except FileNotFoundError:
         return MALFORMED, {}, "the process ended without an answer"

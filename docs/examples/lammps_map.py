@@ -15,7 +15,6 @@ import numpy as np
 
 from comparisons.isolation.parent import run
 from comparisons.judging.verdicts import WITHIN, judge
-from comparisons.methods.peers.lammps import WORK
 from comparisons.questions.experiments.yielding import NU, known_to
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
@@ -97,10 +96,11 @@ def steps() -> list[list[str]]:
     """Return the force at d/R = 0.002, just beyond first yield, reached in several steps."""
     depth, softness = 0.002, 0.5 / 70
     law = f"mdr {1 - NU**2:g} {NU:g} {softness * (1 - NU**2)!r} 0 0.5 0 damping mdr 1"
+    work = "comparisons.peers.run_lammps:solve"
     rows = [["steps", "F/Hertz"]]
     for count in (1, 10, 100, 1000, 10_000):
         path = depth * np.arange(1, count + 1) / count
-        found = run(WORK, {"law": law, "depths": path, "remembers": False}, seconds=60)
+        found = run(work, {"law": law, "depths": path, "remembers": False}, seconds=60)
         force = found.answer["force"][-1] / (4 / 3 * depth**1.5)
         rows.append([f"{count}", f"{force:.4f}"])
     return rows

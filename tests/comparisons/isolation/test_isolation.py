@@ -11,7 +11,7 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons.isolation import parent
+from comparisons.isolation import child, parent
 
 # Functions that only the isolated process imports.
 WORK = """
@@ -129,8 +129,8 @@ def test_work_has_one_thread(strange):
 @pytest.mark.parametrize(
     ("work", "arguments", "limits", "ended", "words"),
     [
-        ("raises", (), {}, parent.RAISED, "ArithmeticError: stalled at 1e-3"),
-        ("nowhere", (), {}, parent.RAISED, "nowhere"),
+        ("raises", (), {}, child.RAISED, "ArithmeticError: stalled at 1e-3"),
+        ("nowhere", (), {}, child.RAISED, "nowhere"),
         ("dies", (), {}, parent.KILLED, "SIGABRT: lost the licence"),
         ("eats", (10**7,), {"memory": 4e8}, parent.OUT_OF_MEMORY, "more memory than 0.4 GB"),
         ("allocates", (10**13,), {"memory": 4e8}, parent.OUT_OF_MEMORY, "allocation"),
@@ -253,7 +253,7 @@ def test_a_kept_process_answers_again_and_ends_when_told(called):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("work", "ended"),
-    [("raises", parent.RAISED), ("dies", parent.KILLED), ("objects", parent.MALFORMED)],
+    [("raises", child.RAISED), ("dies", parent.KILLED), ("objects", parent.MALFORMED)],
 )
 def test_a_process_that_has_failed_is_not_asked_again(called, work, ended):
     before = called("counts").answer["pid"]

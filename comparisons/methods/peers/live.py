@@ -1,0 +1,120 @@
+"""What contact codes of others have in common that are judged like the reduced model.
+
+Each runs in a process of its own: in our interpreter, or in that of another environment that the
+user names by an environment variable, ``ROUGHLINE_PYTHON_DRAKE=/path/to/python``.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, ClassVar
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.isolation import parent
+from comparisons.machine import MEMORY_SHARE, free_memory
+from comparisons.methods.plasticity.indentation import ONLY_INDENTERS, radius_of
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.physics.absolute_loads import loads_of
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+
+SCRIPTS = Path(__file__).parents[2] / "peers"
+SECONDS = 600.0
+
+
+class LiveCode(Solver[IndenterGeometry]):
+    """A ball on a half-space in a code of others.
+
+    Class attributes
+    ----------------
+    code : str
+        Its name, which is that of its script and of its environment variable.
+    releases : dict
+        Package -> the only version that was tried, "" for any; the code itself is the first.
+    install : str
+        How to get them.
+    control, wants : str
+        The quantity that it can be given, and the reason in one sentence.
+    """
+
+    named_only = True
+    span = math.inf  # a law's parameters belong to all loads
+    code: ClassVar[str]
+    releases: ClassVar[dict[str, str]]
+    install: ClassVar[str]
+    control: ClassVar[str] = "penetration"
+    wants: ClassVar[str]
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.radius = radius_of(needed(scene.indenter, ONLY_INDENTERS))
+        if loads_of(scene).control != self.control:
+            raise Refused(self.wants)
+        self._refuse_unfit()
+        # last: installing helps only who can do the scene
+        self.note = f"{self.code} {self._version()}, in its own process"
+
+    def _refuse_unfit(self) -> None:
+        """Refuse what is none for the code."""
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of a process with the library."""
+        return 2e8
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the law."""
+        return (type(self).__doc__ or "").splitlines()[0].rstrip(".")
+
+    def ask(self, problem: dict[str, Any]) -> parent.Outcome:
+        """Solve a problem of the script in the code's process."""
+        return parent.run(
+            f"{SCRIPTS / f'run_{self.code.lower()}.py'}:solve",
+            problem,
+            seconds=SECONDS,
+            memory=MEMORY_SHARE * free_memory(),
+            python=self._python,
+        )
+
+    def lost(self, task: Task[IndenterGeometry], outcome: parent.Outcome) -> Solution:
+        """Return what is left where the process gave no answer."""
+        return Solution.lost(task, f"{self.code}: {outcome.reason}")
+
+    @property
+    def _variable(self) -> str:
+        return f"ROUGHLINE_PYTHON_{self.code.upper()}"
+
+    @property
+    def _python(self) -> str:
+        return os.environ.get(self._variable, "") or sys.executable
+
+    def _version(self) -> str:
+        """Return the version of the code; refuse where it or another package does not fit."""
+        named = os.environ.get(self._variable, "")
+        where = (
+            f"in {self._variable}={named}" if named else f"here ({self._variable} names another)"
+        )
+        found = versions_in(self._python, tuple(self.releases))
+        if isinstance(found, str):
+            raise Refused(f"asked {where} for its version: {found}")
+        missing = [name for name in self.releases if not found[name]]
+        if missing:
+            raise Refused(f"{' and '.join(missing)} not installed {where}: {self.install}")
+        for name, tried in self.releases.items():
+            if tried not in ("", found[name]):
+                raise Refused(
+                    f"{name} {found[name]} is installed, {tried} is needed {where}: {self.install}"
+                )
+        return found[next(iter(self.releases))]
+
+
+@lru_cache(maxsize=32)
+def versions_in(python: str, packages: tuple[str, ...]) -> dict[str, str] | str:
+    """Return the versions of packages in an interpreter ("" where absent), or why not."""
+    work = f"{SCRIPTS / 'installed.py'}:versions"
+    outcome = parent.run(work, list(packages), seconds=SECONDS, python=python)
+    return outcome.answer if outcome.ok else outcome.reason

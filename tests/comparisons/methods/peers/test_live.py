@@ -1,0 +1,137 @@
+"""Contact codes of others in a process of their own: what is said without them, and their laws."""
+
+import os
+import sys
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from comparisons.isolation import parent
+from comparisons.methods.peers import live
+from comparisons.methods.peers.drake import Drake
+from comparisons.methods.peers.mujoco import MuJoCo
+from comparisons.methods.registry import solver_for
+from comparisons.solving.execution import execute
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
+
+CODES = {"drake": Drake, "mujoco": MuJoCo}
+LOADS = {"drake": {"penetration": [1e-6, 1e-5, 1e-4]}, "mujoco": {"force": [1.0, 10.0, 100.0]}}
+RADIUS = 0.01  # of the fixture's paraboloid
+
+
+def needs(name):
+    code = CODES[name]
+    python = os.environ.get(f"ROUGHLINE_PYTHON_{code.code.upper()}", sys.executable)
+    found = live.versions_in(python, tuple(code.releases))
+    there = isinstance(found, dict) and all(
+        found[p] in (v, found[p]) and found[p] for p, v in code.releases.items()
+    )
+    return pytest.mark.skipif(not there, reason=f"{code.install}, see docs/live-codes.md")
+
+
+def solved(made, method):
+    made = made.model_copy(
+        update={"compare": made.compare.model_copy(update={"methods": (method,)})}
+    )
+    (plan,) = plan_scene(made)
+    return execute(task_of(plan, method, 1))
+
+
+def pretend(monkeypatch, tmp_path, name, text):
+    """Put a script in the place of a code's, in our interpreter, where the code is said to be."""
+    (tmp_path / f"run_{name}.py").write_text(text)
+    monkeypatch.setattr(live, "SCRIPTS", tmp_path)
+    monkeypatch.setenv(f"ROUGHLINE_PYTHON_{name.upper()}", sys.executable)
+    monkeypatch.setattr(live, "versions_in", lambda python, packages: dict.fromkeys(packages, "1"))
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_a_missing_interpreter_and_a_missing_package_are_refused_in_words(scene, monkeypatch, name):
+    variable = f"ROUGHLINE_PYTHON_{name.upper()}"
+    monkeypatch.setenv(variable, "/nowhere/python")
+    reason = solver_for(name, scene(loading=LOADS[name])).reason
+    assert f"{variable}=/nowhere/python" in reason
+    assert "No such file" in reason
+    monkeypatch.setattr(live, "versions_in", lambda python, packages: dict.fromkeys(packages, ""))
+    reason = solver_for(name, scene(loading=LOADS[name])).reason
+    assert f"{name} not installed in {variable}=/nowhere/python: pip install {name}" == reason
+
+
+@pytest.mark.parametrize(
+    ("script", "reason"),
+    [
+        ("import no_such_package", "No module named 'no_such_package'"),
+        ("import os, signal\ndef solve(problem): os.kill(os.getpid(), signal.SIGKILL)", "SIGKILL"),
+        ("def solve(problem): return {'force': float('nan')}", "not finite: force"),
+        ("def solve(problem): return 1", "expected a dict"),
+    ],
+)
+@pytest.mark.parametrize("name", CODES)
+def test_a_code_that_fails_costs_its_own_rows(scene, monkeypatch, tmp_path, name, script, reason):
+    pretend(monkeypatch, tmp_path, name, script)
+    solution = solved(scene(loading=LOADS[name]), name)
+    assert not solution.converged.any()
+    assert solution.reasons[0, 2].startswith(f"{CODES[name].code}: ")
+    assert reason in solution.reasons[0, 2]
+
+
+def test_another_interpreter_does_not_get_our_import_path(monkeypatch, tmp_path):
+    (tmp_path / "ours.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    script = tmp_path / "script.py"
+    script.write_text("def solve():\n    import ours")
+    outcome = parent.run(f"{script}:solve", seconds=60, python=sys.executable)
+    assert "No module named 'ours'" in outcome.reason
+
+
+def test_units_are_put_back_on_what_a_code_answers(scene, monkeypatch, tmp_path):
+    """The script answers Hertz for E* = R = 1, the closed form has the scene's own."""
+    hertz = """
+import numpy as np
+def solve(problem):
+    d = np.array(problem["depths"])
+    return {"force": 4 / 3 * d**1.5, "contact_area": np.pi * d, "faces": 1, "seconds": 0.0,
+            "setup_seconds": 0.0}
+"""
+    pretend(monkeypatch, tmp_path, "drake", hertz)
+    made = scene(loading=LOADS["drake"])
+    ours, exact = solved(made, "drake").quantities, solved(made, "closed_form").quantities
+    for name in ("force", "contact_area"):
+        assert_allclose(ours[name], exact[name], rtol=1e-12)
+
+
+@needs("drake")
+def test_hydroelastic_contact_goes_as_the_square_and_is_hertz_at_one_depth(scene):
+    """F/Hertz = sqrt(d/d*) (1 - d/3R), its cap twice Hertz's area; 1e-3: 128 chords for circles."""
+    made = scene(loading=LOADS["drake"])
+    theirs, exact = solved(made, "drake").quantities, solved(made, "closed_form").quantities
+    depth = exact["penetration"]
+    law = np.sqrt(depth / depth.max()) * (1 - depth / (3 * RADIUS))
+    assert_allclose(theirs["force"] / exact["force"], law, rtol=1e-3)
+    assert_allclose(theirs["contact_area"] / exact["contact_area"], 2.0, rtol=1.5e-3)
+
+
+@needs("mujoco")
+def test_a_soft_contact_is_linear_and_hertz_at_one_force(scene):
+    """1e-4: where the ball counts as at rest."""
+    made = scene(loading=LOADS["mujoco"])
+    theirs, exact = solved(made, "mujoco").quantities, solved(made, "closed_form").quantities
+    force = exact["force"]
+    assert_allclose(theirs["force"], force, rtol=1e-4)
+    law = (force / force.max()) ** (1 / 3)
+    assert_allclose(theirs["penetration"] / exact["penetration"], law, rtol=1e-4)
+
+
+@needs("mujoco")
+def test_a_soft_contact_is_as_stiff_as_its_ball_is_heavy():
+    depths = []
+    for mass in (1.0, 3.0):
+        outcome = parent.run(
+            f"{live.SCRIPTS / 'run_mujoco.py'}:solve",
+            {"stiffness": 100.0, "mass": mass, "forces": [1.0]},
+            python=os.environ.get("ROUGHLINE_PYTHON_MUJOCO", sys.executable),
+        )
+        depths.append(outcome.answer["penetration"][0])
+    assert_allclose(depths[0] / depths[1], 3.0, rtol=1e-4)
