@@ -36,7 +36,7 @@ def row(name: str) -> list[str]:
     table, steps = compared.table(), compared.steps()
     table = table[(table["method"] == name) & (table["at"] == control) & (table["maximum"] > 1e-6)]
     errors = [
-        f"{at.quantity} {100 * at.error:+.1f} ± {100 * at.uncertainty:.1f} % (load {at.step + 1:.0f})"
+        f"{at.quantity} {at.error:+.1%} ± {at.uncertainty:.1%} (load {at.step + 1:.0f})"
         for at in table.itertuples()
     ]
     seconds = steps[steps["method"] == name]["seconds"].iloc[0]
