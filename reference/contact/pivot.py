@@ -10,26 +10,27 @@ stop to reduce the number of wrong points, the last wrong point alone changes fr
 Murty, 1974): finite if A is a P-matrix, as every positive definite matrix is, symmetric or not
 (J. J. Judice & F. M. Pires, Comput. Oper. Res. 21 (1994) 587).
 
-Below grids (`BorderedCholesky`) coefficients are tabulated. The matrix of (19.7) contains only the
-contact cells, few of which change per round. Its Cholesky factor is kept for a base set B; added
-cells A and removed cells R form a border,
+The matrix of (19.7) contains only the points in contact, few of which change per round. Its factor
+is kept for a base set B (`bordered`); added points A and removed points R form a border,
 
     [ K_BB  K_BA  E_R ] [p_B]   [b_B]
     [ K_AB  K_AA   0  ] [p_A] = [b_A]        (the last rows mean p_R = 0)
     [ E_R'   0     0  ] [ f ]   [ 0 ]
 
-of which only the Schur complement, |A| + |R| equations, is new in a round.
+of which only the Schur complement, |A| + |R| equations, is new in a round. Below grids
+(`TabulatedCells`) coefficients are tabulated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, cholesky, lu_factor, lu_solve, solve, solve_triangular
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, lu_factor, lu_solve
 
 from reference.contact.body import ElasticBody, power_of_two
 from reference.errors import ConvergenceError
@@ -42,8 +43,7 @@ Respond = Callable[[Indices, Array], tuple[Array, Array]]
 # A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it use descent.
 CELL_LIMIT = 5000
 
-# A border costs 2 n^2 operations per changed cell, a new factor n^3/3.
-_WIDEST_BORDER = 1 / 6
+_PRECISION = 1e-12  # of the displacements on a contact set
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,72 @@ def compliance(matrix: Array) -> Respond:
     return respond
 
 
-class BorderedCholesky:
+def bordered(
+    coefficients: Callable[[Indices, Indices], Array],
+    factorised: Callable[[Indices], Callable[[Array], Array]],
+    displacement: Callable[[Indices, Array], Array],
+    widest_border: float,
+) -> Respond:
+    """Return the response of a body whose factor is kept from one contact set to the next.
+
+    `coefficients` are displacements of points (k,) under unit pressures on points (m,); what
+    `factorised` returns solves the equations of a base set; `displacement` is that of all points
+    (n, 2) under pressures (k, 2) on some (k,). Columns of the border serve until the next
+    factorisation, when more than a share `widest_border` of the base has changed. Solutions are
+    refined, at most twice, where their displacements show that a border has cost digits.
+    """
+    base = np.zeros(0, dtype=np.intp)
+    solve: Callable[[Array], Array] | None = None
+    columns_of: dict[int, Array] = {}
+
+    def respond(inside: Indices, right: Array) -> tuple[Array, Array]:
+        nonlocal base, solve, columns_of
+        joined = np.setdiff1d(inside, base, assume_unique=True)
+        left = np.setdiff1d(base, inside, assume_unique=True)
+        if solve is None or joined.size + left.size > widest_border * base.size:
+            solve = None  # not beside its successor
+            solve = factorised(inside)
+            base, columns_of, joined, left = inside, {}, inside[:0], inside[:0]
+
+        # new columns of the border: of points that joined, and of forces that free the others
+        border = np.concatenate([joined, left])
+        new = np.array([point for point in border if point not in columns_of], dtype=np.intp)
+        if new.size:
+            columns = coefficients(base, new)
+            inner = np.flatnonzero(np.isin(new, base, assume_unique=True))
+            columns[:, inner] = 0.0
+            columns[np.searchsorted(base, new[inner]), inner] = 1.0
+            columns_of |= dict(zip(new.tolist(), solve(columns).T, strict=True))
+        columns = np.reshape([columns_of[point] for point in border.tolist()], (-1, base.size)).T
+        below = coefficients(joined, base)
+        freed, added = np.searchsorted(base, left), np.searchsorted(inside, joined)
+        schur = np.concatenate([below @ columns, columns[freed]])
+        schur[: joined.size, : joined.size] -= coefficients(joined, joined)
+        small = lu_factor(schur, check_finite=False) if border.size else None
+
+        _, kept, places = np.intersect1d(base, inside, True, True)
+        pressures, remaining = np.zeros(right.shape), right
+        for _ in range(3):
+            solved = np.zeros((base.size, right.shape[1]))
+            solved[kept] = remaining[places]
+            solved = solve(solved)
+            if small is not None:
+                sides = np.concatenate([below @ solved, solved[freed]])
+                sides[: joined.size] -= remaining[added]
+                changes = lu_solve(small, sides, check_finite=False)
+                solved -= columns @ changes
+                pressures[added] += changes[: joined.size]
+            pressures[places] += solved[kept]
+            displaced = displacement(inside, pressures)
+            remaining = right - displaced[inside]
+            if (np.abs(remaining).max(0) <= _PRECISION * np.abs(right).max(0)).all():
+                break
+        return pressures, displaced
+
+    return respond
+
+
+class TabulatedCells:
     """The cells of a gap below `reach`: beyond the penetration there is no contact.
 
     The table of coefficients is divided by `unit`, a power of two, so that the square roots of the
@@ -181,7 +246,6 @@ class BorderedCholesky:
         table = body.coefficients((int(np.ptp(self.rows)) + 1, int(np.ptp(self.columns)) + 1))
         self.unit = power_of_two(float(table[0, 0]))
         self.table = table / self.unit
-        self._base, self._factor = np.zeros(0, dtype=np.intp), np.zeros((0, 0))
 
     def overlapping(self, depth: float) -> Mask:
         """Return the overlapping cells, or the deepest of them if too many for a factorisation.
@@ -194,55 +258,31 @@ class BorderedCholesky:
             active[np.argsort(self.gaps, kind="stable")[CELL_LIMIT:]] = False
         return active
 
-    def respond(self, inside: Indices, right: Array) -> tuple[Array, Array]:
-        """Solve (19.7) on the cells `inside`, and return (19.8) on all: see `pivot`."""
-        # a new factor where the border would be too wide
-        changed = np.setxor1d(inside, self._base, assume_unique=True).size
-        if changed > _WIDEST_BORDER * self._base.size:
-            if inside.size > CELL_LIMIT:
-                raise ValueError(
-                    f"{inside.size} cells in contact exceed the dense solver's limit of "
-                    f"{CELL_LIMIT}: use descent, or a coarser grid"
-                )
-            self._base, self._factor = inside[:0], np.zeros((0, 0))  # not beside its successor
-            matrix = self._coefficients(inside, inside)
-            try:
-                # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
-                self._factor = cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
-            except LinAlgError:
-                raise ConvergenceError("the matrix of the contact cells is not definite") from None
-            self._base = inside
-        base, factor = self._base, self._factor
-        joined = np.setdiff1d(inside, base, assume_unique=True)
-        left = np.setdiff1d(base, inside, assume_unique=True)
-        _, kept, positions = np.intersect1d(base, inside, True, True)
-        in_joined = np.searchsorted(inside, joined)
+    def response(self) -> Respond:
+        """Return a new response of the cells, for one or several calls of `pivot`."""
+        # a border costs 2 n^2 operations per changed cell, a new factor n^3/3
+        return bordered(self._coefficients, self._factorised, self._displacement, 1 / 6)
 
-        # forward substitution, the Schur complement of the border, back substitution
-        forward = np.zeros((base.size, right.shape[1]))
-        forward[kept] = right[positions]
-        forward = solve_triangular(factor, forward, lower=True, check_finite=False)
-        changes = right[in_joined]
-        if joined.size + left.size:
-            border = np.zeros((base.size, joined.size + left.size))
-            border[:, : joined.size] = self._coefficients(base, joined)
-            border[np.searchsorted(base, left), joined.size + np.arange(left.size)] = 1.0
-            border = solve_triangular(factor, border, lower=True, check_finite=False)
-            small = -border.T @ border
-            small[: joined.size, : joined.size] += self._coefficients(joined, joined)
-            prescribed = np.zeros((border.shape[1], right.shape[1]))
-            prescribed[: joined.size] = changes
-            prescribed -= border.T @ forward
-            changes = solve(small, prescribed, assume_a="sym", check_finite=False)
-            forward = forward - border @ changes
-        back = solve_triangular(factor, forward, lower=True, trans="T", check_finite=False)
-        pressures = np.empty_like(right)
-        pressures[positions], pressures[in_joined] = back[kept], changes[: joined.size]
+    def _factorised(self, inside: Indices) -> Callable[[Array], Array]:
+        if inside.size > CELL_LIMIT:
+            raise ValueError(
+                f"{inside.size} cells in contact exceed the dense solver's limit of "
+                f"{CELL_LIMIT}: use descent, or a coarser grid"
+            )
+        matrix = self._coefficients(inside, inside)
+        try:
+            # transposed, the symmetric matrix has LAPACK's order and is overwritten, not copied
+            factor = cho_factor(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            raise ConvergenceError("the matrix of the contact cells is not definite") from None
+        return partial(cho_solve, factor, check_finite=False)
+
+    def _displacement(self, inside: Indices, pressures: Array) -> Array:
         places = self.rows, self.columns, self.rows[inside], self.columns[inside]
-        return pressures, _displacement(*places, pressures, self.table)
+        return _summed(*places, pressures, self.table)
 
-    def _coefficients(self, loaded: Indices, targets: Indices) -> Array:
-        places = self.rows[loaded], self.columns[loaded], self.rows[targets], self.columns[targets]
+    def _coefficients(self, points: Indices, loaded: Indices) -> Array:
+        places = self.rows[points], self.columns[points], self.rows[loaded], self.columns[loaded]
         return pairs(*places, self.table)
 
 
@@ -257,7 +297,7 @@ def pairs(rows, columns, other_rows, other_columns, table):
 
 
 @njit(cache=True)
-def _displacement(rows, columns, loaded_rows, loaded_columns, pressures, table):
+def _summed(rows, columns, loaded_rows, loaded_columns, pressures, table):
     """Return the direct sums over the loaded cells, (19.2), for two pressures (k, 2)."""
     result = np.empty((rows.size, 2))
     for i in range(rows.size):

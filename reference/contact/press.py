@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from reference.arguments import choice_faults, refuse
 from reference.contact.body import LARGEST_KEPT, Convolution, ElasticBody
 from reference.contact.descent import descend
-from reference.contact.pivot import BorderedCholesky, pivot
+from reference.contact.pivot import TabulatedCells, pivot
 from reference.errors import ConvergenceError
 from reference.loads import Load
 
@@ -511,12 +511,13 @@ def _pivot(
         while True:
             if cells is None or cells.reach < reach:
                 # all loads use the cells of the largest one, and therefore the same factor
-                cells = BorderedCholesky(body, near, max(reach, reaches[-1]))
+                cells = TabulatedCells(body, near, max(reach, reaches[-1]))
+                respond = cells.response()
             active = cells.overlapping(reach)
             if mask is not None and mask[cells.rows, cells.columns].any():
                 active = mask[cells.rows, cells.columns]
             settled = pivot(
-                cells.respond,
+                respond,
                 cells.gaps,
                 active,
                 value / body.cell_area * cells.unit if force else value,

@@ -9,15 +9,14 @@ cell itself. Causes are ahead of their effects, so only the foremost wrong cells
 changed per round, and in Murty's order the foremost cell of all. Coarser grids give the start.
 
 If the material is slow, Krylov methods need hundreds of convolutions (in trials 60 to 500 per
-contact set, growing with the grid). Contact sets are small, so the equations are factorised. Cells
-that join and leave are a border of that factor, as in `reference.contact.pivot`; its columns serve
-until the next factorisation, because a front moves on.
+contact set, growing with the grid). Contact sets are small, so the equations are factorised.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numba import njit
@@ -25,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lu_factor, lu_solve
 
 from reference.arguments import positive_faults, refuse
-from reference.contact.pivot import Pivoted, pivot
+from reference.contact.pivot import Pivoted, bordered, pivot
 from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -41,8 +40,6 @@ LIMIT = 9000
 _ROUNDS = 400  # contact sets at most
 _COARSEST = 12  # smallest number of cells per side for a coarser grid
 _ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
-_PRECISION = 1e-12  # of the displacements on a contact set
-_WIDEST_BORDER = 1 / 4  # of a contact set: cells that may change before a new factorisation
 
 
 @dataclass(frozen=True)
@@ -158,9 +155,6 @@ class _Cells:
         self.copies = 2 if self.mirrored else 1
         self.width = gap.shape[1] // self.copies
         self.gaps = np.ascontiguousarray(gap[:, : self.width]).ravel()
-        self._base = np.zeros(0, dtype=np.intp)
-        self._factor: tuple[Array, NDArray[np.int32]] | None = None
-        self._border: dict[int, Array] = {}
 
     def of_grid(self, values: ArrayLike) -> NDArray:
         """Return the values of the cells from those of the grid."""
@@ -171,69 +165,26 @@ class _Cells:
         half = values.reshape(-1, self.width)
         return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
 
-    def displacement(self, pressures: Array) -> Array:
+    def displacement(self, inside: NDArray[np.intp], pressures: Array) -> Array:
         """Return A p of all cells, `Travelling.datum` included, which makes A definite."""
-        pressure = self.on_grid(pressures)
-        lift = self.operator.datum * float(pressure.mean())
-        return self.of_grid(self.operator.apply(pressure)) + lift
+        whole = np.zeros((pressures.shape[1], self.gaps.size))
+        whole[:, inside] = pressures.T
+        fields = [self.on_grid(p) for p in whole]
+        lifts = [self.operator.datum * float(pressure.mean()) for pressure in fields]
+        moved = [self.of_grid(self.operator.apply(pressure)) for pressure in fields]
+        return np.stack(moved, axis=1) + lifts
 
-    def respond(self, inside: NDArray[np.intp], right: Array) -> tuple[Array, Array]:
-        """Solve A p = right on the cells `inside`, and return p and A p of all: see `pivot`."""
-        base = self._base
-        joined = np.setdiff1d(inside, base, assume_unique=True)
-        left = np.setdiff1d(base, inside, assume_unique=True)
-        if joined.size + left.size > _WIDEST_BORDER * base.size:
-            if inside.size > LIMIT:
-                raise ConvergenceError(
-                    f"{inside.size} cells in contact exceed the limit of {LIMIT}: use a coarser "
-                    "grid"
-                )
-            self._factor = None  # not beside its successor
-            self._factor = lu_factor(
-                self._coefficients(inside, inside), overwrite_a=True, check_finite=False
+    def factorised(self, inside: NDArray[np.intp]) -> Callable[[Array], Array]:
+        if inside.size > LIMIT:
+            raise ConvergenceError(
+                f"{inside.size} cells in contact exceed the limit of {LIMIT}: use a coarser grid"
             )
-            self._base, self._border = inside, {}
-            base, joined, left = inside, inside[:0], inside[:0]
+        matrix = self.coefficients(inside, inside)
+        factor = lu_factor(matrix, overwrite_a=True, check_finite=False)
+        return partial(lu_solve, factor, overwrite_b=True, check_finite=False)
 
-        # the border of the base: columns of cells that joined, and of forces that free the others
-        border = np.concatenate([joined, left])
-        new = np.array([cell for cell in border if cell not in self._border], dtype=np.intp)
-        if new.size:
-            columns = self._coefficients(base, new)
-            inner = np.flatnonzero(np.isin(new, base, assume_unique=True))
-            columns[:, inner] = 0.0
-            columns[np.searchsorted(base, new[inner]), inner] = 1.0
-            columns = lu_solve(self._factor, columns, overwrite_b=True, check_finite=False)
-            self._border |= dict(zip(new.tolist(), columns.T, strict=True))
-        columns = np.reshape([self._border[cell] for cell in border.tolist()], (-1, base.size)).T
-        below = self._coefficients(joined, base)
-        freed, added = np.searchsorted(base, left), np.searchsorted(inside, joined)
-        schur = np.concatenate([below @ columns, columns[freed]])
-        schur[: joined.size, : joined.size] -= self._coefficients(joined, joined)
-        small = lu_factor(schur, check_finite=False) if border.size else None
-
-        _, kept, places = np.intersect1d(base, inside, True, True)
-        whole = np.zeros((self.gaps.size, right.shape[1]))
-        remaining = right
-        for _ in range(3):  # refined: a front that left the base far behind costs digits
-            solved = np.zeros((base.size, right.shape[1]))
-            solved[kept] = remaining[places]
-            solved = lu_solve(self._factor, solved, overwrite_b=True, check_finite=False)
-            if small is not None:
-                sides = np.concatenate([below @ solved, solved[freed]])
-                sides[: joined.size] -= remaining[added]
-                changes = lu_solve(small, sides, check_finite=False)
-                solved -= columns @ changes
-                whole[joined] += changes[: joined.size]
-            whole[inside[places]] += solved[kept]
-            displaced = np.stack([self.displacement(p) for p in whole.T], axis=1)
-            remaining = right - displaced[inside]
-            if (np.abs(remaining).max(0) <= _PRECISION * np.abs(right).max(0)).all():
-                break
-        return whole[inside], displaced
-
-    def _coefficients(self, cells: NDArray[np.intp], loaded: NDArray[np.intp]) -> Array:
-        places = *np.divmod(cells, self.width), *np.divmod(loaded, self.width)
+    def coefficients(self, points: NDArray[np.intp], loaded: NDArray[np.intp]) -> Array:
+        places = *np.divmod(points, self.width), *np.divmod(loaded, self.width)
         return _matrix(*places, self.operator.table, self.mirrored, self.operator.shape[1])
 
 
@@ -263,7 +214,7 @@ def _settled(cells: _Cells, start: Mask, load: Load) -> Pivoted:
         return _foremost(tension.reshape(rows), overlap.reshape(rows)).ravel()
 
     return pivot(
-        cells.respond,
+        bordered(cells.coefficients, cells.factorised, cells.displacement, 1 / 4),
         cells.gaps,
         start,
         load.single() / area if force else load.single(),
