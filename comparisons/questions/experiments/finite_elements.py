@@ -26,7 +26,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.fem import Material
-from reference.fem.columns import Element, Layers, of_smooth_pressure
+from reference.fem.columns import Element, Layers, compliance
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {
@@ -192,7 +192,7 @@ def element_waves(
     q = 2 * np.pi / wavelength
     body = Layers([DEPTH * wavelength], [Material(1.0, poisson_ratio)])
     phases = q * np.cos(angles), q * np.sin(angles)
-    work = of_smooth_pressure(phases, (1.0, 1.0), body, element=element, growth=GROWTH)
+    work = compliance(phases, (1.0, 1.0), body, element=element, growth=GROWTH, smooth=True)
     stated = work * q / (2 * (1 - poisson_ratio**2))
     details = {
         "along": float(stated[0]) - 1,
