@@ -23,8 +23,8 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from skfem.element import ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2
 
 from reference.elasticity import lame_parameters
-from reference.errors import ConvergenceError
 from reference.fem.condensation import LinearSystem
+from reference.fem.conjugate_gradients import conjugate_gradients, power_of_two
 from reference.fem.element_stiffness import (
     element_order,
     facet_quadrature,
@@ -39,7 +39,6 @@ Integers = NDArray[np.int64]
 # Relative residual in the norm of the preconditioner. The force is stationary: its error is of the
 # order of the square of that of the fields.
 TOLERANCE = 1e-7
-LARGEST_COUNT = 1000
 IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones is not solved again
 
 
@@ -342,7 +341,7 @@ class IterativeFlexibility:
         free[place] = False
         for column in right.T:
             # what is a combination of known displacements needs no solve
-            column = column / _unit(column)
+            column = column / power_of_two(column)
             remainder = column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]
             size = np.linalg.norm(remainder)
             if size <= IN_SPAN * np.linalg.norm(column):
@@ -373,29 +372,15 @@ class IterativeFlexibility:
         return values
 
     def _solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
-        """Solve for the free unknowns by conjugate gradients, others zero (Saad 2003, alg. 9.1)."""
-        values = np.zeros_like(load)
-        residual = np.where(free, load, 0.0)
-        unit = _unit(residual)
-        residual /= unit
-        direction = upward = self._precondition(residual, free)
-        size = start = float(residual @ upward)
-        history = [1.0]
-        while residual.any() and not history[-1] <= TOLERANCE:
-            if not size > 0.0:  # NaN, or a preconditioner that rounding made indefinite
-                raise ConvergenceError("conjugate gradients broke down", history)
-            if len(history) > LARGEST_COUNT:
-                raise ConvergenceError("conjugate gradients did not converge", history)
-            image = np.where(free, self._image(direction), 0.0)
-            step = size / (direction @ image)
-            values += step * direction
-            residual -= step * image
-            upward = self._precondition(residual, free)
-            size, last = float(residual @ upward), size
-            direction = upward + (size / last) * direction
-            history.append(float(np.sqrt(size / start)) if size > 0.0 else np.nan)
-        self.iterations.append(len(history) - 1)
-        return values * unit
+        """Solve for the free unknowns, others zero."""
+        values, steps = conjugate_gradients(
+            lambda direction: np.where(free, self._image(direction), 0.0),
+            lambda residual: self._precondition(residual, free),
+            np.where(free, load, 0.0),
+            TOLERANCE,
+        )
+        self.iterations.append(steps)
+        return values
 
     def _precondition(self, residual: Array, free: NDArray[np.bool_]) -> Array:
         size = self.numbers.size
@@ -417,12 +402,3 @@ class IterativeFlexibility:
         field = values[:size].copy()
         field[self.following] = self.boundary @ values[size:]
         return field.reshape(self.numbers.shape)
-
-
-def _unit(values: Array) -> float:
-    """Return the power of two of the largest value, 1 of none: units that round nothing.
-
-    The preconditioner is in single precision, which has no numbers below 1e-45.
-    """
-    largest = np.abs(values).max(initial=0.0)
-    return float(np.ldexp(1.0, np.frexp(largest)[1] - 1)) if 0.0 < largest < np.inf else 1.0

@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve, pinvh
 
-from reference.errors import ConvergenceError
+from reference.fem.conjugate_gradients import conjugate_gradients
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Residual in the norm of the preconditioner, relative to that of the load.
 TOLERANCE = 1e-8
-MOST_STEPS = 1000
 AT_ONCE = 32  # right-hand sides: matrices are read once for all of them
 DAMPED = 1.5  # Jacobi's step over the inverse of the largest eigenvalue: converges below 2
 COARSEST = 300  # unknowns that are solved at once
@@ -145,37 +144,12 @@ class MultigridFlexibility:
         return self.solve(loads)[self.free, 0]
 
     def solve(self, loads: Array) -> Array:
-        """Return the displacements (3 nodes, k) under loads, by preconditioned conjugate gradients.
-
-        Raises ConvergenceError if they break down, or take more than a thousand steps; the history
-        has the largest relative residual by step.
-        """
-        # Saad 2003, alg. 9.1, for every column alone; units of powers of two change no digit
-        largest = np.abs(loads).max(axis=0)
-        units = np.ldexp(1.0, np.frexp(np.where(largest > 0.0, largest, 1.0))[1])
-        residual = loads / units
-        values = np.zeros_like(residual)
-        direction = self._cycle(residual)
-        size = start = np.einsum("ik,ik->k", residual, direction)
-        history = [1.0]
-        while history[-1] > TOLERANCE and residual.any():
-            image = self.stiffness @ direction
-            work = np.einsum("ik,ik->k", direction, image)
-            step = np.divide(size, work, out=np.zeros_like(size), where=size > 0.0)
-            values += step * direction
-            residual -= step * image
-            upward = self._cycle(residual)
-            last, size = size, np.einsum("ik,ik->k", residual, upward)
-            turn = np.divide(size, last, out=np.zeros_like(size), where=last > 0.0)
-            direction = upward + turn * direction
-            largest = np.max(np.divide(size, start, out=np.zeros_like(size), where=start > 0.0))
-            history.append(float(np.sqrt(largest)) if size.min() >= 0.0 else np.nan)
-            if not np.isfinite(history[-1]):  # NaN, or a preconditioner that is not definite
-                raise ConvergenceError("conjugate gradients broke down", history)
-            if len(history) > MOST_STEPS:
-                raise ConvergenceError("conjugate gradients did not converge", history)
-        self.iterations.append(len(history) - 1)
-        return values * units
+        """Return the displacements (3 nodes, k) under loads, by `conjugate_gradients`."""
+        values, steps = conjugate_gradients(
+            self.stiffness.__matmul__, self._cycle, loads, TOLERANCE
+        )
+        self.iterations.append(steps)
+        return values
 
     def _cycle(self, residual: Array) -> Array:
         """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
