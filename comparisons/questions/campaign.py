@@ -32,6 +32,9 @@ from comparisons.solving.plan import Effort
 
 A = TypeVar("A")
 R = TypeVar("R")
+# Part of a campaign divided among several machines: index and number of parts.
+Part = tuple[int, int]
+WHOLE: Part = (1, 1)
 Watch = Callable[["Campaign[Any, Any]", Done | None], None]
 ADVICE = "completed solves are kept: use --resume to continue, --workers 1 to save memory"
 

@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Unpack
 
 import pandas as pd
 
@@ -23,7 +23,7 @@ from comparisons.errors import InputError, ResultsError
 from comparisons.facts.quantities import DISTRIBUTIONS, FIELDS
 from comparisons.machine import source_digest
 from comparisons.methods.registry import solver_of
-from comparisons.questions.campaign import Campaign, Options
+from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.ensemble_folder import (
     RECORD,
     SUFFIX,
@@ -42,7 +42,7 @@ from comparisons.results.ensemble_folder import (
     without_curves,
     write_bundle,
 )
-from comparisons.results.folder import Header, Layout
+from comparisons.results.folder import Header, Layout, Run
 from comparisons.scene.scene import Scene
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute, this_machine, warm_up
@@ -53,8 +53,6 @@ from comparisons.solving.planning import plan_scene, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
 
-Part = tuple[int, int]
-WHOLE: Part = (1, 1)
 # Seconds per bundle: much longer than its scheduling, and little is lost when one is killed.
 TASK_SECONDS = 30.0
 # The first job is this fraction of a block (1/5): it measures the cost of a surface.
@@ -125,7 +123,11 @@ class Ensemble(Campaign[list[Bundle], EnsembleResult]):
         even = sum(map(len, missing)) / (LEAST_BUNDLES * workers)
         size = max(1, int(min(TASK_SECONDS / max(cost, 1e-9), most, even)))
         size = size if size < block else size // block * block
-        jobs = [bundle_job(task, identity(task), part) for part in _cut(missing, size)]
+        jobs = [
+            bundle_job(task, identity(task), stretch[start : start + size])
+            for stretch in missing
+            for start in range(0, len(stretch), size)
+        ]
         done = yield jobs
         return [*kept, *(value_of(done[job.key]) for job in jobs)]
 
@@ -183,14 +185,8 @@ def identity(task: Task) -> str:
     return replace(task, scene=scene, realisations=(0,)).key.rpartition("-")[2]
 
 
-def _cut(stretches: list[range], size: int) -> Iterator[range]:
-    for stretch in stretches:
-        for start in range(0, len(stretch), size):
-            yield stretch[start : start + size]
-
-
 def result_of(
-    ensemble: Ensemble, header: Header, part: str = "", runs: tuple[dict[str, Any], ...] = ()
+    ensemble: Ensemble, header: Header, part: str = "", runs: list[Run] | None = None
 ) -> EnsembleResult:
     """Return the record and the statistics of all files of a folder."""
     loads = [float(load) for load in ensemble.loads.values]
@@ -215,13 +211,11 @@ def result_of(
         source=source_digest(),
         missing=missing,
         settings=[setting for setting, _ in summaries],
-        runs=list(runs),
+        runs=runs or [],
     )
-    return EnsembleResult(record, _stacked([table for _, table in summaries]))
-
-
-def _stacked(tables: list[pd.DataFrame]) -> pd.DataFrame:
-    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame(columns=["method"])
+    nothing = pd.DataFrame(columns=["method"])
+    tables = [table for _, table in summaries] or [nothing]
+    return EnsembleResult(record, pd.concat(tables, ignore_index=True))
 
 
 BUNDLE = Archive(

@@ -32,10 +32,10 @@ from comparisons.results.ensemble_folder import (
     save_ensemble,
     survey,
 )
-from comparisons.results.folder import Header, filled
+from comparisons.results.folder import Header, Run, filled
 from comparisons.results.run_comparison import MOVED
 from comparisons.results.selection import setting_rows
-from comparisons.results.store import FIELDS, STUDY, Run, SceneRecord, StudyRecord, load_study
+from comparisons.results.store import FIELDS, STUDY, SceneRecord, StudyRecord, load_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import Plan
 from comparisons.solving.plan_record import MethodPlan
@@ -114,11 +114,7 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
         seconds = sum(run.seconds for run in runs) + time.perf_counter() - started
         # An interrupted run lists only the scenes that it had started; there may be more.
         interrupted = any(run.interrupted for run in runs)
-        # What was merged before is told as the runs that it was merged from.
-        own = (
-            run.runs or [Run(run.created, run.command, run.seconds, run.machine)] for run in runs
-        )
-        parts = tuple(part for several in own for part in several)
+        parts = tuple(_parts(runs))
         study.save(replace(together, seconds=seconds, runs=parts, interrupted=interrupted))
     study.directory = out
     return study
@@ -173,11 +169,8 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
             "seconds": sum(run.seconds for run in runs.values()),
             "interrupted": any(run.interrupted for run in runs.values()),
         }
-        keys = ("created", "command", "seconds", "machine")
-        own = (run.runs or [{key: getattr(run, key) for key in keys}] for run in runs.values())
-        parts = tuple(part for several in own for part in several)
         ensemble = Ensemble(parse_scene(last.text, last.name, Path()), folder)
-        merged = result_of(ensemble, Header(**header), runs=parts)
+        merged = result_of(ensemble, Header(**header), runs=list(_parts(runs.values())))
         save_ensemble(folder, merged)
     return merged
 
@@ -185,6 +178,12 @@ def merge_ensembles(directories: Iterable[Path], out: Path, command: str = "") -
 def are_ensembles(directories: Iterable[Path]) -> bool:
     """Return whether any of the folders holds an ensemble."""
     return any((directory / RECORD).exists() for directory in directories)
+
+
+def _parts(runs: Iterable[StudyRecord | EnsembleRecord]) -> Iterator[Run]:
+    """Yield the runs; one that was merged before is told as those that it was merged from."""
+    for run in runs:
+        yield from run.runs or [Run(run.created, run.command, run.seconds, run.machine)]
 
 
 def _refuse(what: str, problems: Iterable[str]) -> None:

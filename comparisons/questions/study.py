@@ -13,16 +13,15 @@ from comparisons.facts.methods import METHODS
 from comparisons.files import read_arrays, write_arrays
 from comparisons.judging.refinement import enlarged, refinements
 from comparisons.machine import source_digest
-from comparisons.questions.campaign import Campaign, Options
+from comparisons.questions.campaign import WHOLE, Campaign, Options, Part
 from comparisons.results.exports import MEASURES, TO_TAKE, write_exports, write_fields
-from comparisons.results.folder import MAILED, PAGE, Header, Layout
+from comparisons.results.folder import MAILED, PAGE, Header, Layout, Run
 from comparisons.results.scene_record import record_scene
 from comparisons.results.store import (
     DISTRIBUTIONS,
     FIELDS,
     RESULTS,
     STUDY,
-    Run,
     SceneRecord,
     StudyRecord,
     read_study,
@@ -39,9 +38,6 @@ from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
-# Part of a study divided among several machines: index and number of parts.
-Part = tuple[int, int]
-WHOLE: Part = (1, 1)
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort
 SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 

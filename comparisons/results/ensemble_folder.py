@@ -25,8 +25,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError, ResultsError
-from comparisons.files import write_atomically, write_table, write_text
-from comparisons.results.folder import Form, Header, read_record
+from comparisons.files import write_atomically, write_table
+from comparisons.results.folder import Form, Header, Run, read_record
 from comparisons.tasks.solution import Solution
 
 RECORD, TABLE, SURFACES = "ensemble.json", "statistics.csv", "surfaces"
@@ -78,7 +78,7 @@ class EnsembleRecord(Header):
         Digest of roughline's own source.
     missing : list of str
         Setting and range of the surfaces that are not solved.
-    runs : list of dict
+    runs : list of Run
         The runs that were merged.
     """
 
@@ -91,7 +91,7 @@ class EnsembleRecord(Header):
     source: str
     missing: list[str]
     settings: list[SettingRecord]
-    runs: list[dict[str, Any]]
+    runs: list[Run]
 
 
 class EnsembleResult(NamedTuple):
@@ -181,7 +181,7 @@ def summary(files: Files, control: str, loads: list[float]) -> tuple[SettingReco
 def save_ensemble(directory: Path, result: EnsembleResult) -> None:
     """Write ensemble.json and statistics.csv."""
     write_table(directory / TABLE, result.statistics)
-    write_text(directory / RECORD, result.record.model_dump_json(indent=1) + "\n")
+    result.record.write(directory / RECORD)
 
 
 def load_ensemble(directory: Path) -> EnsembleRecord:

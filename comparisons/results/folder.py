@@ -16,6 +16,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from comparisons.errors import ResultsError
+from comparisons.files import write_text
 
 PAGE, MAILED = "report.html", "report-static.html"
 # Held by the process that writes the folder, whom it names.
@@ -174,6 +175,16 @@ class Form(BaseModel):
     model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
 
 
+@dataclass(frozen=True)
+class Run:
+    """A run that was merged with others."""
+
+    created: str
+    command: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+
+
 class Header(Form):
     """A run of a campaign.
 
@@ -196,6 +207,10 @@ class Header(Form):
     machine: dict[str, str | int | float | None]
     versions: dict[str, str]
     interrupted: bool
+
+    def write(self, file: Path) -> None:
+        """Write the record, atomically."""
+        write_text(file, self.model_dump_json(indent=1) + "\n")
 
 
 Record = TypeVar("Record", bound=Header)

@@ -44,6 +44,7 @@ from comparisons.judging.reference import Reference
 from comparisons.judging.verdicts import Verdict
 from comparisons.machine import source_digest
 from comparisons.results import rows
+from comparisons.results.folder import Run
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.scene.physics.absolute_loads import PATHS
 from comparisons.scene.problems import first_problems
@@ -209,16 +210,6 @@ def _checked_fields(path: Path, changed: int) -> Mapping[str, np.ndarray]:
     if problems:
         raise ResultsError(f"{path}: damaged results ({'; '.join(problems)})")
     return fields
-
-
-@dataclass(frozen=True)
-class Run:
-    """A run that was merged with others."""
-
-    created: str
-    command: str
-    seconds: float
-    machine: dict[str, str | int | float | None]
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
     verbose
         Print the verdict on every quantity, and the advice for each scene.
     """
-    from comparisons.questions.study import WHOLE, Study
+    from comparisons.questions.campaign import WHOLE
+    from comparisons.questions.study import Study
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.folder import held
     from comparisons.solving.planning import plan_all

@@ -199,7 +199,8 @@ def ensemble(
     resume
         Continue an interrupted run, or one with fewer surfaces.
     """
-    from comparisons.questions.ensemble import WHOLE, Ensemble
+    from comparisons.questions.campaign import WHOLE
+    from comparisons.questions.ensemble import Ensemble
     from comparisons.scene.scene import load_scene
     from roughline.commands import terminal
     from roughline.commands.progress import watched

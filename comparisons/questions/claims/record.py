@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from comparisons.files import write_text
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results.folder import Form, Header, read_record
 
@@ -169,11 +168,6 @@ class ClaimsRecord(Header):
     """A complete run of claims."""
 
     claims: list[ClaimRecord]
-
-
-def save_claims(directory: Path, record: ClaimsRecord) -> None:
-    """Write claims.json, atomically."""
-    write_text(directory / RECORD, record.model_dump_json(indent=1) + "\n")
 
 
 def load_claims_record(path: Path) -> ClaimsRecord:

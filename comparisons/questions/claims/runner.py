@@ -27,7 +27,6 @@ from comparisons.questions.claims.record import (
     NuisanceRecord,
     PointRecord,
     load_claims_record,
-    save_claims,
     verdict_of,
     verdict_over_all,
 )
@@ -96,7 +95,7 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
 
     def save(self, record: ClaimsRecord) -> None:
         """Write claims.json."""
-        save_claims(self.directory, record)
+        record.write(self.directory / RECORD)
 
     def seconds_before(self) -> float | None:
         """Return the seconds of the resumed run."""

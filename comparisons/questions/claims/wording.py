@@ -225,16 +225,13 @@ def _open(points: list[PointRecord]) -> str:
     if not left:
         return ""
     unmeasured = [point for point in left if point.word == NO_RESULT]
-    widest = (unmeasured or [max(left, key=_width)])[0]
+    bars = [np.inf if point.uncertainty is None else point.uncertainty for point in left]
+    widest = (unmeasured or [left[int(np.argmax(bars))]])[0]
     if widest.word == NO_RESULT:
         detail = f"no result at {value(widest.parameter)}: {_reason(widest)}"
     else:
         detail = f"at {value(widest.parameter)} the {widest.noun} is {error_text(widest)}"
     return f"; {len(left)} of {len(points)} points are not resolved ({detail})"
-
-
-def _width(point: PointRecord) -> float:
-    return np.inf if point.uncertainty is None else point.uncertainty
 
 
 def _reason(point: PointRecord) -> str:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pandas as pd
 from pydantic import Field
 
-from comparisons.files import write_table, write_text
 from comparisons.results.folder import Form, Header, read_record
 
 RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
@@ -74,16 +72,6 @@ class HardCasesRecord(Header):
         return [
             outcome for outcome in self.outcomes if outcome.kind == "lost" and not outcome.expected
         ]
-
-
-def save_record(directory: Path, record: HardCasesRecord) -> None:
-    """Write hard-cases.json and hard-cases.csv, atomically."""
-    write_text(directory / RECORD, record.model_dump_json(indent=1) + "\n")
-    rows = [
-        outcome.model_dump() | {"lost": " ".join(map(str, outcome.lost))}
-        for outcome in record.outcomes
-    ]
-    write_table(directory / TABLE, pd.DataFrame(rows, columns=list(OutcomeRecord.model_fields)))
 
 
 def load_record(directory: Path) -> HardCasesRecord:

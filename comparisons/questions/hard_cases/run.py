@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any, Unpack
 
 import numpy as np
+import pandas as pd
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
-from comparisons.files import plain
+from comparisons.files import plain, write_table
 from comparisons.formatting import relative
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.metrics import relative_error
@@ -37,7 +38,6 @@ from comparisons.questions.hard_cases.record import (
     TABLE,
     HardCasesRecord,
     OutcomeRecord,
-    save_record,
 )
 from comparisons.results.folder import PAGE, Header, Layout
 from comparisons.solving.execution import execute
@@ -92,7 +92,13 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
 
     def save(self, record: HardCasesRecord) -> None:
         """Write hard-cases.json and hard-cases.csv."""
-        save_record(self.directory, record)
+        rows = [
+            outcome.model_dump() | {"lost": " ".join(map(str, outcome.lost))}
+            for outcome in record.outcomes
+        ]
+        table = pd.DataFrame(rows, columns=list(OutcomeRecord.model_fields))
+        record.write(self.directory / RECORD)
+        write_table(self.directory / TABLE, table)
 
 
 def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
+from comparisons.questions.claims.record import RECORD, ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.results.advice import advise
 from reports.pages import study as html
 from reports.pages.claims import claims_beside
@@ -100,7 +100,7 @@ def test_claims_beside_a_study_are_taken_up_with_their_evidence(study, tmp_path)
         created="2026-01-31T12:00", command="roughline claims", effort="quick", seconds=1.0,
         machine={}, versions={}, interrupted=False, claims=[claim("holds")],
     )  # fmt: skip
-    save_claims(folder, record)
+    record.write(folder / RECORD)
     (folder / "report.html").write_text("page")
     beside = claims_beside(tmp_path / "quick")
     assert beside.page == "../claims/report.html"
