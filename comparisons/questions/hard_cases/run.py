@@ -5,7 +5,6 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -51,6 +50,7 @@ from comparisons.tasks.task import Task
 
 PEER = "nothing is promised for other people's code: it is shown as it is"
 LOST, LEFT_OUT = "lost", "left out"
+WARNED = "warned: "
 
 
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
@@ -138,11 +138,11 @@ def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[l
     if case.truth.formula is None and not refused:
         trusted = {(judge, n): _jobs(true_plan, judge, n) for n in case.truth.resolutions}
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
-    solved = {key: _joined(jobs, done).solution for key, jobs in trusted.items()}
+    solved = {key: _joined(jobs, done) for key, jobs in trusted.items()}
     curves, bars = _truth(case, true_plan, solved)
     for (name, resolution), jobs in solves.items():
-        joined = _joined(jobs, done)
-        found[name] = _measured(case, plan, curves, bars, name, resolution, joined)
+        solution = _joined(jobs, done)
+        found[name] = _measured(case, plan, curves, bars, name, resolution, solution)
     return [found[name] for name in methods]
 
 
@@ -166,28 +166,17 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
     return _judged(case, name, kind=REFUSED, reason=reason) if reason else resolution
 
 
-@dataclass(frozen=True)
-class Warned:
-    """A solution with the numerical warnings during its solve, which are reported as flaws."""
-
-    solution: Solution
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def compile_seconds(self) -> float:
-        """Compilation time of the solution."""
-        return self.solution.compile_seconds
-
-
-def solve_warned(task: Task) -> Warned:
-    """Solve a task for its curves, and record warnings."""
+def solve_warned(task: Task) -> Solution:
+    """Solve a task for its curves; numerical warnings are flaws, and reasons of no load step."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
         solution = execute(task)
     solution.fields.clear()
     arithmetic = [warned for warned in caught if issubclass(warned.category, RuntimeWarning)]
-    return Warned(solution, tuple(str(warned.message) for warned in arithmetic))
+    for number, warned in enumerate(arithmetic, start=1):
+        solution.reasons[0, -number] = f"{WARNED}{warned.message}"
+    return solution
 
 
 def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
@@ -196,14 +185,14 @@ def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
     return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
 
 
-def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Warned:
-    """Return the joined solution of all blocks, and the distinct warnings."""
-    parts = []
-    for job in jobs:
-        lost, value = done[job.key].lost, done[job.key].value
-        parts.append(Warned(Solution.lost(job.arguments[0], lost)) if lost else value)
-    solution = Solution.concat([part.solution for part in parts], axis=REALISATIONS)
-    return Warned(solution, tuple(dict.fromkeys(t for part in parts for t in part.warnings)))
+def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Solution:
+    """Return the joined solution of all blocks."""
+    outcomes = [done[job.key] for job in jobs]
+    parts = [
+        Solution.lost(job.arguments[0], outcome.lost) if outcome.lost else outcome.value
+        for job, outcome in zip(jobs, outcomes, strict=True)
+    ]
+    return Solution.concat(parts, axis=REALISATIONS)
 
 
 def _measured(
@@ -213,12 +202,11 @@ def _measured(
     bars: Curves,
     name: str,
     resolution: int,
-    warned: Warned,
+    solution: Solution,
 ) -> OutcomeRecord:
-    solution = warned.solution
     lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
-    reasons = list(dict.fromkeys(solution.reasons.values()))
-    reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned.warnings)])
+    reasons = dict.fromkeys(solution.reasons.values())
+    reason = "; ".join(sorted(reasons, key=lambda text: text.startswith(WARNED)))
     common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
     if not solution.converged.any():
         expected = case.expected.get(name)
@@ -342,6 +330,6 @@ def _deviation(kind: str, found: dict[str, Any], expectation: Expected) -> str:
         differences.append("no reason is given for the lost steps")
     if expectation.reason not in reason:
         differences.append(f"the reason does not say {expectation.reason!r}")
-    if "warned: " in reason:
+    if WARNED in reason:
         differences.append("it warns")
     return "; ".join(differences)
