@@ -437,8 +437,9 @@ def on_whole_patch(contact: Contact, response: Response, control: str, area: flo
 
     Of the mean gap at the same depth the load on the strip adds little, for beside it the
     surface is held by contact and beyond it the patch has ended: (1 - 0.85) of what as much
-    load spread over the contact would. That share is measured, on fifty patches, and leaves a
-    third of the first order at the heaviest loads, where a tenth of the surface is open.
+    load spread over the contact would, and that of the open share of the patch, for what touches
+    has no gap. The 0.85 is measured, on fifty patches; at .5 E* A0 h', where a third of the patch
+    is open, the mean gap on two and four cells to a point then errs by 1.4 and .4 % (median of 24).
 
     The contact is elastic, on a free patch; the response is that of its contact cells to a unit
     of depth, `control` what was prescribed, and stays: "force", "penetration" or "mean_gap".
@@ -451,7 +452,7 @@ def on_whole_patch(contact: Contact, response: Response, control: str, area: flo
     extra *= EDGE_OFFSET * EDGE_COMPLIANCE * operator.cell_area / operator.effective_modulus
     depth, spread = extra / response.stiffness, response.mean_displacement
     # at the same depth, then along the curve to what was prescribed
-    opened = (1 - HELD) * spread * depth
+    opened = (1 - HELD) * (1 - float(contact.mask.mean())) * spread * depth
     further = -depth if control == "force" else 0.0
     if control == "mean_gap":
         further = opened / (1 - spread)
