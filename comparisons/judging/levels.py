@@ -9,12 +9,7 @@ import numpy as np
 from comparisons.facts.methods import ELEMENTS, GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
-from comparisons.judging.uncertainty import (
-    Kind,
-    combined,
-    discretisation,
-    located_uncertainty,
-)
+from comparisons.judging.uncertainty import Kind, combined, discretisation, line_uncertainty
 from comparisons.tasks.solution import Contact, Solution, Solved
 
 Curves = dict[str, np.ndarray]
@@ -142,28 +137,22 @@ class Levels:
         last = list(self.solutions.values())[-1]
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
-        if name == "contact_area" and self._located:
-            # the bar of the area of the finest grid that has any
-            solved = [n for n, area in curves.items() if np.isfinite(area).any()]
-            finest = max(solved, default=max(curves))
-            counted = self.curves(finest)["contact_area_raw"]
-            cells = self.solutions[finest].unknowns or finest**2
-            sides = finest, cells / finest
-            periodic = self._contact == "periodic"
-            return located_uncertainty(
-                np.array(list(curves.values())), counted, sides, periodic=periodic
-            )
         series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
         areas = None if self.finest is None else self.curves(self.finest).get("contact_area")
         grids = np.array(list(curves))
-        return discretisation(grids, series, (name, self.kind), sizes=sizes, areas=areas)
-
-    @property
-    def _located(self) -> bool:
-        """Whether it is of cells that are counted, too, on a rough surface without physics."""
-        finest = next(reversed(self.solutions.values()))
-        return METHODS[self.method].grid and self.rough and "contact_area_raw" in finest.quantities
+        known, apparent = (name, self.kind), last.apparent_area
+        bar = discretisation(grids, series, known, sizes=sizes, areas=areas, apparent=apparent)
+        if not (name == "contact_area" and self.rough and "contact_area_raw" in last.quantities):
+            return bar
+        # of the finest grid that has any area
+        finest = max(
+            (n for n, area in curves.items() if np.isfinite(area).any()), default=max(curves)
+        )
+        sides = finest, (self.solutions[finest].unknowns or finest**2) / finest
+        counted = self.curves(finest)["contact_area_raw"]
+        periodic = self._contact == "periodic"
+        return combined(bar, line_uncertainty(curves[finest], counted, sides, periodic=periodic))
 
     @property
     def kind(self) -> Kind | None:

@@ -65,15 +65,17 @@ class Share(NamedTuple):
     order : float
         At which errors fall with cells or elements to a contact.
     factor : float
+        Of rough surfaces, of which many loads or few may be asked: that of Student's t of as many
+        degrees of freedom as there are changes, for as many estimates may all be small by chance.
     two : float
-        What the factor is multiplied by where there are two grids, or meshes of elements, only:
-        their change may be small by chance, and no other tells. Of the single contacts' cases, with
-        their coarsest grid left out, 99 % and more are covered then.
+        What the factor of single contacts is multiplied by where there are two grids, or meshes of
+        elements, only. Of their cases, with their coarsest grid left out, 99 % and more are covered
+        then.
     """
 
     order: float
     factor: float
-    two: float
+    two: float = 1.0
 
 
 Shares = Mapping[Calibrated, Share]
@@ -81,17 +83,17 @@ Shares = Mapping[Calibrated, Share]
 # on the fitting halves; orders, the coverage that is required there, and margins were chosen by
 # hand, after proved intervals had been seen. Those of rough surfaces were chosen by hand on
 # patches, periods and parts of maps, and held against others (`docs/examples/map_bars.py`).
-# Areas of rough surfaces on cells are not known by a share, but by `located_uncertainty`; `Rule`
-# holds where none was measured.
+# Areas of rough surfaces err by cells at the contact line, too (`line_uncertainty`); `Rule` holds
+# where none was measured.
 SHARES: Shares = {
-    ("contact_area", "free"): Share(1.0, 2.0, 1.4),
-    ("contact_area", "periodic"): Share(1.0, 1.2, 1.4),
-    ("penetration", "free"): Share(1.5, 2.3, 1.1),
-    ("penetration", "periodic"): Share(2.0, 1.7, 1.1),
-    ("mean_gap", "free"): Share(1.5, 2.2, 1.1),
-    ("mean_gap", "periodic"): Share(2.0, 1.6, 1.1),
-    ("stiffness", "free"): Share(1.0, 2.2, 1.3),
-    ("stiffness", "periodic"): Share(1.0, 1.5, 1.3),
+    ("contact_area", "free"): Share(1.0, 0.38),
+    ("contact_area", "periodic"): Share(1.0, 0.38),
+    ("penetration", "free"): Share(1.5, 1.0),
+    ("penetration", "periodic"): Share(2.25, 0.66),
+    ("mean_gap", "free"): Share(1.5, 1.0),
+    ("mean_gap", "periodic"): Share(2.25, 0.7),
+    ("stiffness", "free"): Share(1.0, 0.92),
+    ("stiffness", "periodic"): Share(1.0, 0.62),
     ("force", "cells"): Share(2.0, 3.16, 1.4),
     ("penetration", "cells"): Share(2.0, 2.97, 1.4),
     ("contact_area", "cells"): Share(2.0, 3.38, 1.4),
@@ -118,6 +120,8 @@ def share_of(quantity: Calibrated, shares: Shares = SHARES) -> Share | None:
     return shares.get((name, kind))
 
 
+# Open share of a rough surface that counts at the least: none below a fifth was measured.
+LEAST = 0.1
 # Orders between which an observed one is looked for.
 LEAST, MOST = 1e-3, 10.0
 RULE = Rule()
@@ -193,6 +197,7 @@ def share_uncertainty(
     quantity: Calibrated,
     share: Share | None = None,
     areas: np.ndarray | None = None,
+    apparent: float = np.nan,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
@@ -203,8 +208,10 @@ def share_uncertainty(
     mean square is known far better than any of them, which may be small by chance.
 
     Parameters as of `grid_uncertainty`, the quantity with what it is of, its share (default: of
-    `SHARES`), and the contact areas at the load steps (k,), to which a^2 is proportional on cells;
-    without them they count as equal.
+    `SHARES`), the contact areas at the load steps (k,), to which a^2 is proportional on cells, and
+    the apparent area of a rough surface: near closure the gaps are as narrow as spots are at light
+    loads, so that a^2 is taken as proportional to the product of contact and open share. Without
+    areas all loads count as equal.
     NaN where the finest value is zero or infinite, too: nothing is relative to that.
 
     Examples
@@ -212,7 +219,7 @@ def share_uncertainty(
     >>> depth = np.array([[1.2], [1.1], [1.05]])
     >>> free = ("penetration", "free")
     >>> round(float(share_uncertainty(np.array([64, 128, 256]), depth, free)[0]), 3)
-    0.031
+    0.053
     """
     curves = np.asarray(curves, dtype=float)
     usable = np.isfinite(curves).any(axis=1)
@@ -222,31 +229,39 @@ def share_uncertainty(
     share = share or SHARES[quantity]
     order = share.order
     factor = share.factor * (share.two if len(curves) == 2 else 1.0)
+    rough = quantity[1] in ("free", "periodic")
     n, power = resolutions[-3:], -2 * order
     left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
     with np.errstate(divide="ignore", invalid="ignore"):
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))[-2:]
-        across = _cells(quantity, curves[-1], areas) ** (order / 2)
+        across = _cells(quantity, curves[-1], areas, apparent) ** (order / 2)
         estimates = (changes * left[:, None] * across).ravel()
     estimates = estimates[np.isfinite(estimates)]
-    constant = np.sqrt(np.mean(estimates**2)) if estimates.size else np.nan
+    if not estimates.size:
+        return np.full(curves.shape[1], np.nan)
+    constant = np.sqrt(np.mean(estimates**2))
+    if rough:
+        factor *= special.stdtrit(estimates.size, 0.975)
     known = np.isfinite(curves[-1]) & (curves[-1] != 0)
     return np.where(known, factor * constant / across, np.nan)
 
 
-def _cells(quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None) -> np.ndarray:
-    """Return to what the number of cells in contact is proportional, (k,), NaN without contact.
+def _cells(
+    quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None, apparent: float
+) -> np.ndarray:
+    """Return to what the number of cells that count is proportional, (k,), NaN without contact.
 
     Meshes of elements are fitted to the contact: they have as many elements at every load. The mean
-    gap of a rough surface errs as much at every load, as it falls while contact grows.
+    gap is that of open cells, and vanishes as they do: their share counts twice.
     """
     name, kind = quantity
-    if kind == "elements" or name == "mean_gap":
+    if kind == "elements":
         return np.ones(len(values))
     if name in AREAS:
         areas = np.abs(values) ** AREAS[name]
     cells = np.ones(len(values)) if areas is None else np.abs(areas)
-    return np.where(cells > 0, cells, np.nan)
+    gaps = np.ones(len(values)) if np.isnan(apparent) else np.maximum(1 - cells / apparent, LEAST)
+    return np.where(cells > 0, gaps**2 if name == "mean_gap" else gaps * cells, np.nan)
 
 
 def discretisation(
@@ -257,6 +272,7 @@ def discretisation(
     shares: Shares = SHARES,
     sizes: np.ndarray | None = None,
     areas: np.ndarray | None = None,
+    apparent: float = np.nan,
 ) -> np.ndarray:
     """Return the relative uncertainty of the finest of several solutions, per load step, (k,).
 
@@ -266,7 +282,7 @@ def discretisation(
     name, kind = quantity
     share = None if kind is None else share_of((name, kind), shares)
     if kind is not None and share is not None:
-        return share_uncertainty(resolutions, curves, (name, kind), share, areas)
+        return share_uncertainty(resolutions, curves, (name, kind), share, areas, apparent)
     bar = grid_uncertainty(resolutions, curves, sizes=sizes)
     return of_fewer_cells(bar) if kind == "cells" else bar
 
@@ -384,61 +400,44 @@ def combined(*sources: ArrayLike) -> np.ndarray:
     return np.sqrt(np.sum([np.asarray(source) ** 2 for source in sources], axis=0))
 
 
-# Bar per x^ORDER, and the least share of the last change: some more than what that order leaves.
-FACTOR, ORDER, CHANGE = 0.45, 1.5, 0.5
+# Bar per x^ORDER: some more than what that order leaves.
+FACTOR, ORDER = 0.4, 1.5
 
 
-def located_uncertainty(
-    areas: np.ndarray, counted: np.ndarray, sides: tuple[float, float], *, periodic: bool
+def line_uncertainty(
+    area: np.ndarray, counted: np.ndarray, sides: tuple[float, float], *, periodic: bool
 ) -> np.ndarray:
-    """Return the relative uncertainty of the area on the finest of several grids, per load, (k,).
+    """Return what cells at the contact line leave not known of an area, relative to it, per load.
 
-    Of areas with a located contact line, on rough surfaces. What is left of the error is that of
-    cells at the contact line. How many these are is known: counted areas are too large by half a
-    cell along the line. Of that excess x = A_counted/A - 1 the located area errs by some 0.25
-    x^(3/2): its order on rough surfaces, where spots of a few cells and narrow gaps are always
-    there. The change from the last grid says less, because it is the error of the coarser one: on
-    maps with waves of two points it is three to six times the error that is left.
+    How many these are is known: counted areas are too large by half a cell along the line. Of that
+    excess x = A_counted/A - 1 located areas err by some 0.25 x^(3/2) on rough surfaces, where spots
+    of a few cells and narrow gaps are always there. Where waves have two points, as on maps, that
+    is as much as changes between grids tell (`share_uncertainty`).
 
     On the rim of a free patch the line lies a known part of a cell inside (`areas`) that depends on
-    how the area grows with the load: all of that strip is taken as not known. On periodic surfaces
-    half as much is, for near full contact the narrow gaps that are left have few cells on their
-    line.
-
-    The factor was chosen on parts of three measured maps and on random surfaces, for 95 % of cases
-    and more; `docs/examples/map_bars.py` prints what it covers on them and on others.
+    how the area grows with the load: half of that strip is taken as not known.
 
     Parameters
     ----------
-    areas : ndarray, shape (m, k)
-        Located areas on grids, coarse to fine.
-    counted : ndarray, shape (k,)
-        Area of the cells in contact on the finest.
+    area, counted : ndarray, shape (k,)
+        Located area, and that of the cells in contact.
     sides : (float, float)
-        Cells to the sides of that.
+        Cells to the sides of the grid.
     periodic : bool
         Whether the surface has no rim.
 
     Returns
     -------
     ndarray, shape (k,)
-        NaN with one grid, and where an area is lost or zero.
+        NaN where an area is lost or zero.
 
     Examples
     --------
-    >>> areas = np.array([[1.02], [1.0]])
-    >>> bar = located_uncertainty(areas, np.array([1.06]), (512, 512), periodic=True)
+    >>> bar = line_uncertainty(np.array([1.0]), np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
-    0.01
+    0.0059
     """
-    areas = np.asarray(areas, dtype=float)
-    areas = areas[np.isfinite(areas).any(axis=1)]
-    if len(areas) < 2:
-        return np.full(areas.shape[1], np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        excess = np.where(areas[-1] > 0, np.maximum(counted / areas[-1] - 1, 0.0), np.nan)
-        change = np.abs(areas[-2] / areas[-1] - 1)
-    rim = (1 if periodic else 2) * EDGE_OFFSET * (1 / sides[0] + 1 / sides[1])
-    return np.fmax(
-        FACTOR * excess**ORDER + rim, np.where(np.isnan(excess), np.nan, CHANGE * change)
-    )
+        excess = np.where(area > 0, np.maximum(counted / area - 1, 0.0), np.nan)
+    rim = 0.0 if periodic else EDGE_OFFSET * (1 / sides[0] + 1 / sides[1])
+    return np.asarray(FACTOR * excess**ORDER + rim)

@@ -281,7 +281,8 @@ def _rough_series(
         means = [values.mean(axis=1)] if len(single) > 1 else []
         finest = grids[levels[-1]].quantities
         areas, counted = (
-            _of_surfaces(finest[name], bool(means)) for name in ("contact_area", "contact_area_raw")
+            [*area, *([area.mean(axis=0)] if means else [])]
+            for area in (finest["contact_area"], finest["contact_area_raw"])
         )
         for number, series in enumerate((*single, *means)):
             known = series[:-1]
@@ -297,11 +298,7 @@ def _rough_series(
                 curves=known,
                 bars_beside_grid=np.zeros(len(ROUGH_LOADS)),
                 areas=areas[number],
+                apparent=grids[TRUTH].apparent_area,
                 counted=counted[number] if quantity == "contact_area" else None,
             )
             yield held_against(OTHERS if number else sides, case)
-
-
-def _of_surfaces(values: np.ndarray, mean: bool) -> list[np.ndarray]:
-    """Return the values (surfaces, loads) of each surface, then their mean where it is a case."""
-    return [*values, *([values.mean(axis=0)] if mean else [])]

@@ -25,7 +25,7 @@ from comparisons.judging.uncertainty import (
     Shares,
     combined,
     discretisation,
-    located_uncertainty,
+    line_uncertainty,
 )
 
 # Why a bar has no interval beside it.
@@ -40,10 +40,10 @@ class Case:
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be recomputed with other shares. Error and bar are the rms over the load steps. `beyond`
     (steps) is the relative distance from the proved interval, 0 inside, NaN where there is none;
-    `unproved` says why there is none at all. `areas` (steps) are contact areas. `kind`: what its
-    share of the changes was measured for (`uncertainty.Share`). `counted` (steps), of an area:
-    that of the cells of the finest grid, which its bar is from then (`located_uncertainty`). The
-    grid's bar is taken `widened` times.
+    `unproved` says why there is none at all. `areas` (steps) are contact areas,
+    `apparent` that of the surface, `counted` (steps), of an area, that of the cells on the finest
+    grid. `kind`: what its share of the changes was measured for (`uncertainty.Share`). The grid's
+    bar is taken `widened` times.
     """
 
     half: str
@@ -59,6 +59,7 @@ class Case:
     beyond: np.ndarray | None = None
     unproved: str = ""
     areas: np.ndarray | None = None
+    apparent: float = float("nan")
     shares: Shares = field(default_factory=lambda: SHARES)
     counted: np.ndarray | None = None
     widened: float = 1.0
@@ -71,13 +72,19 @@ class Case:
     @cached_property
     def bars(self) -> np.ndarray:
         """Estimated 95 % half-widths at the load steps, by the rule, (steps,)."""
-        levels, known = np.array(self.resolutions), (self.quantity, self.kind)
-        if self.counted is None:
-            grid = discretisation(levels, self.curves, known, shares=self.shares, areas=self.areas)
-        else:
-            periodic = self.kind == "periodic"
-            sides = (levels[-1],) * 2
-            grid = located_uncertainty(self.curves, self.counted, sides, periodic=periodic)
+        known = self.quantity, self.kind
+        grid = discretisation(
+            np.array(self.resolutions),
+            self.curves,
+            known,
+            shares=self.shares,
+            areas=self.areas,
+            apparent=self.apparent,
+        )
+        if self.counted is not None:
+            sides, periodic = (self.resolutions[-1],) * 2, self.kind == "periodic"
+            line = line_uncertainty(self.curves[-1], self.counted, sides, periodic=periodic)
+            grid = combined(grid, line)
         return combined(self.widened * grid, self.bars_beside_grid)
 
     @property
@@ -243,8 +250,7 @@ def fitted_shares(cases: Iterable[Case]) -> Shares:
 
     Every factor covers the required share of the bars at every load of its cases with three grids,
     `two` times as much that of the cases with two; the factors are then raised. What nothing covers
-    keeps its value. Areas that are counted, too, have a rule of their own: here they stand for
-    those of other methods.
+    keeps its value. Of areas it is what changes between grids tell, without the contact line.
     """
     fitting = [replace(case, counted=None) for case in cases if case.half == "fitting"]
     fitted: dict[Calibrated, Share] = {}

@@ -14,7 +14,10 @@ from comparisons.tasks.solution import Solution
 
 PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
-_NUMBERS = ("unknowns", "truncation", "seconds", "setup_seconds", "compile_seconds", "memory")
+_NUMBERS = (
+    *("unknowns", "truncation", "apparent_area"),
+    *("seconds", "setup_seconds", "compile_seconds", "memory"),
+)
 
 
 def save_solution(path: Path, solution: Solution) -> None:

@@ -95,6 +95,8 @@ class Solution:
     contact : {"", "single", "free", "periodic"}
         Elastic contact without other physics, of one body or of a rough surface: what error a
         change between grids leaves was measured there.
+    apparent_area : float
+        Of a rough surface, in m2; NaN of others.
     pressures : dict
         (realisation index, step) -> function that returns the pressure there, for the steps that
         are shown of realisation 0 (`shown_loads.shown_steps`), and for all from which quantities
@@ -121,6 +123,7 @@ class Solution:
     exact: tuple[str, ...] = ()
     path: bool = False
     contact: Contact = ""
+    apparent_area: float = float("nan")
     pressures: dict[tuple[int, int], Callable[[], Fields]] = field(default_factory=dict)
     body_fields: Callable[[], Fields] | None = None
     seconds: float = float("nan")
@@ -148,6 +151,7 @@ class Solution:
             unknowns=unknowns,
             path=task.loads.is_path,
             contact=contact,
+            apparent_area=geometry.area if isinstance(geometry, RoughGeometry) else float("nan"),
         )
 
     @classmethod

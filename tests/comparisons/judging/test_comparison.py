@@ -9,6 +9,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.judging.comparison import compare, main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.truth import choose_truth, truths
+from comparisons.judging.uncertainty import share_uncertainty
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 from reference.halfspace.punches import EDGE_OFFSET
@@ -392,9 +393,11 @@ def test_the_bar_of_a_located_area_is_of_the_finest_grid_that_has_any():
     np.testing.assert_array_equal(
         Levels("bem_fft", {**two, 256: lost}).discretisation("contact_area"), bar
     )
-    # 128 x 32 cells: two ends of 0.175 cells on either side
-    strip = 2 * EDGE_OFFSET * (1 / 128 + 1 / 32)
-    np.testing.assert_allclose(bar, 0.45 * 0.06**1.5 + strip)
+    # 128 x 32 cells: half of two ends of 0.175 cells on either side; and a change of 2 %
+    line = 0.4 * 0.06**1.5 + EDGE_OFFSET * (1 / 128 + 1 / 32)
+    areas = np.array([[1.02], [1.0]])
+    change = share_uncertainty(np.array([64, 128]), areas, ("contact_area", "free"))
+    np.testing.assert_allclose(bar[0], np.hypot(line, change))
 
 
 # --- pressures ------------------------------------------------------------------------------

@@ -31,39 +31,67 @@ def test_the_truth_is_eight_times_finer_and_the_halves_share_no_surface():
 
 @pytest.mark.parametrize("kind", ["free", "periodic"])
 def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
-    """Errors of c (a n)^-p, independent on all grids: the bar is the factor times that error."""
+    """Errors of c (a n)^-p, independent on all grids: the bar is Student's t times that error.
+
+    a^2 is the contact area times the open share; of the mean gap, that share squared.
+    """
     grids, areas = np.array(LEVELS), np.array([0.01, 0.1, 0.4])
-    for name in ("penetration", "stiffness"):
+    known = {"areas": areas, "apparent": 1.0}
+    for name, cells in (
+        *((name, areas * (1 - areas)) for name in ("penetration", "stiffness")),
+        ("mean_gap", (1 - areas) ** 2),
+    ):
         order, factor = SHARES[name, kind].order, SHARES[name, kind].factor
-        errors = 1e-5 * (grids[:, None] / LEVELS[-1] * np.sqrt(areas)) ** -order
+        errors = 1e-5 * (grids[:, None] / LEVELS[-1] * np.sqrt(cells)) ** -order
         # changes as large as those of independent errors, of one sign
         steps = np.sqrt(errors[1:] ** 2 + errors[:-1] ** 2)
         curves = np.cumprod(np.vstack([np.ones(3), 1 + steps]), axis=0)
-        bars = share_uncertainty(grids, curves, (name, kind), areas=areas)
-        assert bars == pytest.approx(factor * errors[-1], rel=0.01)
+        bars = share_uncertainty(grids, curves, (name, kind), **known)
+        # two changes at three loads: six degrees of freedom
+        assert bars == pytest.approx(2.447 * factor * errors[-1], rel=0.01)
         curves[-1, 0] = curves[-2, 0]  # small by chance: the others speak for it
-        assert share_uncertainty(grids, curves, (name, kind), areas=areas)[0] > 0.5 * bars[0]
+        assert share_uncertainty(grids, curves, (name, kind), **known)[0] > 0.4 * bars[0]
 
 
-def test_two_grids_have_a_wider_bar_for_no_third_tells_whether_their_change_is_small_by_chance():
-    grids, curves = np.array(LEVELS), np.array([[1.0], [1.0], [1.1]])
-    quantity = ("mean_gap", "free")
-    power = -2 * SHARES[quantity].order
+def test_few_changes_have_a_wider_bar_for_all_may_be_small_by_chance():
+    """One change (two grids, one load) has Student's t of one degree of freedom: 12.7."""
+    grids, quantity = np.array(LEVELS[1:]), ("mean_gap", "free")
+    share = SHARES[quantity]
+    power = -2 * share.order
     left = np.sqrt(4.0**power / (2.0**power + 4.0**power))
-    two = share_uncertainty(grids[1:], curves[1:], quantity)[0]
-    assert two == pytest.approx(SHARES[quantity].two * SHARES[quantity].factor * left * 0.1 / 1.1)
+    for loads, t in ((1, 12.71), (5, 2.571)):
+        curves = np.array([[1.0] * loads, [1.1] * loads])
+        bars = share_uncertainty(grids, curves, quantity)
+        assert bars == pytest.approx(t * share.factor * left * 0.1 / 1.1, rel=1e-3)
 
 
-def test_a_counted_area_beside_the_located_one_is_what_its_bar_is_from():
-    """Cells 6 % too many: 0.45 of 0.06^1.5; a change that is much larger: half of it.
+@pytest.mark.parametrize("loads", [1, 5])
+def test_bars_of_rough_surfaces_hold_as_often_whether_many_loads_are_asked_or_one(loads):
+    """Errors of first order, independent on all grids and at all loads, as Student's t takes them.
 
-    And on 64 cells a side two strips of 0.175 cells, four where there is a rim.
+    Somewhat more than 95 % are held, for the change holds the finest grid's error, too. The share
+    of 4000 surfaces has a standard error of 0.3 %.
     """
-    area = replace(case("contact_area", 0.0, kind="periodic"), counted=np.array([1.06]))
-    assert area.bar == pytest.approx(0.05)
-    close, strip = replace(area, curves=np.array([[1.0], [1.0], [1.0]])), 0.17465 / 64
-    assert close.bar == pytest.approx(0.45 * 0.06**1.5 + 2 * strip)
-    assert replace(close, kind="free").bar - close.bar == pytest.approx(2 * strip)
+    rng, grids, quantity = np.random.default_rng(7), np.array([32, 64]), ("stiffness", "free")
+    assert SHARES[quantity].order == 1
+    errors = 1e-4 * rng.normal(size=(4000, 2, loads)) * 64 / grids[:, None]
+    share = SHARES[quantity]._replace(factor=1.0)
+    bars = [share_uncertainty(grids, 1 + error, quantity, share)[0] for error in errors]
+    assert 0.94 < np.mean(np.abs(errors[:, -1, 0]) < bars) < 0.98
+
+
+def test_an_area_is_known_no_better_than_the_cells_at_its_contact_line():
+    """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.4 of 0.06^1.5.
+
+    And on 64 cells a side a strip of 0.175 cells where there is a rim.
+    """
+    area = case("contact_area", 0.0, kind="periodic")
+    line = 0.4 * 0.06**1.5
+    counted = replace(area, counted=np.array([1.06]))
+    assert counted.bar == pytest.approx(np.hypot(area.bar, line))
+    close = replace(counted, curves=np.ones((3, 1)))
+    assert close.bar == pytest.approx(line)
+    assert replace(close, kind="free").bar == pytest.approx(line + 2 * 0.17465 / 64)
 
 
 def test_other_widths_are_those_of_all_bars_whatever_their_rule():
@@ -81,7 +109,7 @@ def test_one_grid_leaves_the_bar_unknown():
 def test_the_fit_takes_the_smallest_factor_that_covers():
     """Errors just within the bar of a factor twice as large ask for that; the reported half not.
 
-    Raised by its margin; with two grids for as much more.
+    Raised by its margin; with two grids for as much more than Student's t.
     """
     factor = SHARES["stiffness", "free"].factor
     times = 2 * case("stiffness", 0.0).bar
