@@ -42,6 +42,14 @@ class FunctionSolver(Solver[Geometry]):
                     if not isinstance(found, Mapping) or not found:
                         raise MalformedError(f"expected numbers by quantity, got {in_kind(found)}")
                     values = {name: float(curve_of(name, n, ())) for name, n in found.items()}
+                    for name, column in task.loads.columns.items():
+                        far = abs(values.get(name, column[step]) - column[step])
+                        if far > task.scene.compare.tolerance * abs(column).max():
+                            raise MalformedError(
+                                f"{name} = {values[name]:.3g} returned where {column[step]:.3g} is "
+                                f"prescribed: the load given is the {task.loads.control}; return "
+                                "what follows from it, or refuse such scenes"
+                            )
                 except MalformedError as error:
                     solution.fail((row, step), str(error))
                     continue

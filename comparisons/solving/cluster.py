@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -71,6 +72,7 @@ class ClusterExecutor(Executor):
         self._running: dict[Future, Job] = {}
         self._limits: dict[str, float] = {}
         self._looked = -LOOK
+        self._told = False
         self._look()
 
     def _problems(self) -> list[str]:
@@ -108,6 +110,7 @@ class ClusterExecutor(Executor):
             while self._waiting or self._running:
                 yield from self._submit(flow)
                 if self._running:
+                    self._tell_if_alone()
                     yield self._result(next(flow))
         finally:
             with contextlib.suppress(Exception):  # nothing to be told about a lost scheduler
@@ -124,6 +127,19 @@ class ClusterExecutor(Executor):
         }
         self.workers = max(1, len(workers))
         self._looked = time.monotonic()
+
+    def _tell_if_alone(self) -> None:
+        """Say once that no worker is there, after some seconds: one may come at any time."""
+        if self._limits or self._told:
+            return
+        try:
+            self._client.wait_for_workers(1, timeout=LOOK)
+        except TimeoutError:
+            waiting = f"the scheduler {self._address} has no workers: waiting for one"
+            print(f"{waiting} (dask worker {self._address} --nthreads 1)", file=sys.stderr)
+            self._told = True
+        except (OSError, RuntimeError):  # it went away: the jobs tell
+            pass
 
     def _submit(self, flow: Any) -> Iterator[Done]:
         """Hand over jobs; those that fit into no worker come back at once."""

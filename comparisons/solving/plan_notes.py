@@ -27,6 +27,8 @@ MEANS_AT_EQUAL_GAP = (
     "carry most of the force: prescribe the force for means at equal force, which is another curve"
 )
 
+EDGE_CELLS = 4  # of a grid, across which the pressure on a rounded edge has its peak
+
 
 def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
     """Yield what a reader of the results should know of the surface, the body and the effort."""
@@ -44,6 +46,15 @@ def notes_of(draft: Plan, methods: tuple[MethodPlan, ...]) -> Iterable[str]:
             f"at most {SIDE} a side; quantities are of all cells"
             + (", but for stresses inside, which are not computed" if stresses else "")
         )
+    if isinstance(geometry, IndenterGeometry) and geometry.indenter.flat_within and finest:
+        edge = geometry.contact_radius - geometry.indenter.flat_within
+        if edge < EDGE_CELLS * geometry.contact_radius / finest:
+            yield (
+                f"rounded edge: contact on it is at most {with_unit(edge, 'm')} wide, "
+                f"{number(edge * finest / geometry.contact_radius, 2)} cells of {GRID} at N = "
+                f"{finest}: too few for the pressure there; more --resolutions, or a method of "
+                "round bodies"
+            )
     if scene.physics and draft.realisations < scene.realisations:
         yield (
             f"quick: {draft.realisations} of {scene.realisations} realisations "

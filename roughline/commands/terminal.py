@@ -36,6 +36,7 @@ MANY = 12
 FEW = 12  # quantities of all scenes that are printed without being asked
 SCREEN = 21  # lines of tables, beside the notes and the path
 NARROW = 64  # columns: fewer leave a table no room for whole words
+WIDE = 200  # columns of sentences in a file
 UNFOLDED = 100_000  # columns, more than any line has
 
 
@@ -179,7 +180,9 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
     for claim in record.claims:
         for text in claim.disagreements:
             console.print(f"{claim.id}: {text}", style="bold", markup=False)
-    console.print(drawn(claims(record)))
+    # Findings are sentences: they wrap in a file, too, beside ids and verdicts in one piece.
+    width = console.width if console.is_terminal else min(console.width, WIDE)
+    console.print(drawn(claims(record), unfolded=not console.is_terminal), width=width)
     console.print()
     _print_path(console, report, record.seconds)
 

@@ -166,6 +166,18 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 
 
 @pytest.mark.slow
+def test_a_cluster_without_workers_is_told_and_does_the_job_once_one_comes(monkeypatch, capsys):
+    monkeypatch.setattr(cluster, "LOOK", 0.5)
+    options = {"n_workers": 0, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options) as local:
+        executor = executor_for(scheduler=local.scheduler_address)
+        executor.add([Job("one", pow, (2, 3))])
+        threading.Timer(2.0, local.scale, (1,)).start()
+        assert [done.value for done in executor.finished()] == [8]
+    assert capsys.readouterr().err.count("has no workers: waiting for one") == 1
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
 def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
     """Planning or a refinement may take long: the client has given up by then, or not yet."""

@@ -202,6 +202,14 @@ def test_notes_on_the_half_space_and_on_realisations(rough):
         assert any("fem takes nu = 0.3" in note for note in plan.notes) == runs
 
 
+@pytest.mark.parametrize(("edge_radius", "told"), [("10 mm", False), ("2 um", True)])
+def test_a_rounded_edge_narrower_than_four_cells_is_told(edge_radius, told):
+    """At N = 64 cells are 16 um beside a flat of 1 mm; by sqrt(2 R d) 9 um touch, and 0.6 mm."""
+    scene = load_scene("rounded-punch", {"indenter.edge_radius": edge_radius})
+    (plan,) = plan_scene(scene)
+    assert any(note.startswith("rounded edge: ") for note in plan.notes) == told
+
+
 # --- tasks ----------------------------------------------------------------------------------
 
 

@@ -9,13 +9,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import roughline
 from comparisons.errors import InputError
 from comparisons.facts.methods import GROUP, METHODS
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from comparisons.judging.truth import truths
 from comparisons.judging.verdicts import worst
-from comparisons.methods import registry
+from comparisons.methods import method, registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
     Origin,
@@ -100,6 +101,19 @@ def bad(tmp_path):
 
 
 # --- the example -------------------------------------------------------------------------------
+
+
+def test_a_force_by_depth_under_force_control_is_told():
+    """It takes the force for a depth: what it returns is not the force that was prescribed."""
+
+    @method("by_depth", resolutions=(1,))
+    def by_depth(task, load, realisation):
+        return {"force": task.scene.effective_modulus * load}
+
+    roughline.add_method(by_depth)
+    scene = roughline.load_scene("paraboloid", {"loading": {"force": ["1 N", "2 N"]}})
+    (reason, *_) = roughline.solve(scene, "by_depth").reasons
+    assert "is prescribed: the load given is the force; return what follows from it" in reason
 
 
 @pytest.mark.slow
