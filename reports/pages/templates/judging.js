@@ -55,7 +55,11 @@ const asBadge = (node, word) => {
 };
 // Where a method may be used: the rows of comparisons.results.finding, from what the cells show.
 const MOST_ROWS = 8, NAMED = 3, KINDS = ["yes", "no", "not known"];
-const oneDigit = (ratio) => String(Number(ratio.toPrecision(1))).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+const oneDigit = (ratio) => { // as formatting.number writes it
+  const [digit, power] = ratio.toExponential(0).split("e").map(Number);
+  if (power <= -4 || power >= 6) return `${digit}×10${String(power).replace(/./g, (sign) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(sign)])}`;
+  return (digit * 10 ** power).toFixed(Math.max(-power, 0)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
+};
 const ends = (items) => [...new Set([items[0], items[items.length - 1]])].join(" to ");
 const timesOf = (settings) => {
   if (!settings.length) return "–";
