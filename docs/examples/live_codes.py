@@ -17,6 +17,7 @@ from comparisons.methods.registry import solver_for
 # What a code is given, and its five values: from a hundredth of the last.
 LOADS = {
     "drake": ("penetration", np.geomspace(2e-6, 2e-4, 5)),
+    "slippy": ("penetration", np.geomspace(1e-6, 1e-5, 3)),
     "mujoco": ("force", np.geomspace(1.0, 100.0, 5)),
 }
 

@@ -95,6 +95,7 @@ _THEORIES: dict[str, tuple[str, str, str, str | int, str, tuple[float, float], f
     "lammps_jkr": ("LAMMPS jkr", PEER, "star-triangle-down", 10, "3px,2px", (2, 1), 9),
     "lammps_mdr": ("LAMMPS mdr", PEER, "triangle-se", 11, "7px,3px", (5, 1), 9),
     "drake": ("Drake", PEER, "hourglass", "$D$", "9px,2px", (6, 1), 10),
+    "slippy": ("slippy", PEER, "circle-cross", "$S$", "11px,2px", (7, 1), 10),
     "mujoco": ("MuJoCo", PEER, "octagon", "$M$", "1px,2px", (1, 1), 10),
 }
 LOOKS |= {

@@ -11,13 +11,18 @@ from comparisons.isolation import parent
 from comparisons.methods.peers import live
 from comparisons.methods.peers.drake import Drake
 from comparisons.methods.peers.mujoco import MuJoCo
+from comparisons.methods.peers.slippy import Slippy
 from comparisons.methods.registry import solver_for
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
-CODES = {"drake": Drake, "mujoco": MuJoCo}
-LOADS = {"drake": {"penetration": [1e-6, 1e-5, 1e-4]}, "mujoco": {"force": [1.0, 10.0, 100.0]}}
+CODES = {"drake": Drake, "mujoco": MuJoCo, "slippy": Slippy}
+LOADS = {
+    "drake": {"penetration": [1e-6, 1e-5, 1e-4]},
+    "mujoco": {"force": [1.0, 10.0, 100.0]},
+    "slippy": {"penetration": [1e-6, 2e-6, 1e-5]},
+}
 RADIUS = 0.01  # of the fixture's paraboloid
 
 
@@ -44,7 +49,8 @@ def pretend(monkeypatch, tmp_path, name, text):
     (tmp_path / f"run_{name}.py").write_text(text)
     monkeypatch.setattr(live, "SCRIPTS", tmp_path)
     monkeypatch.setenv(f"ROUGHLINE_PYTHON_{name.upper()}", sys.executable)
-    monkeypatch.setattr(live, "versions_in", lambda python, packages: dict.fromkeys(packages, "1"))
+    said = {package: tried or "1" for package, tried in CODES[name].releases.items()}
+    monkeypatch.setattr(live, "versions_in", lambda python, packages: said)
 
 
 @pytest.mark.parametrize("name", CODES)
@@ -56,7 +62,8 @@ def test_a_missing_interpreter_and_a_missing_package_are_refused_in_words(scene,
     assert "No such file" in reason
     monkeypatch.setattr(live, "versions_in", lambda python, packages: dict.fromkeys(packages, ""))
     reason = solver_for(name, scene(loading=LOADS[name])).reason
-    assert f"{name} not installed in {variable}=/nowhere/python: pip install {name}" == reason
+    said = f"{name} not installed in {variable}=/nowhere/python: {CODES[name].install}"
+    assert reason == said
 
 
 @pytest.mark.parametrize(
@@ -135,3 +142,12 @@ def test_a_soft_contact_is_as_stiff_as_its_ball_is_heavy():
         )
         depths.append(outcome.answer["penetration"][0])
     assert_allclose(depths[0] / depths[1], 3.0, rtol=1e-4)
+
+
+@needs("slippy")
+def test_boundary_elements_of_others_give_hertz(scene):
+    """Cells across a radius: 21; counted whole, they add half a cell to it, 5 % to the area."""
+    made = scene(loading=LOADS["slippy"])
+    theirs, exact = solved(made, "slippy").quantities, solved(made, "closed_form").quantities
+    assert_allclose(theirs["force"], exact["force"], rtol=2e-3)
+    assert_allclose(theirs["contact_area"], exact["contact_area"], rtol=0.05)
