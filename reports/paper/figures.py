@@ -176,6 +176,8 @@ def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
         return  # an empty line that is not clipped would have its place at the origin
     ink = colour(look.colour)
     rim = colour("@ink") if series.outlined else ink
+    # An outline hides the line that it stands on, but a ring not the mark that it stands around.
+    inside = "white" if series.line else "none"
     (line,) = axes.plot(
         *(x, y),
         color=ink,
@@ -184,7 +186,7 @@ def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
         drawstyle="steps-post" if series.stairs else "default",
         marker=look.marker.matplotlib if series.marks else "",
         markersize=MARKER_SIZE * (series.size or look.size),
-        markerfacecolor="white" if np.any(series.hollow) else ink,
+        markerfacecolor=inside if np.any(series.hollow) else ink,
         markeredgecolor=rim,
         markeredgewidth=0.8,
         alpha=series.faint if series.faint < 1.0 else None,

@@ -88,6 +88,14 @@ def test_what_errs_by_less_than_the_axis_shows_has_its_arrows_and_its_name_in_pr
     np.testing.assert_allclose(arrows.get_ydata(), axes.get_ylim()[0])
 
 
+def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
+    """An arrow of an error below the axis stands inside of it."""
+    rings = [
+        line for line in drawn(ball, "error-force").get_lines() if "decided" in line.get_label()
+    ]
+    assert [ring.get_markerfacecolor() for ring in rings] == ["none"]
+
+
 def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
     rows = [text for _, text in verdict_map([ball]).y.ticks]
     assert rows == [item.text for item in verdicts(ball)]
