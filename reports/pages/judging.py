@@ -13,8 +13,9 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import in_order
 from comparisons.judging.verdicts import NO_RESULT, Verdict
+from comparisons.results import selection
 from comparisons.results.advice import Advice, Setting
-from comparisons.results.decisions import judged_methods, verdicts
+from comparisons.results.decisions import finest, judged_methods, verdicts
 from comparisons.results.finding import answers, family, largest_error, symbol
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
@@ -43,11 +44,26 @@ def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]
                     method: [_verdict(scene, verdict) for verdict in verdicts(scene, method)]
                     for method in judged_methods(scene)
                 },
+                "others": [
+                    [_ends(verdict) for verdict in known.values()]
+                    for known in others(scene).values()
+                ],
                 "lucky": sorted(advice.lucky),
                 "settings": [_setting(setting, advice) for setting in advice.settings],
             }
             for anchor, scene, advice in scenes
         ],
+    }
+
+
+def others(scene: SceneRecord) -> dict[str, dict[str, Verdict]]:
+    """Return the verdicts on the solvers that are not judged themselves, by their labels."""
+    names = [name for name in selection.methods(scene) if name not in judged_methods(scene)]
+    known = {name: verdicts(scene, name) for name in names if finest(scene, name) is not None}
+    return {
+        look(name, scene).label: {verdict.quantity: verdict for verdict in several}
+        for name, several in known.items()
+        if any(verdict.word != NO_RESULT for verdict in several)
     }
 
 

@@ -19,13 +19,13 @@ from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.decisions import confidence, finest, judged_methods, second_rows, verdicts
+from comparisons.results.decisions import confidence, judged_methods, second_rows, verdicts
 from comparisons.results.finding import deciding, family, methods_of
 from comparisons.results.selection import spent
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
-from reports.pages.judging import judging
+from reports.pages.judging import judging, others
 from reports.pages.page import render
 from reports.pictures import pictures
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
@@ -218,7 +218,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
         confidence=confidence(scene),
         verdicts=next(iter(judged.values())),
         judged=judged,
-        others=_others(scene),
+        others=others(scene),
         decisive=deciding(scene),
         at_other_load=second_rows(scene),
         advice=advice,
@@ -241,17 +241,6 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
         steps=tables.load_steps(scene),
         seconds=spent(scene),
     )
-
-
-def _others(scene: SceneRecord) -> dict[str, dict[str, Verdict]]:
-    """Return the verdicts on the solvers that are not judged: the page of one scene has them."""
-    names = [name for name in selection.methods(scene) if name not in judged_methods(scene)]
-    known = {name: verdicts(scene, name) for name in names if finest(scene, name) is not None}
-    return {
-        look(name, scene).label: {verdict.quantity: verdict for verdict in several}
-        for name, several in known.items()
-        if any(verdict.word != NO_RESULT for verdict in several)
-    }
 
 
 def _truth(scene: SceneRecord, advice: Advice) -> str:

@@ -150,7 +150,8 @@ class Stretch:
 class Map:
     """Values on a grid, first index along x; NaN is a gap, `highest` ends the colour scale.
 
-    With `contacts`, the highest values are contacts, in one colour, on heights in grey.
+    With `contacts`, the highest values are contacts, in one colour, on heights in grey. If
+    `signed`, colours run from `-highest` to `highest`.
     """
 
     x: np.ndarray
@@ -160,6 +161,7 @@ class Map:
     scale: fmt.Scale = NO_SCALE
     highest: float = 0.0
     contacts: bool = False
+    signed: bool = False
 
 
 @dataclass(frozen=True)

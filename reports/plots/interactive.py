@@ -17,7 +17,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from reports.plots.figure import Axis, Band, Figure, Map, Series
-from reports.plots.style import CONTACT
+from reports.plots.style import BLUE, CONTACT, VERMILION
 
 LARGEST_CODE = 2**16 - 1
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
@@ -30,6 +30,8 @@ CONTACTS = {
     "hoverinfo": "skip",
     "hovertemplate": None,
 }
+# Of differences: too low in blue, too high in vermilion; grey keeps contacts apart from gaps.
+SIGNED = [[0, BLUE], [0.5, "#b8b8b8"], [1, VERMILION]]
 TOKENS = ("@ink", "@peer", "@truth")  # their light versions are the page's own
 
 
@@ -146,11 +148,11 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
     z = (drawn.values * drawn.scale.factor).T
     unit = drawn.scale.unit
     label = f"{drawn.symbol} / {unit}" if unit else drawn.symbol
-    return {
+    trace = {
         "type": "heatmap",
         "x": numbers(drawn.x, figure.x.scale.factor),
         "y": numbers(drawn.y, figure.y.scale.factor),
-        "z": coded_map(z) if z.size else [],
+        "z": coded_map(z, signed=drawn.signed) if z.size else [],
         "colorscale": "Viridis",
         "colorbar": {
             "title": {"text": inert(label), "side": "right"},
@@ -161,20 +163,26 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
         "hovertemplate": f"{inert(drawn.symbol)} = %{{z:.3g}} {unit}<extra></extra>",
         "zmin": 0,
         "zmax": float(f"{drawn.highest * drawn.scale.factor:.3g}"),
-    } | (CONTACTS if drawn.contacts else {})
+    }
+    if drawn.contacts:
+        return trace | CONTACTS
+    return trace | ({"colorscale": SIGNED, "zmin": -trace["zmax"]} if drawn.signed else {})
 
 
-def coded_map(values: np.ndarray) -> dict[str, Any]:
+def coded_map(values: np.ndarray, *, signed: bool = False) -> dict[str, Any]:
     """Return a map of positive values (NaN: a gap) in 16-bit codes, a third of its size as JSON.
 
-    One code unit is the highest value divided by 65535; smaller positive values are given code 1.
+    A value is its code times the step, less the highest value if signed; code 0 is a gap, and the
+    smallest values have code 1.
     """
-    finite = np.nan_to_num(values, nan=0.0)
-    highest = float(finite.max(initial=0.0))
-    step = highest / LARGEST_CODE if highest > 0 else 1.0
-    codes = np.clip(np.round(finite / step), np.where(finite > 0, 1, 0), LARGEST_CODE)
+    known = np.isfinite(values) if signed else np.nan_to_num(values) > 0
+    highest = float(np.abs(values[known]).max(initial=0.0))
+    step = (1 + signed) * highest / LARGEST_CODE if highest > 0 else 1.0
+    codes = np.round((np.where(known, values, 0.0) + signed * highest) / step)
+    codes = np.where(known, np.clip(codes, 1, LARGEST_CODE), 0)
     text = base64.b64encode(codes.astype("<u2").tobytes()).decode()
-    return {"codes": text, "shape": list(values.shape), "step": float(f"{step:.6g}")}
+    coded = {"codes": text, "shape": list(values.shape), "step": float(f"{step:.6g}")}
+    return coded | ({"below": float(f"{highest:.6g}")} if signed else {})
 
 
 def _layout(figure: Figure) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def outer(centres: np.ndarray) -> tuple[float, float]:
 def coarsened(
     x: np.ndarray, y: np.ndarray, values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Reduce a map to at most 96 pixels per side, each with the maximum of its cells."""
+    """Reduce a map to at most 96 pixels per side, each with the largest value, of any sign."""
     step = int(np.ceil(max(values.shape) / MOST_PIXELS))
     if step == 1:
         return x, y, values
@@ -48,4 +48,5 @@ def coarsened(
     x, y = (
         np.array([axis[i : i + step].mean() for i in range(0, len(axis), step)]) for axis in (x, y)
     )
-    return x, y, blocks.max(axis=(1, 3))
+    highest, lowest = blocks.max(axis=(1, 3)), blocks.min(axis=(1, 3))
+    return x, y, np.where(highest >= -lowest, highest, lowest)

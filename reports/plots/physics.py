@@ -273,8 +273,8 @@ def stresses_below(scene: SceneRecord) -> list[Figure]:
     profile = Figure(
         "stress-depth",
         "Largest stress at a depth",
-        f"Von Mises' stress, the largest of all places at a depth: {value} {where}, where the body "
-        f"first yields. {source}",
+        f"Von Mises' stress, the largest of all places at a depth. It peaks at {value}, {where}, "
+        f"where the body first yields. {source}",
         log_axis("depth −z", (depth[1], depth[-1]), lambda value: fmt.with_unit(value, "m", 1)),
         Axis("largest von Mises' stress", "σ", scale=fmt.prefix_for(highest[1:], "Pa")),
         (replace(line(look(stored.method), depth[1:], highest[1:]), hover=tuple(hover)),),

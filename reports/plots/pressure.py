@@ -1,4 +1,4 @@
-"""Contact pressure: radial profiles for circular contacts, a map and a cut for all others."""
+"""Contact pressure: radial profiles for circular contacts, maps and a cut for all others."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.interpolate import LinearNDInterpolator
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import GRID, ours
@@ -13,10 +14,11 @@ from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from reports.plots.figure import Axis, Figure, Map, Series, moving
-from reports.plots.maps import coarsened, map_figure
+from reports.plots.maps import MOST_PIXELS, coarsened, map_figure, outer
 from reports.plots.stored import NO_STEPS, SliderSteps, Stored, slider_steps, stored_fields
 from reports.plots.style import look
 
+ELEMENTS = "fem"
 MOST_MARKERS = 300
 MOST_RADIAL = 120
 LARGEST_SHOWN = 4.0  # times the mean pressure; sharp edges and tips are singular
@@ -29,6 +31,7 @@ class Field:
 
     method: str
     resolution: int
+    label: str
     x: np.ndarray
     y: np.ndarray
     pressure: np.ndarray
@@ -51,10 +54,24 @@ class Field:
         """The places along x and along y of a grid."""
         return self.x.reshape(self.shape)[:, 0], self.y.reshape(self.shape)[0, :]
 
-    @property
-    def label(self) -> str:
-        """Whose pressure it is."""
-        return f"{look(self.method).label}, N = {self.resolution}"
+    def on_grid_of(self, other: Field) -> Field:
+        """Return the pressure on the cells of another field: means over cells, or between points.
+
+        Of a mesh in the quarter x, y > 0 the others are its mirror images.
+        """
+        earlier = {step: item.on_grid_of(other) for step, item in self.earlier.items()}
+        there = replace(other, method=self.method, label=self.label, earlier=earlier)
+        if self.on_a_grid and _same_extent(self, other):
+            (nx, ny), (rows, columns) = other.shape, np.floor_divide(self.shape, other.shape)
+            if (nx * rows, ny * columns) == self.shape:
+                means = self.pressure.reshape(nx, rows, ny, columns).mean(axis=(1, 3))
+                return replace(there, pressure=means.ravel())
+        x, y = (
+            np.abs(places) if points.min() >= -1e-9 * points.max() else places
+            for points, places in ((self.x, other.x), (self.y, other.y))
+        )
+        between = LinearNDInterpolator(np.stack([self.x, self.y], axis=1), self.pressure, 0.0)
+        return replace(there, pressure=between(x, y))
 
     def at_loads(self, loads: SliderSteps) -> list[Field | None]:
         """Return the field at every load of the slider, None for loads not stored."""
@@ -86,7 +103,9 @@ def _field(stored: Stored) -> Field | None:
         return None
     sides = tuple(int(side) for side in np.ravel(arrays.get("pressure_shape", [])))
     shape = sides if len(sides) == 2 and sides[0] * sides[1] == len(p) else (len(p),)
-    return Field(stored.method, stored.resolution, x, y, p, shape, "heights" in arrays)
+    return Field(
+        stored.method, stored.resolution, stored.source, x, y, p, shape, "heights" in arrays
+    )
 
 
 def leading_map(scene: SceneRecord, maps: list[Field]) -> Field:
@@ -113,7 +132,25 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     chosen = leading_map(scene, maps)
     # A single line would only repeat a column of the map beside it.
     cuts = [_cut(fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
-    return [_map(chosen, loads if chosen.earlier else NO_STEPS), *cuts]
+    by_method = {item.method: item for item in fields}
+    grid, elements = by_method.get(GRID), by_method.get(ELEMENTS)
+    if grid is None or elements is None or not grid.on_a_grid:
+        return [*_maps([chosen], loads), *cuts]
+    # On the coarser grid of the two: what finer cells have is averaged, points are interpolated.
+    common = min(grid, elements, key=lambda item: (not item.on_a_grid, len(item.x)))
+    seen = elements if elements.on_a_grid else elements.on_grid_of(common)
+    views = _maps([grid, seen], loads)
+    return [
+        *views,
+        _difference(*(item.on_grid_of(common) for item in (grid, elements)), loads),
+        *cuts,
+    ]
+
+
+def _same_extent(one: Field, other: Field) -> bool:
+    """Whether two grids cover the same patch."""
+    pairs = zip(one.axes, other.axes, strict=True)
+    return all(np.allclose(outer(a), outer(b), atol=1e-6 * np.ptp(a)) for a, b in pairs)
 
 
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
@@ -234,42 +271,75 @@ def _with_profiles(empty: Figure, fields: list[Field], curves: list[list[Profile
     )
 
 
-def _map(chosen: Field, loads: SliderSteps) -> Figure:
-    def shown(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return x, y and p of what is in contact with a margin, or of all of a rough surface."""
-        x, y = item.axes
-        p = item.pressure.reshape(item.shape)
-        if item.rough:
-            return x, y, p
-        rows, columns = (_with_margin(np.any(p > 0, axis=axis)) for axis in (1, 0))
-        return x[rows], y[columns], p[rows, columns]
+def _shown(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return x, y and p of what is in contact with a margin, or of all of a rough surface."""
+    x, y = item.axes
+    p = item.pressure.reshape(item.shape)
+    if item.rough:
+        return x, y, p
+    rows, columns = (_with_margin(np.any(p != 0, axis=axis)) for axis in (1, 0))
+    return x[rows], y[columns], p[rows, columns]
 
-    cells = shown(chosen)[2]
-    pixels = coarsened(*shown(chosen))[2]
-    pressed = pixels[np.isfinite(pixels) & (pixels > 0)]
-    # A few pixels at sharp and free edges may tower over all others and would leave them dark.
-    ceiling = float(np.quantile(pressed, 0.98)) if len(pressed) >= 20 else np.inf
-    limit = ceiling if len(pressed) and pressed.max() > 2 * ceiling else None
-    caption = f"Contact pressure, {chosen.label}. Empty: no contact."
-    if cells.shape != pixels.shape:
-        caption += " Each pixel shows the maximum over its cells."
-    if limit is not None:
-        caption += " Colours end at the 98 % quantile: sharp and free edges are singular."
-    # One colour bar for all loads: they can be compared.
-    empty = Map(
-        *(np.empty(0), np.empty(0), np.empty((0, 0))),
-        "p",
-        fmt.prefix_for(pixels, "Pa"),
-        highest=limit or float(np.max(pixels)),
+
+def _maps(views: list[Field], loads: SliderSteps) -> list[Figure]:
+    """Return the pressures of one or two methods, at all loads, with one scale of colours."""
+    pixels = coarsened(*_shown(views[0]))[2]
+    limit = _ceiling(pixels)
+    scale, highest = fmt.prefix_for(pixels, "Pa"), limit or float(np.max(pixels))
+    figures = []
+    for view in views:
+        caption = f"{view.label}. Empty: no contact."
+        if max(_shown(view)[2].shape) > MOST_PIXELS:
+            caption += " Each pixel shows the maximum over its cells."
+        if limit is not None:
+            caption += " Colours end at the 98 % quantile: sharp and free edges are singular."
+        frames = []
+        for item in view.at_loads(loads if view.earlier else NO_STEPS):
+            frame = Map(np.empty(0), np.empty(0), np.empty((0, 0)), "p", scale, highest)
+            if item is not None and item.on_a_grid:
+                x, y, p = coarsened(*_shown(item))
+                frame = replace(frame, x=x, y=y, values=np.where(p > 0, p, np.nan))
+            frames.append(frame)
+        several = len(views) > 1
+        key = f"pressure-map-{view.method}" if several else "pressure-map"
+        title = f"Contact pressure, {view.label}" if several else "Contact pressure"
+        figures.append(map_figure(key, title, caption, frames, "pressure"))
+    return figures
+
+
+def _difference(grid: Field, elements: Field, loads: SliderSteps) -> Figure:
+    """Return the pressure of the elements less that of the grid, on the same cells."""
+    pairs = list(zip(grid.at_loads(loads), elements.at_loads(loads), strict=True))
+    x, y, last = coarsened(*_shown(replace(grid, pressure=elements.pressure - grid.pressure)))
+    sizes = np.abs(last)
+    limit = _ceiling(sizes)
+    frame = Map(
+        *(x, y, np.full(last.shape, np.nan), "Δp"),
+        fmt.prefix_for(sizes, "Pa"),
+        highest=limit or float(sizes.max()) or 1.0,
+        signed=True,
     )
     frames = []
-    for item in chosen.at_loads(loads):
-        if item is None or not item.on_a_grid:
-            frames.append(empty)
+    for before, after in pairs:
+        if before is None or after is None:
+            frames.append(frame)
             continue
-        x, y, p = coarsened(*shown(item))
-        frames.append(replace(empty, x=x, y=y, values=np.where(p > 0, p, np.nan)))
-    return map_figure("pressure-map", "Contact pressure", caption, frames, "pressure")
+        touched = (before.pressure > 0) | (after.pressure > 0)
+        less = np.where(touched, after.pressure - before.pressure, 0.0)
+        x, y, values = coarsened(*_shown(replace(grid, pressure=less)))
+        frames.append(replace(frame, x=x, y=y, values=np.where(values != 0, values, np.nan)))
+    touching = [item.pressure > 0 for item in (grid, elements)]
+    both, either = np.mean(touching[0] & touching[1]), np.mean(touching[0] | touching[1])
+    caption = (
+        f"{elements.label}, less {grid.label}, on the same cells: orange where finite elements "
+        "press harder, blue where they press less. Of the cells that touch in either at the last "
+        f"load, {fmt.relative(both / either)} touch in both."
+    )
+    if limit is not None:
+        caption += " Colours end at the 98 % quantile."
+    return map_figure(
+        "pressure-difference", "Difference of the pressures", caption, frames, "pressure"
+    )
 
 
 def _with_margin(touched: np.ndarray) -> slice:
@@ -279,3 +349,10 @@ def _with_margin(touched: np.ndarray) -> slice:
         return slice(0, len(touched))
     margin = max(2, (inside[-1] - inside[0] + 1) // 4)
     return slice(max(inside[0] - margin, 0), min(inside[-1] + margin + 1, len(touched)))
+
+
+def _ceiling(pixels: np.ndarray) -> float | None:
+    """Return where colours end: a few pixels at sharp and free edges may tower over all others."""
+    pressed = pixels[pixels > 0]
+    ceiling = float(np.quantile(pressed, 0.98)) if len(pressed) >= 20 else np.inf
+    return ceiling if len(pressed) and pressed.max() > 2 * ceiling else None

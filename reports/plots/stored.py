@@ -24,11 +24,12 @@ class Stored:
     method: str
     resolution: int
     fields: Fields
+    label: str  # of the method in its scene
 
     @property
     def source(self) -> str:
         """Whose fields these are, for a caption."""
-        return f"{look(self.method).label}, N = {self.resolution}"
+        return f"{self.label}, N = {self.resolution}"
 
 
 def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[Stored]:
@@ -36,7 +37,8 @@ def stored_fields(scene: SceneRecord, methods: Iterable[str] = ()) -> Iterator[S
     for method in methods or drawing_order(selection.methods(scene)):
         levels = [level for name, level in scene.fields if name == method]
         if levels:
-            yield Stored(method, max(levels), scene.load_fields(method, max(levels)))
+            fields = scene.load_fields(method, max(levels))
+            yield Stored(method, max(levels), fields, look(method, scene).label)
 
 
 def finest_fields(scene: SceneRecord, *names: str) -> Stored | None:

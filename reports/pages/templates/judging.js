@@ -137,23 +137,23 @@ const sceneTolerance = (scene) => question.tolerance ?? scene.tolerance;
 const labelOf = (tolerance) => judging.labels[judging.tolerances.indexOf(tolerance)];
 
 const judgeCells = (scene) => {
-  const row = document.querySelector(`#verdict-table tr[data-scene="${scene.anchor}"]`);
+  const rows = document.querySelectorAll(`#verdict-table tr[data-scene="${scene.anchor}"]`);
   const tolerance = sceneTolerance(scene);
   const shift = 100 * Math.log10(scene.tolerance / tolerance) / 6;
-  for (const verdict of scene.verdicts) {
-    const cell = row?.querySelector(`td[data-quantity="${verdict.quantity}"]`);
-    if (!cell) continue;
+  [...Object.values(scene.judged), ...scene.others].forEach((verdicts, place) => verdicts.forEach((verdict) => {
+    const cell = rows[place]?.querySelector(`td[data-quantity="${verdict.quantity}"]`);
+    if (!cell) return;
     const word = wordFor(verdict, tolerance);
     cell.className = `cell ${toneOf(word)}`;
     cell.querySelector(".word").textContent = word;
-    if (cell.dataset.beyond === undefined) continue;
+    if (cell.dataset.beyond === undefined) return;
     cell.dataset.first ??= cell.getAttribute("style");
     for (const [, name, value] of cell.dataset.first.matchAll(/--(\w):(-?[\d.]+)/g)) {
       const moved = Number(value) <= 0 ? 0 : Math.min(Math.max(Number(value) + shift, 0), 100);
       cell.style.setProperty(`--${name}`, moved);
       if (name === "e") cell.dataset.beyond = moved <= 0 ? "under" : moved >= 100 ? "over" : "";
     }
-  }
+  }));
 };
 
 const judgeRow = (scene, counts) => {
@@ -229,7 +229,8 @@ const equipJudging = () => {
   form.hidden = false;
   form.addEventListener("submit", (event) => event.preventDefault());
   const slider = form.querySelector("[name=tolerance]"), boxes = [...form.querySelectorAll("[name=counts]")];
-  const back = form.querySelector(".as-asked");
+  const back = form.querySelector(".as-asked"), solvers = document.querySelector("[name=solvers]");
+  if (solvers) solvers.parentElement.hidden = false;
   slider.max = judging.tolerances.length - 1;
   const first = judging.tolerances.indexOf(judging.scenes[0]?.tolerance);
   const apply = () => {
@@ -237,6 +238,8 @@ const equipJudging = () => {
     const names = boxes.map((box) => box.value), wanted = (state.get("counts") ?? "").split(",").filter((name) => names.includes(name));
     question.tolerance = asked < 0 ? null : judging.tolerances[asked];
     question.counted = wanted.length ? new Set(wanted) : null;
+    if (solvers) solvers.checked = state.get("solvers") === "shown";
+    for (const part of document.querySelectorAll("#verdict-table .solver")) part.hidden = !solvers.checked;
     slider.value = asked < 0 ? (first < 0 ? 6 : first) : asked;
     const output = form.querySelector("output");
     const label = asked < 0 ? output.dataset.asked : judging.labels[asked];
@@ -256,6 +259,7 @@ const equipJudging = () => {
     state.set("counts", chosen.length && chosen.length < boxes.length ? chosen.join(",") : null, box);
     apply();
   });
+  solvers?.addEventListener("change", () => { state.set("solvers", solvers.checked ? "shown" : null, solvers); apply(); });
   back.addEventListener("click", () => {
     state.set("tolerance", null, back);
     state.set("counts", null, back);

@@ -28,12 +28,12 @@ const unpacked = (value) => {
 };
 
 // A map travels as 16-bit codes, rows one after another; 0 is a gap.
-const mapOf = ({ codes, shape, step }) => {
+const mapOf = ({ codes, shape, step, below = 0 }) => {
   const bytes = Uint8Array.from(atob(codes), (character) => character.charCodeAt(0));
   const view = new DataView(bytes.buffer);
   return Array.from({ length: shape[0] }, (_, row) => Array.from({ length: shape[1] }, (__, column) => {
     const code = view.getUint16(2 * (row * shape[1] + column), true);
-    return code ? code * step : null;
+    return code ? code * step - below : null;
   }));
 };
 

@@ -69,6 +69,24 @@ def test_another_tolerance_is_judged_as_python_judges_it(followed, study, tolera
     assert found(page) == [astuple(row) for row in said]
 
 
+def test_solvers_have_rows_of_their_own_on_demand(followed, study):
+    """Hidden at first, so that the first screen stays short; judged anew like the model's."""
+    page = followed("#").page
+    rows = page.locator("#verdict-table tr.solver")
+    assert rows.count() > 0
+    assert not any(row.is_visible() for row in rows.all())
+    page.locator("[name=solvers]").check()
+    assert all(row.is_visible() for row in rows.all())
+    elements = page.locator("#verdict-table tr.solver", has_text="FEM").first
+    words = [
+        followed(f"#?solvers=shown&tolerance={tolerance}")
+        and elements.locator(".word").all_text_contents()
+        for tolerance in ("0.00001", "0.5")
+    ]
+    assert "outside" in words[0]
+    assert set(words[1]) == {"within"}
+
+
 def slow_lines(scene):
     """Return the scene with lines that take an hour each."""
     table = scene.rows.frame()

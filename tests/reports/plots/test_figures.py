@@ -10,7 +10,7 @@ import pytest
 from comparisons.facts.methods import BUILT_IN, ours
 from comparisons.results import selection
 from comparisons.results.rows import Rows
-from reports.plots import curves, errors, maps, model, speed
+from reports.plots import curves, errors, interactive, maps, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
 from reports.plots.interactive import spec
@@ -62,7 +62,7 @@ def at_every_load(spec):
 def decoded(coded):
     """Return the map behind 16-bit codes, NaN for gaps."""
     codes = np.frombuffer(base64.b64decode(coded["codes"]), "<u2").reshape(coded["shape"])
-    return np.where(codes > 0, codes * coded["step"], np.nan)
+    return np.where(codes > 0, codes * coded["step"] - coded.get("below", 0.0), np.nan)
 
 
 def test_methods_differ_in_colour_marker_and_dash():
@@ -255,6 +255,37 @@ def test_rough_contacts_get_a_map_with_gaps_between_contacts(study):
         atol=1e-4,  # a code is 1/65535 of the highest value
     )
     assert spec(figure)["layout"]["yaxis"]["scaleanchor"] == "x"
+
+
+def test_the_difference_of_two_pressures_keeps_its_sign_on_the_page():
+    """A code is 2/65535 of the largest magnitude; a gap is no zero."""
+    values = np.array([[-3.0, np.nan, 0.0], [2.0, 1e-6, -1.0]])
+    shown = decoded(interactive.coded_map(values, signed=True))
+    np.testing.assert_allclose(shown, values, atol=3.0 * 2 / 65535)
+    _, _, small = maps.coarsened(
+        np.arange(200.0), np.arange(2.0), np.outer(np.arange(200), [-1, 0])
+    )
+    assert small.min() == -199
+
+
+@pytest.mark.parametrize("mesh", [False, True])
+def test_elements_are_compared_with_the_grid_on_the_same_cells(study, monkeypatch, mesh):
+    """Of p = 1 + x the elements have 10 % more: as means of cells, and between points of a mesh."""
+    x, y = (np.ravel(axis) for axis in np.meshgrid(*[np.arange(8.0) - 3.5] * 2, indexing="ij"))
+    grid = pressure_figures.Field("bem_fft", 8, "BEM", x, y, 10 + x + y, (8, 8), rough=True)
+    fine = (np.ravel(a) for a in np.meshgrid(*[np.arange(16) / 2 - 3.75] * 2, indexing="ij"))
+    x, y = fine
+    if mesh:
+        x, y = 1.1 * x, 1.1 * y  # around the outer cells
+    shape = (len(x),) if mesh else (16, 16)
+    elements = pressure_figures.Field("fem", 16, "FEM", x, y, 1.1 * (10 + x + y), shape, rough=True)
+    monkeypatch.setattr(pressure_figures, "pressure_fields", lambda scene: [grid, elements])
+    figures = {figure.key: figure for figure in pressure_figures.pressures(study.scenes[1])}
+    difference = figures["pressure-difference"].map
+    np.testing.assert_allclose(difference.values.ravel(), 0.1 * grid.pressure, atol=1e-9)
+    assert difference.signed
+    assert spec(figures["pressure-difference"])["data"][0]["zmin"] < 0
+    assert figures.keys() >= {"pressure-map-bem_fft", "pressure-map-fem"}
 
 
 def test_large_maps_keep_their_peaks():

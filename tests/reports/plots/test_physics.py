@@ -18,7 +18,7 @@ def stores(monkeypatch):
 
     def store(method: str, level: int, fields: dict[str, np.ndarray]):
         def finest(scene, *names):
-            return Stored(method, level, fields) if set(names) <= fields.keys() else None
+            return Stored(method, level, fields, method) if set(names) <= fields.keys() else None
 
         monkeypatch.setattr(physics, "finest_fields", finest)
         return fields
