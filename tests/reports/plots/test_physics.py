@@ -208,6 +208,6 @@ def test_the_section_goes_through_the_largest_stress_and_the_depth_is_told(store
     row = int(np.argmin(np.abs(section.map.y + 2e-3)))
     # down is cut in 119 parts of 3 mm: a point lies within 0.013 mm of the largest stress
     assert section.map.values[3, row] == pytest.approx(1e9, rel=0.02)
-    assert "1.00 GPa 2.00 mm below the surface" in " ".join(profile.caption.split())
+    assert "1.00 GPa, 2.00 mm below the surface" in " ".join(profile.caption.split())
     (line,) = profile.series
     assert line.x[line.y.argmax()] == pytest.approx(2e-3)
