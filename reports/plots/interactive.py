@@ -148,7 +148,7 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
     z = (drawn.values * drawn.scale.factor).T
     unit = drawn.scale.unit
     label = f"{drawn.symbol} / {unit}" if unit else drawn.symbol
-    trace = {
+    trace: dict[str, Any] = {
         "type": "heatmap",
         "x": numbers(drawn.x, figure.x.scale.factor),
         "y": numbers(drawn.y, figure.y.scale.factor),

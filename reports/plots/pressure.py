@@ -142,7 +142,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     views = _maps([grid, seen], loads)
     return [
         *views,
-        _difference(*(item.on_grid_of(common) for item in (grid, elements)), loads),
+        _difference(grid.on_grid_of(common), elements.on_grid_of(common), loads),
         *cuts,
     ]
 
