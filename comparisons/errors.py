@@ -7,6 +7,10 @@ class InputError(ValueError):
     """Wrong input: a scene, a map, an option, a folder. The command line exits with code 2."""
 
 
+class NotInstalledError(InputError):
+    """An optional part is missing: what needs it is not run, and nothing else is the worse."""
+
+
 class ResultsError(InputError):
     """A results folder cannot be read or written as asked."""
 

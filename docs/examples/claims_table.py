@@ -27,6 +27,7 @@ from comparisons.questions.claims.record import (
     ClaimsRecord,
     PointRecord,
     load_claims_record,
+    not_run,
 )
 from comparisons.questions.claims.wording import error_text, limit_words, value
 
@@ -44,7 +45,12 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     solves. The details of single measurements are left out: `roughline claims` finds them again.
     """
     files = {claim.id: claim for claim in load_claims()}
-    judged = {claim.id: claim for record in records for claim in record.claims}
+    judged = {
+        claim.id: claim
+        for record in records
+        for claim in record.claims
+        if not not_run(claim.points)
+    }
     judged_claims = [_bare(judged[name], files[name]) for name in files if name in judged]
     main = max(reversed(records), key=lambda record: len(record.claims))
     seconds = sum(claim.seconds for claim in judged_claims)

@@ -15,62 +15,29 @@ import numpy as np
 
 from comparisons.isolation.parent import run
 from comparisons.judging.verdicts import WITHIN, judge
-from comparisons.questions.experiments.yielding import NU, known_to
-from comparisons.scene.scene import make_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene
-from comparisons.tasks.task import Task
+from comparisons.questions.experiments.lammps import lammps_mdr
+from comparisons.questions.experiments.yielding import NU
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "plasticity.md"
 SOFTNESS = (1e-4, 1e-3, 1e-2, 1e-1)  # Y/E
 DEPTHS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)  # d/R
-GRIDS = (3, 6)
 TOLERANCES = (0.02, 0.05, 0.1)
-# In the words of the bars' rule.
-QUANTITIES = {"force": "force", "area": "contact_area", "dent": "residual_depth"}
-
-
-def solved(softness: float, depth: float, method: str, resolution: int) -> dict[str, float]:
-    """Return the quantities of a ball of R = E = 1."""
-    scene = make_scene(
-        {
-            "name": "map",
-            "half_space": {"youngs_modulus": 1.0, "poisson_ratio": NU},
-            "indenter": {"shape": "sphere", "radius": 1.0},
-            "plasticity": {"yield_stress": softness},
-            "loading": {"penetration": [depth]},
-            "compare": {"methods": ["fem", "lammps_mdr"]},
-        },
-        "map",
-        Path(),
-    )
-    (plan,) = plan_scene(scene)
-    wanted = tuple(QUANTITIES.values())
-    found = execute(Task(plan.scene, plan.geometry, plan.loads, method, resolution, wanted))
-    if not found.converged.all():
-        raise RuntimeError(f"{method}: {found.reasons}")
-    return {name: float(found.quantities[name][0, 0]) for name in wanted}
+QUANTITIES = ("force", "area", "dent")
 
 
 @cache
-def errors(softness: float, depth: float) -> dict[str, tuple[float, float]]:
-    """Return LAMMPS' errors and the bars of the elements: of the dent, relative to d."""
-    judged = solved(softness, depth, "lammps_mdr", 1)
-    coarse, fine = (solved(softness, depth, "fem", grid) for grid in GRIDS)
-    found = {}
-    for short, name in QUANTITIES.items():
-        unit = depth if short == "dent" else fine[name]
-        bar = known_to(short, GRIDS, (coarse[name], fine[name]))
-        found[short] = ((judged[name] - fine[name]) / unit, bar / unit)
-    return found
+def error(softness: float, depth: float, short: str) -> tuple[float, float]:
+    """Return LAMMPS' error and the bar of the elements: of the dent, relative to d."""
+    found = lammps_mdr("full", depth=depth, softness=softness, quantity=short)
+    return found.error, found.uncertainty
 
 
 def table(short: str) -> list[list[str]]:
     """Return the errors of a quantity over depth and softness."""
     rows = [["d/R", *(f"Y/E = {softness:g}" for softness in SOFTNESS)]]
     for depth in DEPTHS:
-        cells = (errors(softness, depth)[short] for softness in SOFTNESS)
+        cells = (error(softness, depth, short) for softness in SOFTNESS)
         rows.append([f"{depth:g}", *(f"{100 * e:+.1f} ± {100 * u:.1f} %" for e, u in cells)])
     return rows
 
@@ -85,7 +52,7 @@ def verdicts() -> list[list[str]]:
                 held = [
                     f"{depth:g}"
                     for depth in DEPTHS
-                    if judge(*errors(softness, depth)[short], tolerance) == WITHIN
+                    if judge(*error(softness, depth, short), tolerance) == WITHIN
                 ]
                 cells.append(", ".join(held) or "–")
             rows.append([short, f"{softness:g}", *cells])

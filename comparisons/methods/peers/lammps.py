@@ -127,11 +127,11 @@ class LammpsMdr(LammpsLaw):
         return f"mdr {1 - nu**2!r} {nu!r} {limit!r} 0 0.5 0 damping mdr 1"
 
     def further(self, task: Task[IndenterGeometry], answer: dict[str, Any]) -> dict[str, Any]:
-        """Return the residual depth; the area on paths that only load.
+        """Return the residual depth, and the area as LAMMPS has it.
 
         On unloading LAMMPS' area is that of the present overlap, not the one that carries.
         """
-        curves = {"residual_depth": self.radius * answer["residual_depth"]}
-        if (np.diff(task.loads.values) > 0).all():
-            curves["contact_area"] = self.radius**2 * answer["contact_area"]
-        return curves
+        return {
+            "residual_depth": self.radius * answer["residual_depth"],
+            "contact_area": self.radius**2 * answer["contact_area"],
+        }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,8 @@ VERDICTS = (HOLDS, FAILS, IN_A_RANGE, ONLY_AS_STATED, NOT_RESOLVED)
 RECORD = "claims.json"
 # The last full run of every claim, which comes with the package (docs/examples/claims_table.py).
 STORED = Path(__file__).with_name(RECORD)
+# The detail of a point that was not measured for want of an optional part: what is missing.
+NOT_RUN = "not run"
 
 
 class PointRecord(Form):
@@ -154,14 +156,20 @@ class ClaimRecord(Form):
         """Whether the verdict differs from the expected one.
 
         A quick run with wider bars may leave a claim unresolved, and its few draws do not tell
-        that a claim holds as stated only; neither is a difference.
+        that a claim holds as stated only; neither is a difference, nor is a claim that was not run.
         """
-        if self.expected is None or self.verdict == self.expected:
+        if self.expected is None or self.verdict == self.expected or not_run(self.points):
             return False
         open_if_quick = {NOT_RESOLVED} | (
             {IN_A_RANGE} if self.expected == ONLY_AS_STATED else set()
         )
         return self.effort == "full" or self.verdict not in open_if_quick
+
+
+def not_run(points: Sequence[PointRecord]) -> str:
+    """Return what is missing where nothing was measured for want of an optional part, else ""."""
+    missing = [str(point.details.get(NOT_RUN, "")) for point in points]
+    return missing[0] if all(missing) else ""
 
 
 class ClaimsRecord(Header):

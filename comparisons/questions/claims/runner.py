@@ -13,7 +13,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from comparisons.errors import LostWorkError, ResultsError
+from comparisons.errors import LostWorkError, NotInstalledError, ResultsError
 from comparisons.facts.methods import METHODS
 from comparisons.files import plain, write_text
 from comparisons.machine import source_digest, versions
@@ -21,12 +21,14 @@ from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.record import (
+    NOT_RUN,
     RECORD,
     ClaimRecord,
     ClaimsRecord,
     NuisanceRecord,
     PointRecord,
     load_claims_record,
+    not_run,
     verdict_of,
     verdict_over_all,
 )
@@ -127,7 +129,8 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
     points = yield from along(claim, under(claim.as_stated), effort)
     nuisances: Sequence[NuisanceRecord] = ()
     draws: Sequence[PointRecord] = ()
-    if claim.nuisance:
+    able = not_run(points) == ""
+    if claim.nuisance and able:
         at = representative(points).parameter
         nuisances = yield from together(
             along_nuisance(claim, nuisance, at, under, effort) for nuisance in claim.nuisance
@@ -135,7 +138,7 @@ def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[Clai
         draws = yield from together(
             drawn(claim, share, under) for share in shares(claim, effort, seed)
         )
-    validity = yield from mapped(claim, under, effort)
+    validity = (yield from mapped(claim, under, effort)) if able else None
     rows = [] if validity is None else validity.rows
     stated = {nuisance.name: nuisance.stated_number for nuisance in claim.nuisance}
     unstated = [p for line in nuisances for p in line.points if p.parameter != line.stated]
@@ -248,6 +251,10 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
 
 
 def _no_result(value: float | None, error: Exception) -> Measurement:
+    if isinstance(error.__cause__ or error, NotInstalledError):
+        return Measurement(
+            value, float("nan"), float("nan"), {NOT_RUN: str(error.__cause__ or error)}
+        )
     reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     return Measurement(value, float("nan"), float("nan"), {"no result": one_line(reason)})
 

