@@ -119,9 +119,9 @@ def task_of(
 ) -> Task:
     """Return the task of one method at one resolution."""
     scene, quantities = plan.scene, plan.scene.compare.quantities
-    lines = any(m.resolutions and METHODS[m.method].dimension < 3 for m in plan.methods)
-    if scene.rough and not scene.physics and lines:
-        # where contacts are few, lines agree by chance (`results.scene_record.chance`)
+    if scene.rough and not scene.physics:
+        # where contacts are few, lines agree by chance (`results.scene_record.chance`); without
+        # lines, too: runs of one method each have the answers of a run of both
         quantities = (*quantities, "contact_count")
     return Task(
         scene=scene,

@@ -39,7 +39,7 @@ CLOCK = [
     "memory",
     "machine",
 ]
-GRIDS = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32], "tolerance": 0.5}
+GRIDS = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32], "tolerance": 0.3}
 # Tasks of the first surfaces and lines: every part solves them, to choose the same numbers.
 FIRST = 2 + 1 + 2
 
