@@ -3,8 +3,9 @@
 Drake (https://drake.mit.edu, BSD-3) integrates a pressure E_h (depth)/(thickness) over the surface
 where the ball overlaps the half-space. Nothing moves: the ball is placed, contact is evaluated.
 
-A ball of radius 1, a slab of thickness 1. Drake's own tessellation of a sphere has no more than
-8^6 triangles, too few for shallow contacts: ours is a cap, of rings that grow geometrically.
+A ball of radius 1, a slab of thickness 1. Drake refines its own sphere no further than a
+`resolution_hint` of about 0.0075, too coarse for shallow contacts: ours is a cap, of rings that
+grow geometrically.
 """
 
 from __future__ import annotations
