@@ -122,6 +122,8 @@ class Solution:
         >>> bool(abs(line["x / m"][line["p / Pa"].idxmax()]) < 1e-6)
         True
         """
+        if axis not in ("x", "y"):
+            raise InputError(f"axis: expected 'x' or 'y', got {axis!r}")
         field = self.pressure
         if "r" in field:
             inside = field["r"] > 0

@@ -213,6 +213,8 @@ def test_the_pressure_along_a_line_is_hertz_and_symmetric(scene, method):
     peak, inside = 1.5 * force / (np.pi * a**2), np.abs(y) < 0.9 * a
     exact = peak * np.sqrt(1 - (y[inside] / a) ** 2)
     np.testing.assert_allclose(p[inside], exact, atol=0.02 * peak)
+    with pytest.raises(roughline.InputError, match="axis: expected 'x' or 'y', got 'z'"):
+        solution.pressure_along("z")
 
 
 def test_the_line_of_a_rough_patch_goes_through_its_middle():

@@ -168,7 +168,8 @@ def in_words(answers: list[Nearest], tolerance: float) -> str:
         label = quantity(answer.quantity).label
         groups.setdefault((answer.word, number, answer.place), []).append(label)
     parts = [
-        f"{', '.join(labels)} {number} at {place}, {word} {fmt.tolerance(tolerance)}"
+        f"{', '.join(labels)} {number} at {place}, "
+        f"{word}{' at' if word == NOT_RESOLVED else ''} {fmt.tolerance(tolerance)}"
         for (word, number, place), labels in groups.items()
     ]
     return f"Nearest measured, reduced model: {'; '.join(parts)}." if parts else ""
