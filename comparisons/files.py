@@ -14,7 +14,6 @@ import os
 import stat
 import sys
 import tempfile
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -141,15 +140,8 @@ def table_text(table: pd.DataFrame) -> str:
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write named arrays as a compressed npz, atomically; faster than NumPy, which packs harder."""
-
-    def write(stream: BinaryIO) -> None:
-        with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-            for name, values in arrays.items():
-                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                    np.lib.format.write_array(file, np.asarray(values), allow_pickle=False)
-
-    write_atomically(path, write)
+    """Write named arrays as a compressed npz, atomically."""
+    write_atomically(path, lambda stream: np.savez_compressed(stream, allow_pickle=False, **arrays))
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:

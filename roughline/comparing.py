@@ -161,6 +161,8 @@ class Comparison:
             figure = single(drawable[name])
         if figure is None:
             reason = "nothing to draw" if name is None else f"got {name!r}"
+            if name == "pressure":
+                reason += "; it is kept in the folder of a Study that compares it"
             raise InputError(f"plot: expected one of {', '.join(drawable) or 'none'}, {reason}")
         return figure
 

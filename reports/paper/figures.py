@@ -34,6 +34,7 @@ from reports.plots.curves import printed_curves
 from reports.plots.errors import errors
 from reports.plots.figure import Axis, Figure, Guide, Series
 from reports.plots.marks import DOWN
+from reports.plots.pressure import pressures
 from reports.plots.speed import speed
 from reports.plots.style import CROSS, INK, Look, Marker, look
 
@@ -52,10 +53,16 @@ def file_name(*names: str) -> str:
 
 
 def panels(scene: SceneRecord) -> dict[str, Figure]:
-    """Return the plots available for a scene, with their file names."""
+    """Return the plots available for a scene, with their file names.
+
+    The pressure over radius or x is that at the last load, where a folder has it.
+    """
     drawn = {
         file_name(figure.quantity, figure.x.quantity): figure for figure in printed_curves(scene)
     }
+    for figure in pressures(scene):
+        if figure.series:  # no map
+            drawn["pressure"] = figure
     return drawn | {file_name(figure.key): figure for figure in (*errors(scene), *speed(scene))}
 
 

@@ -198,6 +198,17 @@ def test_pressures_are_those_of_the_whole_contact_at_every_load():
     solution.plot("pressure")
 
 
+def test_pressures_are_plotted_from_the_folder_of_a_study(results):
+    """In Hertz' contact all methods have 1.5 times the mean pressure in the middle."""
+    pytest.importorskip("matplotlib")
+    (name, *_) = results.names
+    (axes,) = results[name].plot("pressure").axes
+    for line in axes.lines:
+        assert max(line.get_ydata()) == pytest.approx(1.5, rel=1e-3)
+    with pytest.raises(roughline.InputError, match="kept in the folder of a Study"):
+        roughline.compare(BALL).plot("pressure")
+
+
 @pytest.mark.parametrize(
     ("scene", "method"),
     [("paraboloid", "closed_form"), ("paraboloid", "bem_fft"), ("paraboloid", "fem")],
