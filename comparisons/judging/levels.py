@@ -143,9 +143,10 @@ class Levels:
         grids = np.array(list(curves))
         known, apparent = (name, self.kind), last.apparent_area
         bar = discretisation(grids, series, known, sizes=sizes, areas=areas, apparent=apparent)
-        if not (name == "contact_area" and self.rough and "contact_area_raw" in last.quantities):
+        located = METHODS[self.method].grid and self.rough and "contact_area_raw" in last.quantities
+        if name != "contact_area" or not located:
             return bar
-        # of the finest grid that has any area
+        # of cells at the contact line, on the finest grid that has any area
         finest = max(
             (n for n, area in curves.items() if np.isfinite(area).any()), default=max(curves)
         )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from comparisons.judging.comparison import FEWEST, compare
+from comparisons.judging.levels import Levels
 from comparisons.judging.verdicts import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import task_of
@@ -53,6 +54,21 @@ def test_the_bar_of_the_surface_counts_for_it(plan):
 
 def test_few_lines_have_no_band(plan):
     assert outside(plan, np.arange(1.0, FEWEST), np.ones(5)) == ""
+
+
+def test_only_grids_of_cells_err_at_the_contact_line(plan):
+    """An area of 1.0 counted as 1.5: cells leave at least 0.4 0.5^1.5 = 14 %, springs nothing."""
+    steps = np.ones(len(plan.loads.values))
+    for method, least, most in (("bem_fft", 0.14, np.inf), ("reduced", 0.0, 1e-9)):
+        solved = {
+            (method, n): Solution.of(
+                task_of(plan, method, n), {AREA: steps, "contact_area_raw": 1.5 * steps}
+            )
+            for n in (16, 32, 64)
+        }
+        bar = Levels.of(solved, method).discretisation(AREA)
+        assert (bar >= least).all()
+        assert (bar <= most).all()
 
 
 @pytest.mark.parametrize(
