@@ -98,7 +98,7 @@ def omissions(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     """Yield what is not modelled, with the reason."""
     quantities = set(scene.compare.quantities)
     if "pressure" not in quantities:
-        yield "pressure fields", 'not asked for (add "pressure" to compare.quantities)'
+        yield "comparison of pressures", 'not asked for (add "pressure" to compare.quantities)'
     if not quantities & {"stiffness", "contact_length_stiffness"}:
         yield (
             "contact stiffness, in the half-space methods",

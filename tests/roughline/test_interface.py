@@ -256,7 +256,7 @@ def test_a_plan_tells_what_is_left_out():
     planned = roughline.plan(BALL, "reduced", "fem")
     methods = set(planned.table().query("supported")["method"])
     assert methods == {"closed_form", "reduced", "fem"}
-    assert "pressure fields" in planned.left_out
+    assert "comparison of pressures" in planned.left_out
 
 
 def test_whoever_has_a_plan_shows_what_it_questions():

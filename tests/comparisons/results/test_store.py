@@ -30,7 +30,7 @@ from comparisons.solving.plan_record import Measured, MethodPlan, PlanRecord, Ro
 THIRD = 1 / 3
 PLAN = PlanRecord(
     methods=(MethodPlan("bem_fft", True, "", (8,), "the surface"),),
-    left_out=(("pressure fields", "not asked for"),),
+    left_out=(("comparison of pressures", "not asked for"),),
     notes=("one",),
     measured=Measured((1e-6, 2e-6), (1.0, 3.0), 1e9, fit_zero=False),
     roughness=Roughness((1e6, 2e6), (1e-30, 1e-31), 1e-9, 0.1, 1e5, 2.0),

@@ -157,13 +157,13 @@ def left_out(scene) -> dict[str, str]:
 
 def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
     plain = left_out(scene())
-    assert 'add "pressure" to compare.quantities' in plain["pressure fields"]
+    assert 'add "pressure" to compare.quantities' in plain["comparison of pressures"]
     assert "contact stiffness, in the half-space methods" in plain
     assert "the surface beyond the geometric overlap" in plain
     assert "three quarters of the finite-element mesh" in plain
     assert not {"memory of the material", "inertia"} & set(plain)  # never in question
     asked = left_out(scene(compare={"quantities": ["pressure", "stiffness"]}))
-    assert "pressure fields" not in asked
+    assert "comparison of pressures" not in asked
     assert "contact stiffness, in the half-space methods" not in asked
     assert "the surface beyond the geometric overlap" not in left_out(rough())
     polygon = {"shape": "polygon_punch", "vertices": [[0, 0], [1e-3, 0], [0, 2e-3]]}

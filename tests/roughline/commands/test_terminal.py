@@ -81,7 +81,7 @@ def test_what_is_true_of_several_plans_is_said_once(capsys, plans):
     shared = replace(plan, notes=("both bodies are elastic",))
     terminal.print_plans([shared, replace(shared, notes=(*shared.notes, "cropped"))])
     told = capsys.readouterr().out
-    assert told.count("note: both bodies") == told.count("left out: pressure fields") == 1
+    assert told.count("note: both bodies") == told.count("left out: comparison of pressures") == 1
     assert told.count("note: cropped") == told.count("and as above") == 1
 
 
