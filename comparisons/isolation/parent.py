@@ -170,8 +170,8 @@ def run(
     if process is None or not process.is_ours():
         try:
             process = _Process(stays=bool(reuse), python=python)
-        except OSError as error:
-            return Outcome(KILLED, reason=f"{python or sys.executable}: {error.strerror}")
+        except _NoInterpreterError as error:
+            return Outcome(KILLED, reason=str(error))
     outcome = None
     try:
         outcome = process.call((work, arguments, memory), seconds, finite)
@@ -192,6 +192,10 @@ def run(
             python=python,
         )
     return outcome
+
+
+class _NoInterpreterError(Exception):
+    """What the user names as an interpreter does not start."""
 
 
 class _Process:
@@ -216,17 +220,23 @@ class _Process:
         # Whatever the work writes by a bare name is its own, and goes with the process.
         own = self._folder / OWN
         own.mkdir()
-        with (self._folder / "stderr").open("wb") as errors:
-            self._process = subprocess.Popen(  # noqa: S603 (our own module)
-                [*start, str(self._folder), *flags],
-                # The process exits when the pipe closes, and starts work when it receives a byte.
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=errors,
-                env=environment,
-                cwd=own,
-                start_new_session=True,  # Ctrl-C in the terminal reaches the parent only
-            )
+        try:
+            with (self._folder / "stderr").open("wb") as errors:
+                self._process = subprocess.Popen(  # noqa: S603 (our own module)
+                    [*start, str(self._folder), *flags],
+                    # The process exits when the pipe closes, starts work when it receives a byte.
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.DEVNULL,
+                    stderr=errors,
+                    env=environment,
+                    cwd=own,
+                    start_new_session=True,  # Ctrl-C in the terminal reaches the parent only
+                )
+        except OSError as error:
+            self._holder.cleanup()
+            if not python:
+                raise
+            raise _NoInterpreterError(f"{python}: {error.strerror}") from error
 
     def is_ours(self) -> bool:
         """Return whether the process is alive and was started by this one, not before a fork."""

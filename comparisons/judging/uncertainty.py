@@ -121,7 +121,7 @@ def share_of(quantity: Calibrated, shares: Shares = SHARES) -> Share | None:
 
 
 # Open share of a rough surface that counts at the least: none below a fifth was measured.
-LEAST = 0.1
+LEAST_OPEN = 0.1
 # Orders between which an observed one is looked for.
 LEAST, MOST = 1e-3, 10.0
 RULE = Rule()
@@ -260,7 +260,9 @@ def _cells(
     if name in AREAS:
         areas = np.abs(values) ** AREAS[name]
     cells = np.ones(len(values)) if areas is None else np.abs(areas)
-    gaps = np.ones(len(values)) if np.isnan(apparent) else np.maximum(1 - cells / apparent, LEAST)
+    gaps = (
+        np.ones(len(values)) if np.isnan(apparent) else np.maximum(1 - cells / apparent, LEAST_OPEN)
+    )
     return np.where(cells > 0, gaps**2 if name == "mean_gap" else gaps * cells, np.nan)
 
 

@@ -151,7 +151,10 @@ def drift(
 def _problem(scene: SceneRecord) -> dict[str, object]:
     """Return the tables of a scene that say what is solved, whoever solves it."""
     apart = {"name", "title", "compare", "methods"}
-    return {name: table for name, table in scene.tables.items() if name not in apart}
+    tables = {name: table for name, table in scene.tables.items() if name not in apart}
+    if isinstance(surface := tables.get("surface"), dict):  # a check takes a few surfaces
+        tables["surface"] = {k: v for k, v in surface.items() if k != "realisations"}
+    return tables
 
 
 def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
@@ -173,6 +176,10 @@ def _moves(name: str, method: str, changes: list[Change]) -> list[Finding]:
         factor = f"{number(1 + model.change, 6)} ({model.quantity.replace('_', ' ')})"
         text = f"{both} moved by the same factor {factor}: something they share has changed"
         text += f"; {still} did not move" if still else ""
+        apart = [
+            f"{title_of(truth)}: {m.what}" for truth, m in moved.items() if truth not in shared
+        ]
+        text += f"; otherwise moved {'; '.join(apart)}" if apart else ""
         return [Finding(name, MODEL, text, True)]
     own, others = "unchanged", "unchanged"
     if model is not None:
@@ -202,9 +209,15 @@ def _agreement(was: SceneRecord, now: SceneRecord) -> Finding:
     text = " ".join(now.disagreements)
     if not text:
         return Finding(now.name, AGREEMENT, "the references agree within their bars")
-    if was.disagreements:
+    known = {_pair(told) for told in was.disagreements}
+    if all(_pair(told) in known for told in now.disagreements):
         return Finding(now.name, AGREEMENT, f"as in the baseline: {text}", notable=True)
     return Finding(now.name, AGREEMENT, text, True, True)
+
+
+def _pair(disagreement: str) -> str:
+    """Return who differs in what: the words before "by" how much."""
+    return disagreement.rpartition(" by ")[0] or disagreement
 
 
 def _list(names: list[str]) -> str:

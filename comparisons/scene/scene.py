@@ -388,6 +388,8 @@ def load_scenes(
     number = len(values) if isinstance(values, list) else 0
     if path in ("name", "title", "sweep"):
         raise SceneError(origin, [f"sweep.{path}: expected a key that changes the scene"])
+    if path in (overrides or {}):
+        raise SceneError(origin, [f"sweep.{path}: swept here, and set by an option"])
     if more or not 2 <= number <= MOST_SWEPT or len({*map(str, values)}) < number:
         expected = f'one key with a list of 2 to {MOST_SWEPT} different values, "indenter.radius"'
         raise SceneError(origin, [f"sweep: expected {expected} = [...], got {table!r:.60}"])
@@ -474,8 +476,11 @@ def parse_scene(
 def _scene(
     data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
 ) -> Scene:
+    swept = data.get("sweep")
     for path, value in (overrides or {}).items():
         override(data, path, deepcopy(value))
+        if isinstance(swept, dict) and not isinstance(swept.get(path), list):
+            swept.pop(path, None)  # a scene of a sweep that is changed in its key leaves it
     return make_scene(data, source, directory)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import roughline
 from comparisons.methods.registry import solver_for
 
-# What a code is given, and its five values: from a hundredth of the last.
+# What a code is given: values up to a hundred (slippy: ten) times the first.
 LOADS = {
     "drake": ("penetration", np.geomspace(2e-6, 2e-4, 5)),
     "slippy": ("penetration", np.geomspace(1e-6, 1e-5, 3)),

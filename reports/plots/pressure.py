@@ -332,8 +332,9 @@ def _difference(grid: Field, elements: Field, loads: SliderSteps) -> Figure:
     both, either = np.mean(touching[0] & touching[1]), np.mean(touching[0] | touching[1])
     caption = (
         f"{elements.label}, less {grid.label}, on the same cells: orange where finite elements "
-        "press harder, blue where they press less. Of the cells that touch in either at the last "
-        f"load, {fmt.relative(both / either)} touch in both."
+        "press harder, blue where they press less (of many cells in a pixel, the largest "
+        "difference). Of the cells with any pressure in either at the last load, "
+        f"{fmt.relative(both / either)} have it in both."
     )
     if limit is not None:
         caption += " Colours end at the 98 % quantile."

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-import sys
-from functools import lru_cache
+import shutil
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -25,6 +24,8 @@ from comparisons.tasks.task import Task
 
 SCRIPTS = Path(__file__).parents[2] / "peers"
 SECONDS = 600.0
+# And to say its version, when a study is planned.
+ANSWER_SECONDS = 30.0
 
 
 class LiveCode(Solver[IndenterGeometry]):
@@ -90,13 +91,17 @@ class LiveCode(Solver[IndenterGeometry]):
 
     @property
     def _python(self) -> str:
-        return os.environ.get(self._variable, "") or sys.executable
+        """The interpreter that the user names, else "": ours, with its import path."""
+        named = os.environ.get(self._variable, "")
+        return str(Path(shutil.which(named) or named).absolute()) if named else ""
 
     def _version(self) -> str:
         """Return the version of the code; refuse where it or another package does not fit."""
         named = os.environ.get(self._variable, "")
         where = (
-            f"in {self._variable}={named}" if named else f"here ({self._variable} names another)"
+            f"in {self._variable}={named}"
+            if named
+            else f"here ({self._variable} may name another interpreter)"
         )
         found = versions_in(self._python, tuple(self.releases))
         if isinstance(found, str):
@@ -112,9 +117,17 @@ class LiveCode(Solver[IndenterGeometry]):
         return found[next(iter(self.releases))]
 
 
-@lru_cache(maxsize=32)
+_ANSWERS: dict[tuple[str, tuple[str, ...]], dict[str, str]] = {}
+
+
 def versions_in(python: str, packages: tuple[str, ...]) -> dict[str, str] | str:
     """Return the versions of packages in an interpreter ("" where absent), or why not."""
-    work = f"{SCRIPTS / 'installed.py'}:versions"
-    outcome = parent.run(work, list(packages), seconds=SECONDS, python=python)
-    return outcome.answer if outcome.ok else outcome.reason
+    if (python, packages) not in _ANSWERS:
+        work, memory = f"{SCRIPTS / 'installed.py'}:versions", MEMORY_SHARE * free_memory()
+        outcome = parent.run(
+            work, list(packages), seconds=ANSWER_SECONDS, memory=memory, python=python
+        )
+        if not outcome.ok or not all(outcome.answer.values()):  # it may be installed meanwhile
+            return outcome.answer if outcome.ok else outcome.reason
+        _ANSWERS[python, packages] = outcome.answer
+    return _ANSWERS[python, packages]

@@ -53,6 +53,15 @@ def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
         assert share_uncertainty(grids, curves, (name, kind), **known)[0] > 0.4 * bars[0]
 
 
+def test_gaps_narrower_than_any_that_were_measured_count_as_these():
+    """A tenth open at the least: with the open share itself the bar would be 12 000 at 0.999."""
+    grids, changes = np.array(LEVELS[1:]), np.array([[1.0] * 3, [1.1] * 3])
+    known = {"areas": np.array([0.95, 0.99, 0.999]), "apparent": 1.0}
+    bars = share_uncertainty(grids, changes, ("mean_gap", "periodic"), **known)
+    assert bars == pytest.approx(bars[0])
+    assert bars[0] < 1.0
+
+
 def test_few_changes_have_a_wider_bar_for_all_may_be_small_by_chance():
     """One change (two grids, one load) has Student's t of one degree of freedom: 12.7."""
     grids, quantity = np.array(LEVELS[1:]), ("mean_gap", "free")

@@ -461,6 +461,11 @@ def test_a_sweep_is_one_scene_for_each_value():
     assert load_scenes(unquoted, {"compare.tolerance": 0.05}) == scenes
     with pytest.raises(SceneError, match="roughline run"):
         load_scene(tables)
+    # one of them, changed in the key that was swept, is a scene like others
+    other = load_scene(scenes[1], {"indenter.radius": "3 mm"})
+    assert (other.indenter.radius, other.sweep) == (3e-3, {})
+    with pytest.raises(SceneError, match="swept here, and set by an option"):
+        load_scenes(tables, {"indenter.radius": "3 mm"})
 
 
 @pytest.mark.parametrize(
