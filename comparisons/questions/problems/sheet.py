@@ -21,7 +21,6 @@ from pydantic import Field, ValidationError, field_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
-from comparisons.geometry.prepare import prepare
 from comparisons.scene.fields import Positive, SceneTable, excerpt, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
@@ -246,6 +245,8 @@ def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _misfits(entry: Entry) -> list[str]:
     """Return what does not fit the sheet of an entry."""
+    from comparisons.geometry.prepare import prepare  # heavy: a list of problems needs none
+
     sheets = builtin_sheets()
     sheet = sheets.get(entry.problem)
     if sheet is None:
