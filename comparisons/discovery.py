@@ -16,7 +16,7 @@ def files_of(room: ModuleType, leave_out: Collection[str] = ()) -> Iterator[Modu
 
     >>> import comparisons.questions.problems as room
     >>> [module.__name__.removeprefix(f"{room.__name__}.") for module in files_of(room)]
-    ['board', 'entry', 'sheet']
+    ['board', 'sheet']
     """
     for name, is_room in sorted((m.name, m.ispkg) for m in iter_modules(room.__path__)):
         if name in leave_out:

@@ -219,7 +219,7 @@ def share_uncertainty(
     >>> depth = np.array([[1.2], [1.1], [1.05]])
     >>> free = ("penetration", "free")
     >>> round(float(share_uncertainty(np.array([64, 128, 256]), depth, free)[0]), 3)
-    0.053
+    0.058
     """
     curves = np.asarray(curves, dtype=float)
     usable = np.isfinite(curves).any(axis=1)

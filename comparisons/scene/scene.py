@@ -45,6 +45,8 @@ from comparisons.scene.toml_files import parse_toml, read_toml
 
 MOST_PROBLEMS = 50
 MOST_SWEPT = 100
+# What variants of a map are swept along, no key of theirs (`solving.map_patches`).
+PREPARATION = "preparation"
 
 
 class SceneError(InputError):
@@ -518,7 +520,8 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
             messages = [re.sub("^half_space", "body", message) for message in messages]
         problems = messages + problems + missing_files(data, directory)
         raise SceneError(source, problems) from error
-    for path, value in scene.sweep.items():  # a scene of a sweep has the value that is its own
+    own = {path: value for path, value in scene.sweep.items() if path != PREPARATION}
+    for path, value in own.items():  # a scene of a sweep has the value that is its own
         swept = deepcopy(filled)
         override(swept, path, value)
         same = False

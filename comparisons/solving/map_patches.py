@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import Geometry, RoughGeometry, prepare
-from comparisons.scene.scene import Scene, load_scene, member, validated
+from comparisons.scene.scene import PREPARATION, Scene, load_scene, member, validated
 from comparisons.scene.surface import MeasuredMap
 from comparisons.scene.trends import TRENDS, trend_of, trend_problem
 
@@ -137,7 +137,7 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
             scene,
             changes
             | {
-                "sweep": {"preparation": words},
+                "sweep": {PREPARATION: words},
                 "name": member(scene.name, words),
                 "title": f"{scene.heading}, {words}"[:300],
             },

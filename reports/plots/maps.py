@@ -9,7 +9,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from reports.plots.figure import Axis, Figure, Map, moving
 
-MOST_PIXELS = 96
+MOST_PIXELS = 80
 
 
 def map_figure(
