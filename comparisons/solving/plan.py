@@ -44,7 +44,7 @@ class Plan(PlanRecord):
     def tasks(self) -> tuple[Task, ...]:
         """The independent solves, cheap methods first."""
         scene = self.scene
-        pictured = "pressure" in scene.compare.quantities or not scene.physics
+        pictured = "pressure" in scene.compare.quantities or not (scene.rough or scene.physics)
         return tuple(
             task_of(
                 self,
