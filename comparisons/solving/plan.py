@@ -44,14 +44,15 @@ class Plan(PlanRecord):
     def tasks(self) -> tuple[Task, ...]:
         """The independent solves, cheap methods first."""
         scene = self.scene
-        pictured = "pressure" in scene.compare.quantities or not (scene.rough or scene.physics)
+        pictured = "pressure" in scene.compare.quantities or not scene.physics
         return tuple(
             task_of(
                 self,
                 planned.method,
                 resolution,
                 block,
-                with_body=pictured and block[0] == 0 and resolution == planned.resolutions[-1],
+                # on every grid: which one is the finest changes as grids are added, keys must not
+                with_body=pictured and block[0] == 0,
             )
             for planned in self.methods
             for resolution in planned.resolutions

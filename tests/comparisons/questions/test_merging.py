@@ -186,6 +186,16 @@ def test_resolutions_come_together(rough, tmp_path):
         assert len(planned.numbers) == len(planned.resolutions)
 
 
+def test_grids_of_a_single_contact_come_together(scene, tmp_path):
+    """The finest grid of one run, whose pictures are kept, is a coarse one of all."""
+    for name, grids in (("whole", [8, 16]), ("a", [8]), ("b", [16])):
+        compare = {"methods": ["closed_form", "bem_dense"], "resolutions": grids}
+        run(plan_scene(scene(compare=compare), "quick"), tmp_path / name)
+    assert merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged").lost() == []
+    rows = [table(tmp_path / name) for name in ("whole", "merged")]
+    pd.testing.assert_frame_equal(*rows)
+
+
 def test_both_machines_are_stated(rough, tmp_path, monkeypatch):
     """Each row names the machine that solved it, a mean over blocks all of them.
 
