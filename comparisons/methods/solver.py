@@ -30,20 +30,21 @@ class Refused(Exception):  # noqa: N818 - no error: a method may decline a scene
     """Raised by the constructor of a solver, and by what that calls: it cannot do this scene.
 
     A method of a user's file may be `broken`: it raised, hung or answered nonsense when it was
-    asked. That is no refusal, but an error of who gave the file.
+    asked. That is no refusal, but an error of who gave the file. An optional part may be `missing`.
     """
 
-    def __init__(self, reason: str, *, broken: bool = False) -> None:
+    def __init__(self, reason: str, *, broken: bool = False, missing: bool = False) -> None:
         super().__init__(reason)
-        self.refusal = Refusal(reason, broken)
+        self.refusal = Refusal(reason, broken, missing)
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a method does not solve a scene; whether that is because it is broken."""
+    """Why a method does not solve a scene; whether it is broken, or to be installed first."""
 
     reason: str
     broken: bool = False
+    missing: bool = False
 
 
 def needed(value: T | None, reason: str) -> T:

@@ -48,7 +48,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        force and contact_area (k,), faces (of the last contact), seconds, setup_seconds.
+        force and contact_area (k,), unknowns (faces of the last contact), seconds, setup_seconds.
     """
     begin = time.perf_counter()
     cap = Path("cap.obj").absolute()
@@ -87,7 +87,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     return {
         "force": force,
         "contact_area": area,
-        "faces": int(faces),
+        "unknowns": int(faces),
         "seconds": time.perf_counter() - begin,
         "setup_seconds": ready - begin,
     }

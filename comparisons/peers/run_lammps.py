@@ -102,7 +102,8 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        force (k,), where the law remembers area and residual_depth (k,), seconds, setup_seconds.
+        force (k,), where the law remembers area and residual_depth (k,), unknowns, seconds,
+        setup_seconds.
     """
     begin = time.perf_counter()
     pair = Pair(problem["law"], min(0.0, *problem["depths"]))
@@ -116,6 +117,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     columns = np.array(rows).T
     names = ("force", "contact_area", "residual_depth")
     return dict(zip(names, columns, strict=False)) | {
+        "unknowns": 1,
         "seconds": time.perf_counter() - begin,
         "setup_seconds": ready - begin,
     }

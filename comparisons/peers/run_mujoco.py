@@ -4,7 +4,7 @@ MuJoCo (https://mujoco.org, Apache-2) has no elastic bodies: a contact is a cons
 violated, with a reference acceleration (`solref`) and an impedance i (`solimp`, constant here). At
 rest the force is m k d/(1 - i): a spring whose stiffness is proportional to the mass m.
 
-A ball of radius 1; a mass and forces of order 1.
+A ball of radius 1; forces per mass of order 1.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        penetration and contact_force (k,), steps (k,), seconds, setup_seconds.
+        penetration and force of the contact (k,), iterations (k,), unknowns, seconds,
+        setup_seconds.
     """
     begin = time.perf_counter()
     frequency = math.sqrt(problem["stiffness"])
@@ -78,8 +79,9 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     depth, carried, counts = np.array(rows).T
     return {
         "penetration": depth,
-        "contact_force": carried,
-        "steps": counts.astype(int),
+        "force": carried,
+        "iterations": counts.astype(int),
+        "unknowns": 1,
         "seconds": time.perf_counter() - begin,
         "setup_seconds": ready - begin,
     }

@@ -33,7 +33,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        force, contact_area (of the cells that carry) and converged (k,), seconds.
+        force, contact_area (of the cells that carry) and converged (k,), unknowns, seconds.
     """
     begin = time.perf_counter()
     rows = [_press(depth) for depth in problem["depths"]]
@@ -42,6 +42,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
         "force": force,
         "contact_area": area,
         "converged": converged > 0,
+        "unknowns": CELLS**2,
         "seconds": time.perf_counter() - begin,
     }
 

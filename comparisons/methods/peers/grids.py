@@ -39,7 +39,7 @@ class PeerSolver(Solver[Geometry]):
         if scene.loading.control == "mean_gap" and not self.periodic:
             raise Refused("no mean-gap control on a free half-space: use bem_fft")
         if not client.installed(self.name):  # last: installing helps only who can do the scene
-            raise Refused("not installed: pip install 'roughline[peers]'")
+            raise Refused("not installed: pip install 'roughline[peers]'", missing=True)
         self.tolerance, self.seconds = options.tolerance, options.seconds
         self.note = f"{client.versions(self.name)}, in its own process"
 

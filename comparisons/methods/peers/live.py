@@ -9,8 +9,12 @@ from __future__ import annotations
 import math
 import os
 import shutil
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.isolation import parent
@@ -28,26 +32,82 @@ SECONDS = 600.0
 ANSWER_SECONDS = 30.0
 
 
-class LiveCode(Solver[IndenterGeometry]):
-    """A ball on a half-space in a code of others.
+@dataclass(frozen=True)
+class Code:
+    """A code of others, in a process of its own.
 
-    Class attributes
-    ----------------
-    code : str
-        Its name, which is that of its script and of its environment variable.
+    Attributes
+    ----------
+    name : str
+        That of its script and of its environment variable, too.
     releases : dict
         Package -> the only version that was tried, "" for any; the code itself is the first.
     install : str
         How to get them.
+    """
+
+    name: str
+    releases: dict[str, str]
+    install: str
+
+    @property
+    def _variable(self) -> str:
+        return f"ROUGHLINE_PYTHON_{self.name.upper()}"
+
+    @property
+    def python(self) -> str:
+        """The interpreter that the user names, else "": ours, with its import path."""
+        named = os.environ.get(self._variable, "")
+        return str(Path(shutil.which(named) or named).absolute()) if named else ""
+
+    def version(self) -> str:
+        """Return the version of the code; refuse where it or another package does not fit."""
+        named = os.environ.get(self._variable, "")
+        where = (
+            f"in {self._variable}={named}"
+            if named
+            else f"here ({self._variable} may name another interpreter)"
+        )
+        found = versions_in(self.python, tuple(self.releases))
+        if isinstance(found, str):
+            raise Refused(f"asked {where} for its version: {found}")
+        absent = [name for name in self.releases if not found[name]]
+        if absent:
+            raise Refused(
+                f"{' and '.join(absent)} not installed {where}: {self.install}", missing=True
+            )
+        for name, tried in self.releases.items():
+            if tried not in ("", found[name]):
+                raise Refused(
+                    f"{name} {found[name]} is installed, {tried} is needed {where}: {self.install}",
+                    missing=True,
+                )
+        return found[next(iter(self.releases))]
+
+    def ask(self, problem: dict[str, Any]) -> parent.Outcome:
+        """Solve a problem of the script in the code's process."""
+        return parent.run(
+            f"{SCRIPTS / f'run_{self.name.lower()}.py'}:solve",
+            problem,
+            seconds=SECONDS,
+            memory=MEMORY_SHARE * free_memory(),
+            python=self.python,
+        )
+
+
+class LiveCode(Solver[IndenterGeometry]):
+    """A ball on a half-space in a code of others, whose script has R = E* = 1.
+
+    Class attributes
+    ----------------
+    code : Code
     control, wants : str
         The quantity that it can be given, and the reason in one sentence.
     """
 
     named_only = True
     span = math.inf  # a law's parameters belong to all loads
-    code: ClassVar[str]
-    releases: ClassVar[dict[str, str]]
-    install: ClassVar[str]
+    code: ClassVar[Code]
     control: ClassVar[str] = "penetration"
     wants: ClassVar[str]
 
@@ -58,7 +118,7 @@ class LiveCode(Solver[IndenterGeometry]):
             raise Refused(self.wants)
         self._refuse_unfit()
         # last: installing helps only who can do the scene
-        self.note = f"{self.code} {self._version()}, in its own process"
+        self.note = f"{self.code.name} {self.code.version()}, in its own process"
 
     def _refuse_unfit(self) -> None:
         """Refuse what is none for the code."""
@@ -71,50 +131,38 @@ class LiveCode(Solver[IndenterGeometry]):
         """Name the law."""
         return (type(self).__doc__ or "").splitlines()[0].rstrip(".")
 
-    def ask(self, problem: dict[str, Any]) -> parent.Outcome:
-        """Solve a problem of the script in the code's process."""
-        return parent.run(
-            f"{SCRIPTS / f'run_{self.code.lower()}.py'}:solve",
-            problem,
-            seconds=SECONDS,
-            memory=MEMORY_SHARE * free_memory(),
-            python=self._python,
+    def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
+        """Return the problem of the script, from loads in its units."""
+        return {"depths": loads.tolist()}
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Solve all loads in one process."""
+        units = {
+            "penetration": self.radius,
+            "residual_depth": self.radius,
+            "contact_area": self.radius**2,
+            "force": self.scene.effective_modulus * self.radius**2,
+        }
+        outcome = self.code.ask(self.problem(task.loads.values / units[self.control]))
+        if not outcome.ok:
+            return Solution.lost(task, f"{self.code.name}: {outcome.reason}")
+        answer = outcome.answer
+        curves = {name: unit * answer[name] for name, unit in units.items() if name in answer}
+        solution = Solution.of(
+            task,
+            {self.control: task.loads.values} | curves,
+            unknowns=answer["unknowns"],
+            iterations=answer.get("iterations", 0),
+            setup_seconds=answer.get("setup_seconds", 0.0),
         )
+        solution.seconds = answer["seconds"]
+        self.fail_steps(task, solution, answer)
+        return solution
 
-    def lost(self, task: Task[IndenterGeometry], outcome: parent.Outcome) -> Solution:
-        """Return what is left where the process gave no answer."""
-        return Solution.lost(task, f"{self.code}: {outcome.reason}")
-
-    @property
-    def _variable(self) -> str:
-        return f"ROUGHLINE_PYTHON_{self.code.upper()}"
-
-    @property
-    def _python(self) -> str:
-        """The interpreter that the user names, else "": ours, with its import path."""
-        named = os.environ.get(self._variable, "")
-        return str(Path(shutil.which(named) or named).absolute()) if named else ""
-
-    def _version(self) -> str:
-        """Return the version of the code; refuse where it or another package does not fit."""
-        named = os.environ.get(self._variable, "")
-        where = (
-            f"in {self._variable}={named}"
-            if named
-            else f"here ({self._variable} may name another interpreter)"
-        )
-        found = versions_in(self._python, tuple(self.releases))
-        if isinstance(found, str):
-            raise Refused(f"asked {where} for its version: {found}")
-        missing = [name for name in self.releases if not found[name]]
-        if missing:
-            raise Refused(f"{' and '.join(missing)} not installed {where}: {self.install}")
-        for name, tried in self.releases.items():
-            if tried not in ("", found[name]):
-                raise Refused(
-                    f"{name} {found[name]} is installed, {tried} is needed {where}: {self.install}"
-                )
-        return found[next(iter(self.releases))]
+    def fail_steps(
+        self, task: Task[IndenterGeometry], solution: Solution, answer: dict[str, Any]
+    ) -> None:
+        """Mark the steps at which there is nothing to compare."""
 
 
 _ANSWERS: dict[tuple[str, tuple[str, ...]], dict[str, str]] = {}

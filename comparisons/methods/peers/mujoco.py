@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.peers.live import LiveCode
-from comparisons.tasks.solution import Solution
-from comparisons.tasks.task import Task
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.methods.peers.live import Code, LiveCode
 
 # 1 - the impedance of the script.
 _YIELDS = 0.05
@@ -19,33 +21,12 @@ class MuJoCo(LiveCode):
     """
 
     name = "mujoco"
-    code = "MuJoCo"
-    releases = {"mujoco": ""}  # noqa: RUF012 - read only
-    install = "pip install mujoco"
+    code = Code("MuJoCo", {"mujoco": ""}, "pip install mujoco")
     control = "force"
     wants = "MuJoCo is told the force on the ball: prescribe forces"
 
-    def solve(self, task: Task[IndenterGeometry]) -> Solution:
-        """Hold all forces in one process: the largest is 1, on a mass of 1."""
-        largest = task.loads.values.max()
-        hertz = (0.75 * largest / (self.scene.effective_modulus * self.radius**2)) ** (2 / 3)
-        forces = task.loads.values / largest
-        outcome = self.ask(
-            {"stiffness": float(_YIELDS / hertz), "mass": 1.0, "forces": forces.tolist()}
-        )
-        if not outcome.ok:
-            return self.lost(task, outcome)
-        answer = outcome.answer
-        curves = {
-            "penetration": self.radius * answer["penetration"],
-            "force": largest * answer["contact_force"],
-        }
-        solution = Solution.of(
-            task,
-            curves,
-            unknowns=1,
-            iterations=answer["steps"],
-            setup_seconds=answer["setup_seconds"],
-        )
-        solution.seconds = answer["seconds"]
-        return solution
+    def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
+        """Hold all forces on a mass that is the largest: accelerations are of order 1."""
+        largest = float(loads.max())
+        hertz = (0.75 * largest) ** (2 / 3)
+        return {"stiffness": float(_YIELDS / hertz), "mass": largest, "forces": loads.tolist()}

@@ -46,7 +46,7 @@ class NgSolve(Solver[IndenterGeometry]):
         if nu > LARGEST_POISSON:
             raise Refused(f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
         if util.find_spec("ngsolve") is None:  # last: installing helps only who can do the scene
-            raise Refused("not installed: pip install 'roughline[peers]'")
+            raise Refused("not installed: pip install 'roughline[peers]'", missing=True)
         self.seconds = scene.methods.ngsolve.seconds
         self.note = f"ngsolve {metadata.version('ngsolve')}, in its own process"
 

@@ -42,7 +42,7 @@ def _run(method: str, resolution: int, tables: dict[str, Any]) -> Solution:
     scene = make_scene({"name": "ball", "compare": {"methods": [method]}} | tables, "ball", Path())
     able = solver_for(method, scene)
     if isinstance(able, Refusal):
-        kind = NotInstalledError if "pip install" in able.reason else InputError
+        kind = NotInstalledError if able.missing else InputError
         raise kind(f"{METHODS[method].title}: {able.reason}")
     (plan,) = plan_scene(scene)
     wanted = tuple(scene.compare.quantities)

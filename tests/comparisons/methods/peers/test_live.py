@@ -13,11 +13,12 @@ from comparisons.methods.peers.drake import Drake
 from comparisons.methods.peers.mujoco import MuJoCo
 from comparisons.methods.peers.slippy import Slippy
 from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refused
 from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 
-CODES = {"drake": Drake, "mujoco": MuJoCo, "slippy": Slippy}
+CODES = {"drake": Drake.code, "mujoco": MuJoCo.code, "slippy": Slippy.code}
 LOADS = {
     "drake": {"penetration": [1e-6, 1e-5, 1e-4]},
     "mujoco": {"force": [1.0, 10.0, 100.0]},
@@ -27,13 +28,12 @@ RADIUS = 0.01  # of the fixture's paraboloid
 
 
 def needs(name):
-    code = CODES[name]
-    python = os.environ.get(f"ROUGHLINE_PYTHON_{code.code.upper()}", sys.executable)
-    found = live.versions_in(python, tuple(code.releases))
-    there = isinstance(found, dict) and all(
-        found[p] in (v, found[p]) and found[p] for p, v in code.releases.items()
-    )
-    return pytest.mark.skipif(not there, reason=f"{code.install}, see docs/live-codes.md")
+    try:
+        CODES[name].version()
+        absent = ""
+    except Refused as refused:
+        absent = str(refused)
+    return pytest.mark.skipif(bool(absent), reason=absent)
 
 
 def solved(made, method):
@@ -61,9 +61,10 @@ def test_a_missing_interpreter_and_a_missing_package_are_refused_in_words(scene,
     assert f"{variable}=/nowhere/python" in reason
     assert "No such file" in reason
     monkeypatch.setattr(live, "versions_in", lambda python, packages: dict.fromkeys(packages, ""))
-    reason = solver_for(name, scene(loading=LOADS[name])).reason
+    refusal = solver_for(name, scene(loading=LOADS[name]))
+    assert refusal.missing
     said = f"{name} not installed in {variable}=/nowhere/python: {CODES[name].install}"
-    assert reason == said
+    assert refusal.reason == said
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ def test_a_code_that_fails_costs_its_own_rows(scene, monkeypatch, tmp_path, name
     pretend(monkeypatch, tmp_path, name, script)
     solution = solved(scene(loading=LOADS[name]), name)
     assert not solution.converged.any()
-    assert solution.reasons[0, 2].startswith(f"{CODES[name].code}: ")
+    assert solution.reasons[0, 2].startswith(f"{CODES[name].name}: ")
     assert reason in solution.reasons[0, 2]
 
 
@@ -99,7 +100,7 @@ def test_units_are_put_back_on_what_a_code_answers(scene, monkeypatch, tmp_path)
 import numpy as np
 def solve(problem):
     d = np.array(problem["depths"])
-    return {"force": 4 / 3 * d**1.5, "contact_area": np.pi * d, "faces": 1, "seconds": 0.0,
+    return {"force": 4 / 3 * d**1.5, "contact_area": np.pi * d, "unknowns": 1, "seconds": 0.0,
             "setup_seconds": 0.0}
 """
     pretend(monkeypatch, tmp_path, "drake", hertz)
