@@ -145,7 +145,6 @@ def proof_of_surface(scene: Scene, geometry: RoughGeometry, finer: float) -> Rou
     if max(geometry.points) > _MOST_POINTS:
         raise Refused(
             f"of more than {_MOST_POINTS} points a side the bounds take minutes a load, and there "
-            f"are {max(geometry.points)}; the experiments `rough-force-on-grid` and "
-            "`rough-penetration-on-grid` prove more, of surfaces of their own"
+            f"are {max(geometry.points)}"
         )
     return RoughProof(geometry, scene.effective_modulus, finer)

@@ -20,7 +20,7 @@ from comparisons.questions.experiments.experiment import (
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.proved import equal_area
+from comparisons.questions.experiments.proved import EQUAL_AREA, face_rule
 from comparisons.questions.experiments.rough_ensemble import Surface, compare, truth
 from comparisons.solving.shared import shared
 from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
@@ -44,7 +44,10 @@ SHAPES = ("ellipse", "rectangle", "triangle", "rough")
 _SIDE = 2.1
 _ROUGH_POINTS = 48
 # Faces whose normal stiffness is proved: their names and sides there.
-_FACES = {"rectangle": ("rectangle", 4), "triangle": ("polygon", 3)}
+_FACES: dict[str, tuple[Literal["polygon", "rectangle"], int]] = {
+    "rectangle": ("rectangle", 4),
+    "triangle": ("polygon", 3),
+}
 
 
 @experiment("tangential-stiffness", "Poisson's ratio nu")
@@ -109,7 +112,7 @@ def ratio(
         if shape not in _FACES:
             raise ValueError(f"the normal stiffness is proved of {', '.join(_FACES)}, not {shape}")
         kind, sides = _FACES[shape]
-        normal = equal_area(effort, shape=kind, sides=sides, aspect=aspect)
+        normal = face_rule(effort, shape=kind, sides=sides, aspect=aspect, rule=EQUAL_AREA)
         details["error of the normal stiffness"] = normal.error
         stated, true = stated * normal.stated, true * normal.true
         bar += normal.uncertainty

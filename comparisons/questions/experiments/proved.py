@@ -1,4 +1,4 @@
-"""Statements and rules of the literature against proved bounds: punches, pyramids, rough contacts.
+"""Statements and rules of the literature against proved bounds: punches, pyramids.
 
 Rules for contacts that are not round take the distance a(phi) of the edge. A flat face: k = 2 E*
 A/(pi <a>), Fabrikant (Int. J. Solids Struct. 22 (1986) 1497), <a> the mean of a(phi) over all
@@ -20,36 +20,17 @@ from scipy.special import ellipk
 
 from comparisons.judging.uncertainty import combined, share_uncertainty
 from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
-from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.scene.polygons import signed_area
-from reference import surfaces
-from reference.bounds import flat_faces, homogeneous, revolution
-from reference.bounds.ellipses import ConvexGap, Ellipse, Face, best_ellipse, force_of_ellipse
+from reference.bounds import flat_faces, homogeneous
 from reference.bounds.interval import Interval
-from reference.bounds.patches import Patch
-from reference.bounds.periodic import PeriodicSurface
 from reference.closed_form import ellipsoid
 from reference.contact.press import press
 from reference.halfspace import FreeOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load
 
-SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
-
 # Cells from the origin to the edge, for the upper and the lower bound.
 _CELLS = {"quick": (6, 8), "full": (14, 18)}
-
-# Rings and arcs of a mean gap that is stated: it exceeds the mean by 1e-4.
-_RINGS = 256, 192
-
-# Corners relative to points from which the whole outline is visible: the L of three unit squares,
-# and the right triangle with a hypotenuse of 2 about the centre of its inscribed circle.
-_FIXED = {
-    "l_shape": ((1.5, -0.5), (1.5, 0.5), (0.5, 0.5), (0.5, 1.5), (-0.5, 1.5), (-0.5, -0.5)),
-    "right_isosceles": tuple(
-        (x + math.sqrt(2) - 2, y) for x, y in ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))
-    ),
-}
 
 
 def corners_of(shape: str, sides: int, aspect: float) -> tuple[tuple[float, float], ...]:
@@ -58,44 +39,14 @@ def corners_of(shape: str, sides: int, aspect: float) -> tuple[tuple[float, floa
         angles = [(2 * k + 1) * math.pi / sides for k in range(sides)]
         radius = 1 / math.cos(math.pi / sides)
         return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
-    if shape == "rectangle":
-        a, b = 0.5 * aspect, 0.5
-        return ((a, -b), (a, b), (-a, b), (-a, -b))
-    return _FIXED[shape]
+    a, b = 0.5 * aspect, 0.5
+    return ((a, -b), (a, b), (-a, b), (-a, -b))
 
 
 @lru_cache(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
     """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
-    if shape == "disc":
-        return revolution.disc_stiffness(1.0, 1.0, cells=2 * _CELLS[effort][0])
     return flat_faces.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
-
-
-@experiment("equal-area-circle", "sides n of a regular polygon")
-def equal_area(
-    effort: str,
-    *,
-    sides: Annotated[int, Above(2)] = 4,
-    shape: Annotated[str, OneOf(*SHAPES)] = "polygon",
-    aspect: Annotated[float, Above(0)] = 1.0,
-) -> Finding:
-    """Stiffness of flat punches by the circle of equal area, against proved bounds.
-
-    By D = (4A/pi)^(1/2): never too stiff (Polya & Szego 1951).
-    """
-    face = shape, int(sides), float(aspect)
-    true = punch_stiffness(*face, effort)
-    area = math.pi if shape == "disc" else signed_area(np.array(corners_of(*face)))
-    stated = flat_faces.equal_area_stiffness(area)
-    details: Mapping[str, float | str] = {
-        "k/E* not below": true.lower,
-        "k/E* not above": true.upper,
-        "k/(2 E* (A/pi)^(1/2)) not below": true.lower / stated,
-        "k/(2 E* (A/pi)^(1/2)) not above": true.upper / stated,
-        "never too stiff": "by theorem (Polya & Szego 1951)",
-    }
-    return judged(stated, true, details)
 
 
 @lru_cache(maxsize=64)
@@ -104,115 +55,16 @@ def pyramid_bounds(faces: int, effort: str) -> Interval:
     return homogeneous.force(homogeneous.pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
-@experiment("equal-area-cone", "faces n of a regular pyramid")
-def equal_area_cone(effort: str, *, faces: Annotated[int, Above(2)] = 4) -> Finding:
-    """Force of pyramids by the cone of equal area, against proved bounds."""
-    true = pyramid_bounds(int(faces), effort)
-    # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
-    # cone of slope s carries (2/pi) E* d^2/s
-    stated = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi)
-    body = homogeneous.pyramid(int(faces), 1.0)
-    details = {
-        "F s/(E* d^2) not below": true.lower,
-        "F s/(E* d^2) not above": true.upper,
-        "the best circle carries at least": body.punch_force,
-    }
-    return judged(stated, true, details)
-
-
-@experiment("best-ellipse", "sides or faces n")
-def barber_ellipse(
-    effort: str,
-    *,
-    sides: Annotated[int, Above(2)] = 4,
-    shape: Annotated[str, OneOf("pyramid", *SHAPES)] = "pyramid",
-    aspect: Annotated[float, Above(0)] = 1.0,
-) -> Finding:
-    """Force by the best flat ellipse (Barber 1974) on a face or pyramid, against proved bounds.
-
-    It falls short: a proved formula for any shape.
-    """
-    if shape == "pyramid":
-        true = pyramid_bounds(int(sides), effort)
-        gap = homogeneous.pyramid(int(sides), 1.0).gap_anywhere
-        starts = [Ellipse(0.0, 0.0, 0.8, 0.6, turn) for turn in (0.0, 0.8)]
-        ellipse, _ = best_ellipse(ConvexGap(gap), 1.0, starts)
-        stated = force_of_ellipse(ConvexGap(gap, *_RINGS), ellipse, 1.0)
-    else:
-        true = punch_stiffness(shape, int(sides), float(aspect), effort)
-        if shape == "disc":
-            stated = Ellipse(0.0, 0.0, 1.0, 1.0).stiffness
-        else:
-            face = Face(corners_of(shape, int(sides), float(aspect)))
-            stated = best_ellipse(face, 1.0, face.starts())[1]
-    return judged(stated, true, {"never too much": "by theorem (Barber 1974)"})
-
-
 def judged(stated: float, true: Interval, details: Mapping[str, float | str]) -> Finding:
     """Return the finding in the middle of the errors that the interval permits."""
     most, least = stated / true.lower, stated / true.upper
     return Finding(stated, 2 * stated / (most + least), 0.5 * (most - least), details)
 
 
-def _heights(points: float, hurst: float) -> np.ndarray:
-    """Return a surface of side 1 and rms gradient 0.1."""
-    spectrum = surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1)
-    return surfaces.self_affine(int(points), 1.0, spectrum, seed=SEED, realisation=0)
-
-
-@experiment("rough-force-on-grid", "penetration over the rms height")
-def rough_force_on_grid(
-    effort: str,
-    *,
-    depth: Annotated[float, Above(0)] = 2.0,
-    points: Annotated[int, Above(3)] = 16,
-    hurst: float = 0.8,
-    finer: Annotated[int, Above(0)] = 4,
-) -> Finding:
-    """Force of a free rough patch by boundary elements, against proved bounds.
-
-    At a penetration of `depth` rms heights; the surface is the band-limited one through the points.
-    """
-    heights = _heights(points, hurst)
-    patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
-    penetration = float(depth) * float(heights.std())
-    stated = patch.on_grid(penetration)
-    details = {
-        "cells per side": float(patch.grid[0]),
-        "ellipses on the summits carry at least, over it": patch.by_ellipses(penetration, 1.0)
-        / stated,
-    }
-    return judged(stated, patch.force(penetration, 1.0), details)
-
-
-@experiment("rough-penetration-on-grid", "load F/(E* A0 h')")
-def rough_penetration_on_grid(
-    effort: str,
-    *,
-    load: Annotated[float, Above(0)] = 0.03,
-    points: Annotated[int, Above(3)] = 32,
-    hurst: float = 0.8,
-    finer: Annotated[int, Above(0)] = 8,
-) -> Finding:
-    """Penetration of a periodic rough contact by boundary elements, against proved bounds.
-
-    The bounds are those of the continuous surface. At a force of `load` E* A0 h', h' = 0.1.
-    """
-    heights = _heights(points, hurst)
-    surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
-    mean = 0.1 * float(load)
-    stored = surface.energy(mean, 1.0)
-    stated = surface.on_grid(mean).penetration
-    details = {
-        "cells per side": float(surface.grid[0]),
-        "width of the energy's bounds": stored.width,
-    }
-    return judged(stated, surface.penetration(mean, 1.0), details)
-
-
 # S = 2 beta E* (A/pi)^(1/2): King (Int. J. Solids Struct. 23 (1987) 1657), Hendrix (J. Appl. Phys.
 # 78 (1995) 7189), by the number of sides.
 BETA = {"king": {4: 1.012, 3: 1.034}, "hendrix": {4: 1.0055, 3: 1.0226}}
+EQUAL_AREA = "equal_area"
 _QUADRATURE = 1e-9
 
 # Points along the side of the square below a pyramid of slope 1 at a depth of 1: contact along the
@@ -287,17 +139,20 @@ def face_rule(
     sides: float = 4,
     shape: Literal["polygon", "rectangle"] = "polygon",
     aspect: Annotated[float, Above(0)] = 1.0,
-    rule: Annotated[str, OneOf(*BETA, "fabrikant")] = "king",
+    rule: Annotated[str, OneOf(*BETA, "fabrikant", EQUAL_AREA)] = "king",
 ) -> Finding:
     """Stiffness of a flat face by rules of the literature, against proved bounds.
 
-    Rules: ``"king"`` and ``"hendrix"`` (squares and triangles), ``"fabrikant"``.
+    Rules: ``"king"`` and ``"hendrix"`` (squares and triangles), ``"fabrikant"``; ``"equal_area"``,
+    the circle of D = (4A/pi)^(1/2): never too stiff (Polya & Szego 1951).
     """
     corners = corners_of(shape, int(sides), float(aspect))
     true = punch_stiffness(shape, int(sides), float(aspect), effort)
     disc = flat_faces.equal_area_stiffness(signed_area(np.array(corners)))
     if rule == "fabrikant":
         stated = face_stiffness(corners, 1.0)
+    elif rule == EQUAL_AREA:
+        stated = disc
     elif int(sides) in BETA[rule]:
         stated = BETA[rule][int(sides)] * disc
     else:
@@ -311,11 +166,23 @@ def face_rule(
 
 
 @experiment("pyramid-rule", "faces of the pyramid")
-def pyramid_rule(effort: str, *, faces: Annotated[float, Above(2)] = 4) -> Finding:
-    """Force of a regular pyramid by Popov's rule (2022), against proved bounds."""
-    stated = pyramid_force(int(faces))
+def pyramid_rule(
+    effort: str,
+    *,
+    faces: Annotated[float, Above(2)] = 4,
+    rule: Literal["popov", "equal_area"] = "popov",
+) -> Finding:
+    """Force of a regular pyramid by rules for its sections, against proved bounds.
+
+    Rules: ``"popov"`` (2022); ``"equal_area"``, the cone whose sections have the area of the
+    pyramid's. A section of apothem d is a circle of radius (n tan(pi/n)/pi)^(1/2) d.
+    """
+    number = int(faces)
+    stated = pyramid_force(number)
+    if rule == EQUAL_AREA:
+        stated = 2 / math.pi * math.sqrt(number * math.tan(math.pi / number) / math.pi)
     details = {"over the cone's": stated * math.pi / 2}
-    return judged(stated, pyramid_bounds(int(faces), effort), details)
+    return judged(stated, pyramid_bounds(number, effort), details)
 
 
 def pressed_pyramid(faces: int, points: int) -> tuple[float, float]:
