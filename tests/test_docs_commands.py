@@ -25,7 +25,7 @@ PARSED_ONLY = {
     r"roughline claims( --quick| --full)?( --workers 2)?$": "minutes; tests judge them",
     r"roughline claims rough-area|roughline claims impact|roughline claims my-new": "minutes",
     r"roughline claims --method": "minutes",
-    r"roughline claims --stale": "its exit code is the state of the record; test_stale.py",
+    r"roughline claims --stale": "its exit code is the state of the record; test_claim_files.py",
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
     r"roughline claims particles": "half a minute; .ci/run judges them with `claims --quick`",
     r"roughline run paraboloid --methods": "half a minute; `solve --method mca` beside it runs",

@@ -1,7 +1,4 @@
-"""Random problems through `press` by both ways, certified apart, against projected Gauss-Seidel.
-
-ROUGHLINE_FUZZ=10000 runs as many; by default some hundred.
-"""
+"""Random problems through `press` by both ways, certified apart, against projected Gauss-Seidel."""
 
 import os
 from dataclasses import replace
@@ -9,12 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numba import njit
+from scipy.linalg import cho_factor
 from scipy.ndimage import gaussian_filter
 
-from reference.contact.press import certify, press
+from reference.contact.pivot import CELL_LIMIT
+from reference.contact.press import certify, press, sweep
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator
 from reference.loads import Load
+from reference.surfaces import SelfAffine, self_affine
 
 CASES, BLOCK = int(os.environ.get("ROUGHLINE_FUZZ", "400")), 50
 KINDS = "noise", "smooth", "plateaus", "punches", "islands", "flat"
@@ -164,3 +164,57 @@ def test_a_certificate_sees_what_is_wrong_with_an_answer():
         certify(body, gap, load, contact, cap=0.99 * peak),
     ):
         assert number > 1e-3
+
+
+def rough(points: int) -> tuple[FreeOperator, np.ndarray]:
+    height = self_affine(
+        points,
+        1.0,
+        SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4 / points),
+        seed=4,
+        realisation=0,
+    )
+    return FreeOperator((points, points), (1 / points,) * 2, 1.0), height.max() - height
+
+
+@pytest.fixture
+def factorisations(monkeypatch):
+    """Sizes of the matrices that are factorised."""
+    sizes: list[int] = []
+
+    def counted(matrix, **arguments):
+        sizes.append(matrix.shape[0])
+        return cho_factor(matrix, **arguments)
+
+    monkeypatch.setattr("reference.contact.pivot.cho_factor", counted)
+    return sizes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisations):
+    """Fewer than half of the rounds factorise, and the answers are those of single solves."""
+    operator, gap = rough(48)
+    loads = np.linspace(0.2, 0.6, 25) * (2e-2 if control == "force" else gap.mean())
+    swept = list(sweep(operator, gap, Load(control, loads), by="pivot"))
+    assert len(factorisations) < 0.5 * sum(contact.iterations for contact in swept)
+    for load, contact in zip(loads[::6], swept[::6], strict=True):
+        single = press(operator, gap, Load(control, load), by="pivot")
+        np.testing.assert_array_equal(single.mask, contact.mask)
+        scale = single.pressure.max()
+        np.testing.assert_allclose(contact.pressure, single.pressure, atol=1e-11 * scale)
+
+
+@pytest.mark.slow
+def test_the_dense_solver_carries_five_thousand_contact_cells():
+    """Hertz, 39 cells per radius: complementarity 1e-12, the FFT agrees to 1e-7 of the peak."""
+    cells = 39.0
+    x = np.arange(112) - 55.7
+    operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
+    gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
+    exact = press(operator, gap, Load("penetration", 1.0), by="pivot")
+    assert 4700 < exact.mask.sum() <= CELL_LIMIT
+    assert exact.violation < 1e-12
+    assert exact.force == pytest.approx(4 / 3, rel=2e-4)
+    contact = press(operator, gap, Load("penetration", 1.0), tolerance=1e-10)
+    np.testing.assert_allclose(contact.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())

