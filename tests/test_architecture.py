@@ -34,9 +34,6 @@ def imported(package):
             yield from ((path.relative_to(ROOT), name.partition(".")[0]) for name in names)
 
 
-# --- who imports whom -----------------------------------------------------------------------
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("package", sorted(ALLOWED))
 def test_the_numerical_rooms_import_nothing_but_numerics(package):
@@ -86,9 +83,6 @@ def test_every_method_has_a_row_of_facts_solvers_and_options():
     plain = {name for name in BUILT_IN if any(not maker.physics for maker in SOLVERS[name])}
     assert plain == set(BUILT_IN) == {maker.name for name in BUILT_IN for maker in SOLVERS[name]}
     assert list(MethodOptions.model_fields) == list(BUILT_IN)
-
-
-# --- that the house is ours -----------------------------------------------------------------
 
 
 def test_our_own_packages_are_no_foreigners():

@@ -50,9 +50,6 @@ def test_a_private_file_stays_private(tmp_path):
     assert stat.S_IMODE(path.stat().st_mode) == 0o600
 
 
-# --- what is no file ----------------------------------------------------------------------------
-
-
 def read_in_background(pipe: Path) -> tuple[list[str], threading.Thread]:
     """Read a pipe to its end, from which time on the list has its content."""
     content: list[str] = []

@@ -82,9 +82,6 @@ class Fault:
     what: str
 
 
-# --- mutations ---------------------------------------------------------------------------------
-
-
 def mutated_bytes(data: bytes, rng: np.random.Generator) -> bytes:
     """Flip, drop, double, insert or cut bytes, a few times."""
     out = bytearray(data)
@@ -136,9 +133,6 @@ def mutated_text(data: bytes, rng: np.random.Generator) -> bytes:
     if chance < 0.25:
         return mutated_bytes(data, rng)
     return mutated_lines(data.decode("utf-8"), rng).encode("utf-8", "surrogatepass")
-
-
-# --- what is fed to the program ----------------------------------------------------------------
 
 
 def scene_case(rng: np.random.Generator) -> tuple[Files, list[str]]:
@@ -257,9 +251,6 @@ def small_study() -> Files:
             run_command([*arguments, "--out", str(out)])
         kept = [path for path in out.rglob("*") if path.suffix in (".json", ".csv", ".npz")]
         return {path.relative_to(out).as_posix(): path.read_bytes() for path in kept}
-
-
-# --- running -----------------------------------------------------------------------------------
 
 
 def run_case(files: Files, arguments: list[str]) -> str:

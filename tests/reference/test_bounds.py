@@ -158,9 +158,6 @@ def test_minorant_stays_below_the_gap_everywhere():
             assert (below <= profile.gap(places) + rounding).all()
 
 
-# --- what proves nothing -------------------------------------------------------------------------
-
-
 def _hertz(outer: float, count: int = 24) -> tuple[Rings, np.ndarray, np.ndarray]:
     """Rings up to a radius, with the work on them at penetration 1 of a ball of radius 1."""
     pressures = Rings(outer * np.arange(1, count + 1) / count)
@@ -267,9 +264,6 @@ def test_what_no_theorem_covers_is_refused(wrong):
         wrong()
 
 
-# --- cells ---------------------------------------------------------------------------------------
-
-
 def test_self_energy_of_the_square_adds_up_from_graded_cells():
     # over the unit square the double integral of 1/r is 4 [ln(1 + sqrt 2) + (1 - sqrt 2)/3]
     exact = 4 * (math.log(1 + math.sqrt(2)) + (1 - math.sqrt(2)) / 3)
@@ -294,9 +288,6 @@ def test_nearly_parallel_sides_of_a_hexagon_keep_their_digits():
     )
     assert integrals.sum() == pytest.approx(whole.sum(), rel=1e-9)
     assert errors.sum() < 1e-6 * integrals.sum()
-
-
-# --- punches and bodies without an axis -----------------------------------------------------------
 
 
 def regular(sides, cells, exponent):

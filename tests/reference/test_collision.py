@@ -128,9 +128,6 @@ def test_hertzs_contact_resonance():
     assert (0.1 * frequency**2) ** 3 == pytest.approx(6 * 1e22 * 0.02 * 50, rel=1e-12)
 
 
-# --- vibrations ------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("exponent", [1, 2, 4])
 def test_the_backbone_is_that_of_lindstedt(exponent):
     """1 - (q-1)(2q+1)/48 (A/d0)^2; the next order is (A/d0)^4: the rest falls by 16 at A/2."""

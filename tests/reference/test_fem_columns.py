@@ -19,8 +19,6 @@ from reference.halfspace.areas import located_area
 from reference.layered import Graded, Stack
 from reference.loads import Load
 
-# --- the assembled problem -------------------------------------------------------------------
-
 SPACING = 1.0, 1.4
 
 
@@ -193,9 +191,6 @@ def test_waves_one_by_one_are_the_assembled_problem(element, nu, sides):
     assert np.abs(columns - expected).max() < tolerance * np.abs(expected).max()
 
 
-# --- transforms ------------------------------------------------------------------------------
-
-
 def half_space(q, nu):
     return 2 * (1 - nu**2) / q
 
@@ -254,9 +249,6 @@ def test_needle_cells_and_any_units_give_the_same_digits():
     assert np.all(value > 0)
 
 
-# --- the half-space's own stiffness below ----------------------------------------------------
-
-
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 @pytest.mark.parametrize(("element", "order"), [("linear", 2), ("splines", 4), ("quadratic", 4)])
 def test_shallow_mesh_on_an_impedance_is_a_half_space_with_the_order_of_its_elements(
@@ -293,8 +285,6 @@ def test_bodies_on_an_impedance_answer_as_clamped_ones():
         with pytest.raises(ValueError, match="no half-space of one modulus"):
             PeriodicBody((4, 4), (1.0, 1.0), body, bottom="impedance")
 
-
-# --- contact ---------------------------------------------------------------------------------
 
 STEEL = Material(1 - 0.3**2, 0.3)  # effective modulus 1
 

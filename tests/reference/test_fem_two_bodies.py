@@ -15,8 +15,6 @@ from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.fem.two_bodies import couple, overlap_triangles
 from reference.loads import Load
 
-# --- overlaps -------------------------------------------------------------------------------
-
 
 def areas_of(triangles):
     edges = triangles[:, 1:] - triangles[:, :1]
@@ -54,9 +52,6 @@ def test_overlaps_of_two_meshes_fill_the_overlap_of_their_outlines(n, m, wobble,
     assert areas_of(triangles).sum() == pytest.approx(exact, rel=1e-10)
     low, high = first[owners[:, 0]].min(1)[:, None], first[owners[:, 0]].max(1)[:, None]
     assert ((triangles >= low - 1e-12) & (triangles <= high + 1e-12)).all()
-
-
-# --- the patch test -------------------------------------------------------------------------
 
 
 def cube(order, cells, modulus, poisson_ratio, wobble=0.0):
@@ -125,8 +120,6 @@ def test_action_is_reaction(coupling):
         on_slave @ pair.slave.points, on_master @ pair.master.points, rtol=1e-10
     )
 
-
-# --- two-body Hertz -------------------------------------------------------------------------
 
 MODULI = ((1.0, 0.3), (2.0, 0.2))
 COMBINED = 1.0 / sum((1.0 - nu**2) / modulus for modulus, nu in MODULI)

@@ -215,9 +215,6 @@ def test_corners_of_ten_node_tetrahedra_are_no_candidates():
     assert isinstance(block("hexahedron", CUBE).to_scikit()[0], MeshHex)
 
 
-# --- conjugate gradients with algebraic multigrid -------------------------------------------
-
-
 def both(mesh, held, nu=0.3, **options):
     """Return the body condensed by nested dissection, and that of conjugate gradients."""
     supported = SupportedMesh(mesh, top(mesh), held)

@@ -58,9 +58,6 @@ def by_matrices(stack, q):
         return float(-compliance[1, 1] / (modulus * q))
 
 
-# --- compliances -----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("nu", RATIOS)
 def test_bonded_layer_is_the_closed_form_at_every_wave(nu):
     material = Material(3.0, nu)
@@ -133,9 +130,6 @@ def test_graded_compliance_is_that_of_the_differential_equation(exponent, nu):
     assert graded.compliance(1.0) == pytest.approx(-solved.y[3, -1], rel=1e-7)
 
 
-# --- kernels ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("spacing", [(0.1, 0.1), (1.0, 0.01)])
 def test_cells_on_layers_of_one_material_are_loves(spacing):
     i, j = np.arange(40)[:, None], np.arange(30)
@@ -160,8 +154,6 @@ def test_modes_of_cells_are_those_of_the_half_space(spacing):
     layered = cell_modes(Stack([0.3], [STEEL], STEEL), (24, 16), spacing)
     np.testing.assert_allclose(layered, plain, rtol=1e-10)
 
-
-# --- contacts --------------------------------------------------------------------------------
 
 BODIES = {
     "hard coating": Stack([0.3], [Material(1e3, 0.3)], STEEL),
@@ -225,9 +217,6 @@ def test_ball_on_a_graded_half_space_has_the_force_of_graded_springs(exponent):
     assert contact.force == pytest.approx(force, rel=2e-3)
 
 
-# --- errors ----------------------------------------------------------------------------------
-
-
 def test_everything_wrong_with_layers_is_listed():
     with pytest.raises(ValueError, match=r"as many, not 2 and 1; thicknesses\[0\] .*; thick"):
         Stack([-1.0, np.nan], [STEEL])
@@ -235,9 +224,6 @@ def test_everything_wrong_with_layers_is_listed():
         Stack([], [])
     with pytest.raises(ValueError, match=r"depth .*; exponent must lie between -1 and 1, not 1"):
         Graded(STEEL, 1.0, 0.0)
-
-
-# --- elements --------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

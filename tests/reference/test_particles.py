@@ -253,8 +253,6 @@ def test_wrong_arguments_are_named_all_at_once():
         next(body.press(np.full(len(body.points), 2.0), Load("penetration", 1.0)))
 
 
-# --- plastic flow -----------------------------------------------------------------------------
-
 RADIUS, FIRST = 30.0, 0.06
 
 

@@ -365,9 +365,6 @@ def test_tables_end_where_kalkers_does():
         kalker(20.0, -0.1)
 
 
-# --- finite elements in the stationary frame ------------------------------------------------
-
-
 def elements(nu, inertia=0.0):
     """Return what makes a surface of finite elements of G = 1."""
     material = Material(2 * (1 + nu), nu)

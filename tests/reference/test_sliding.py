@@ -28,9 +28,6 @@ def grid(cells, half_width):
     return x, (x[:, None] ** 2 + x**2) / 2
 
 
-# --- kernel ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("reach", [0.05, 0.7, 5.0, 300.0])
 @pytest.mark.parametrize("place", [(0, 0), (-1, 0), (3, 5), (-9, 1), (9, 0)])
 def test_travelling_kernel_is_the_average_of_what_lies_ahead(reach, place):
@@ -74,9 +71,6 @@ def test_any_pressure_dissipates(speed, seed):
     for periodic in (False, True):
         operator = Travelling((12, 10), (1.0, 1.0), ZENER, speed, periodic=periodic)
         assert np.sum(pressure * operator.apply(pressure)) > 0
-
-
-# --- contact --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("material", [KELVIN, ZENER], ids=["Kelvin-Voigt", "standard"])
@@ -152,9 +146,6 @@ def test_steady_sliding_is_where_marching_in_time_ends():
     assert finer_depth < 3e-3
     assert 1.6 < friction / finer_friction < 2.4
     assert abs(2 * finer_friction - friction) < 0.03
-
-
-# --- closed forms ---------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("material", [KELVIN, ZENER], ids=["Kelvin-Voigt", "standard"])
@@ -248,9 +239,6 @@ def test_three_grids_that_converge_are_extrapolated():
         assert_allclose(study.estimate, 1.0, rtol=1e-12)
     study = GridStudy.of([1 + h**4 for h in (0.4, 0.2, 0.1)])
     assert abs(study.estimate - 1) < study.uncertainty
-
-
-# --- rolling resistance in the plane ----------------------------------------------------------
 
 
 @pytest.mark.parametrize("way", [0.3, 1.0, 10.0, 100.0])

@@ -61,9 +61,6 @@ def drawn(scene, key):
     return axes
 
 
-# --- what is written ----------------------------------------------------------------------------
-
-
 def test_values_are_those_of_hertz(ball):
     """A = (R d)^(1/2), F = 4/3 E* R^(1/2) d^(3/2), p0 = 3/2 F/A, 0.62 p0 of von Mises (nu 0.3)."""
     printed = frame(values(ball))
@@ -99,9 +96,6 @@ def test_the_ring_around_the_error_that_decided_hides_no_mark(ball):
 def test_of_one_scene_each_quantity_has_a_row_with_its_error(ball):
     rows = [text for _, text in verdict_map([ball]).y.ticks]
     assert rows == [item.text for item in verdicts(ball)]
-
-
-# --- what is drawn ------------------------------------------------------------------------------
 
 
 def test_every_kind_of_plot_is_there(ball, rough):
@@ -168,9 +162,6 @@ def test_single_results_are_drawn_too():
 def test_an_unknown_plot_is_answered_with_the_known_ones(ball):
     with pytest.raises(InputError, match="expected one of force-penetration, contact-area-force"):
         roughline.Comparison(ball).plot("weight")
-
-
-# --- what is written ----------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
@@ -279,9 +270,6 @@ def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study
     assert ("reference",) * (len(settings.heads) - 4) in {row[4:] for row in rows}
     result = printed_verdicts(study.scenes)
     assert {row[0].text for row in result.rows} == {"steel-ball", "rough-patch", ""}
-
-
-# --- what goes wrong ----------------------------------------------------------------------------
 
 
 def test_hostile_results_are_drawn_as_text_and_written_inside_the_folder(small, tmp_path):

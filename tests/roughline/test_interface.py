@@ -37,9 +37,6 @@ def results(tmp_path_factory):
     return roughline.Study([BALL, "cone"], folder, methods=methods).run()
 
 
-# --- the package ------------------------------------------------------------------------------
-
-
 def test_importing_the_package_imports_nothing_heavy(python):
     """Under 0.3 s is asked for; what is certain on any machine is what has not been imported."""
     code = "import roughline, sys; print(sorted(sys.modules))"
@@ -55,9 +52,6 @@ def test_every_name_that_is_promised_is_there_and_documented():
     assert set(roughline.__all__) <= set(dir(roughline))
     with pytest.raises(AttributeError, match="no attribute 'sovle'"):
         roughline.sovle  # noqa: B018
-
-
-# --- scenes -----------------------------------------------------------------------------------
 
 
 def test_a_scene_is_the_same_from_tables_text_file_and_scene(tmp_path):
@@ -118,9 +112,6 @@ def test_what_is_wrong_with_a_scene_is_told_as_on_the_command_line(source, tmp_p
 def test_what_is_wrong_with_a_question_is_told(ask, told, results):
     with pytest.raises(roughline.InputError, match=told):
         ask(results.folder)
-
-
-# --- one method -------------------------------------------------------------------------------
 
 
 def test_solve_is_the_solve_of_the_command_line(capsys):
@@ -236,9 +227,6 @@ def test_the_line_of_a_rough_patch_goes_through_its_middle():
     np.testing.assert_allclose(line, p[:, 7:9].mean(axis=1), rtol=1e-12)
 
 
-# --- comparisons ------------------------------------------------------------------------------
-
-
 def test_a_comparison_says_which_method_is_good_enough_and_what_it_costs(found):
     """The reduced model is exact for a paraboloid (Popov & Hess 2015)."""
     assert found.verdict == "within"
@@ -269,9 +257,6 @@ def test_whoever_has_a_plan_shows_what_it_questions():
     for one in shown:
         assert any(note.startswith("check the units") for note in one.notes)
         assert "check the units of the scene: E* = 231" in repr(one)
-
-
-# --- studies ----------------------------------------------------------------------------------
 
 
 def test_a_study_is_a_folder_that_is_read_back(results):
@@ -305,9 +290,6 @@ def test_a_run_with_a_changed_model_has_moved(results, tmp_path):
     force = table[table["quantity"] == "force"]["change"]
     np.testing.assert_allclose(force, np.pi / 4 - 1, rtol=1e-6)
     assert "cone: the scene itself differs" in moved.notes
-
-
-# --- claims and methods -----------------------------------------------------------------------
 
 
 def test_a_claim_of_your_own_is_a_dict():
@@ -362,9 +344,6 @@ def test_a_file_with_a_method_may_be_added_twice():
     for _ in range(2):
         assert roughline.add_method(ROOT / "docs" / "examples" / "winkler.py") == ["winkler"]
     assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"
-
-
-# --- what a notebook shows ----------------------------------------------------------------------
 
 
 def test_a_notebook_shows_verdicts_in_words_and_colours_and_nothing_hostile(found):

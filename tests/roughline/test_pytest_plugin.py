@@ -43,9 +43,6 @@ def test_a_model_is_regression_tested_in_its_owners_suite(python, tmp_path):
     assert "paraboloid: Winkler foundation moved: force by +1.0" in moved.stdout
 
 
-# --- beside other people's packages ---------------------------------------------------------------
-
-
 @pytest.fixture
 def installed(python, tmp_path):
     """Return a runner of a suite in an environment that has roughline installed.

@@ -121,9 +121,6 @@ def problems_of(tmp_path, **body):
     return "\n".join(caught.value.problems)
 
 
-# --- files ----------------------------------------------------------------------------------
-
-
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
     """As Abaqus/CAE writes them: the same faces, and the same force, as the node set of the top.
@@ -202,9 +199,6 @@ def test_a_body_may_lie_on_any_side(tmp_path, direction):
     )
 
 
-# --- physics --------------------------------------------------------------------------------
-
-
 def test_a_rigid_plane_compresses_a_block_uniformly(tmp_path):
     """Without an [indenter] a plane presses: F = E A d / H on rollers, exactly (patch test)."""
     write(tmp_path / "block.msh")
@@ -259,9 +253,6 @@ def test_the_surface_itself_is_part_of_the_gap(tmp_path):
     crowned = solved(make_scene(data, "test", tmp_path)).quantities["force"]
     flat = solved(scene(tmp_path)).quantities["force"]
     np.testing.assert_allclose(crowned, flat, rtol=0.01)
-
-
-# --- plans ----------------------------------------------------------------------------------
 
 
 def test_half_space_methods_say_that_the_body_is_finite(planned, tmp_path):
@@ -345,9 +336,6 @@ def test_the_example_runs_from_its_scene_file(script, tmp_path):
     mesh = meshio.read(tmp_path / "block.vtu")
     assert mesh.point_data["von_mises"].max() > 0
     assert load_scene(EXAMPLES / "block.toml").body.symmetric_parts == 4
-
-
-# --- what is refused ------------------------------------------------------------------------
 
 
 def test_missing_and_wrong_keys_are_all_listed(tmp_path):

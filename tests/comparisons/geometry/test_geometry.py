@@ -37,9 +37,6 @@ def smooth_map(nx=24, ny=16):
     return 1e-8 * (np.sin(5 * x) * np.cos(4 * y) + x * y)
 
 
-# --- surfaces at any resolution -------------------------------------------------------------
-
-
 @pytest.mark.parametrize("points", [16, [16, 24]])
 def test_a_finer_synthetic_grid_divides_the_native_cells_and_keeps_the_modes(rough, points):
     """Fourier interpolation passes through its points, and adds no roughness of its own.
@@ -122,9 +119,6 @@ def test_a_periodic_map_of_a_synthetic_surface_is_that_surface(measured, rough):
         )
 
 
-# --- loads ----------------------------------------------------------------------------------
-
-
 def test_relative_force_of_a_synthetic_surface(rough):
     """F = value E* A0 h', with h' as asked for: amplitudes are fixed, so it holds exactly."""
     scene = rough(points=[32, 16], size=["2 um", "1 um"])
@@ -178,9 +172,6 @@ def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
         prepare(measured(holes))
     with pytest.raises(SceneError, match=r"surface.file: nowhere.npy: no such file"):
         prepare(scene(surface={"kind": "map", "file": "nowhere.npy", "size": 1}))
-
-
-# --- single contacts ------------------------------------------------------------------------
 
 
 def test_the_contact_is_estimated_from_the_last_load(scene):

@@ -45,9 +45,6 @@ def refusal(path, **options) -> str:
 UNITS = {"lateral_unit": "um", "height_unit": "nm"}
 
 
-# --- x, y, z --------------------------------------------------------------------------------
-
-
 def test_lengths_along_the_surface_have_a_unit_of_their_own(tmp_path, rough):
     """Micrometres beside nanometres: 6 x 5 points of 0.5 by 0.25 um are 3 by 1.25 um."""
     path = listed(tmp_path / "scan.xyz", rough)
@@ -126,9 +123,6 @@ def test_lateral_unit_where_no_lengths_are_in_the_file(tmp_path, rough):
     assert "lateral_unit must be m, cm" in refusal(tmp_path / "scan.xyz", lateral_unit="inch")
 
 
-# --- decimal commas -------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
 def test_decimal_commas_are_read_and_said(tmp_path, rough, delimiter):
     """In a table, and in a list of points."""
@@ -161,9 +155,6 @@ def test_points_and_commas_together_are_refused(tmp_path):
     """1,234.5 may be 1234.5; and nothing says that 1,234 is not."""
     (tmp_path / "map.csv").write_text("1,234.5;2.0\n3.0;4.0\n")
     assert "may be a decimal comma" in refusal(tmp_path / "map.csv", size=1e-6, height_unit="nm")
-
-
-# --- TIFF -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64, np.int16, np.uint16, np.int32])

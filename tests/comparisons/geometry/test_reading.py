@@ -39,9 +39,6 @@ def dataset(path, shape, **options):
     return path
 
 
-# --- readers ----------------------------------------------------------------------------------
-
-
 def take(path, size):
     return {"heights": np.ones(int(size))}
 
@@ -90,9 +87,6 @@ def test_files_packed_as_a_whole_are_named(tmp_path, magic, name):
     path = tmp_path / "map.gz"
     path.write_bytes(magic + bytes(100))
     assert refusal(path) == f"compressed by {name}: unpack it first"
-
-
-# --- bombs of real formats ----------------------------------------------------------------------
 
 
 def test_hdf5_that_declares_too_much(tmp_path):

@@ -67,9 +67,6 @@ def problems_of(path, **options):
     return caught.value.problems
 
 
-# --- what is read ---------------------------------------------------------------------------
-
-
 def test_first_index_is_x_and_up_is_towards_the_half_space(store, rough):
     surface = plain(store(rough), detrend="none")
     assert surface.heights.shape == (12, 9)
@@ -121,9 +118,6 @@ def test_units(store, rough, unit, metres):
 
 def test_one_side_length_means_a_square(store, rough):
     assert plain(store(rough), size=5e-6).size == (5e-6, 5e-6)
-
-
-# --- how it is treated ----------------------------------------------------------------------
 
 
 def test_crop_keeps_the_spacing_and_is_counted_in_points_of_the_file(store, rough):
@@ -239,9 +233,6 @@ def test_interpolation_continues_a_plane(store):
     )
 
 
-# --- periodic maps --------------------------------------------------------------------------
-
-
 def test_a_periodic_map_has_no_trend_but_its_mean(store, rough):
     """The plane that fits a window is not that of the rolled window: the surface has none."""
     surface = plain(store(rough), periodic=True)
@@ -279,9 +270,6 @@ def test_sides_that_do_not_join_are_named(store):
     assert note.startswith("declared periodic, but along x the last line and the first differ by")
     *_, note = plain(store(wave + x)).treatment
     assert "periodic" not in note
-
-
-# --- what is refused ------------------------------------------------------------------------
 
 
 def test_all_problems_of_the_options_come_at_once(tmp_path):
@@ -392,9 +380,6 @@ def test_maps_beyond_the_memory_are_refused_before_they_are_read(
     assert "GB of memory" in problems_of(path)[0]
     if name == "m.npy":
         assert plain(path, crop=(0, 0, 2, 2), detrend="none").heights.shape == (2, 2)
-
-
-# --- instruments ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

@@ -227,9 +227,6 @@ def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_p
     assert list(held.iterdir()) == []
 
 
-# --- kept between calls -------------------------------------------------------------------------
-
-
 @pytest.fixture
 def called(strange):
     """Return a caller of one kept process, which ends with the test."""

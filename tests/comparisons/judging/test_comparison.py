@@ -65,9 +65,6 @@ def measure_of(result, method, quantity, at):
     return row | {"maximum": abs(row["error"]), "verdict": row["word"]}
 
 
-# --- errors ---------------------------------------------------------------------------------
-
-
 def test_too_large_a_force_is_a_positive_error_at_equal_penetration(plan):
     exact = solution(hertz())
     stiff = solution(scaled(hertz(), force=1.02, contact_area=0.97))
@@ -165,9 +162,6 @@ def test_a_method_that_lacks_a_quantity_is_compared_in_the_others(plan):
     assert measure_of(result, "bem_fft", "contact_area", "force")["verdict"] == "no result"
 
 
-# --- ensembles ------------------------------------------------------------------------------
-
-
 def test_ensembles_have_rows_of_means_with_standard_errors(rough):
     scene = rough(realisations=3, loading={"force": [1e-6, 2e-6]})
     (plan,) = plan_scene(scene)
@@ -242,9 +236,6 @@ def test_a_step_lost_on_every_surface_takes_no_other_method_along(rough):
     solved = {("bem_fft", 16): solution(good), ("fem", 16): solution(broken)}
     mean = rows_of(compare(plan, solved, CONSTANTS), "bem_fft").iloc[-1]
     assert mean["contact_area"] == pytest.approx(1.5)
-
-
-# --- the reference --------------------------------------------------------------------------
 
 
 def chosen(solved):
@@ -323,9 +314,6 @@ def test_bars_travel_through_the_slope_to_the_other_axis(plan):
     np.testing.assert_allclose(rows["reference_uncertainty_penetration"], bar * 2 / 3, rtol=1e-6)
 
 
-# --- references that disagree ---------------------------------------------------------------
-
-
 def test_a_planted_fault_is_told_in_words():
     """FEM converges neatly, to a force that is 5 % too small."""
     solved = levels("bem_fft", *converging(error=0.01))
@@ -398,9 +386,6 @@ def test_the_bar_of_a_located_area_is_of_the_finest_grid_that_has_any():
     areas = np.array([[1.02], [1.0]])
     change = share_uncertainty(np.array([64, 128]), areas, ("contact_area", "free"))
     np.testing.assert_allclose(bar[0], np.hypot(line, change))
-
-
-# --- pressures ------------------------------------------------------------------------------
 
 
 def ring_fields(r, pressure, weight):

@@ -25,9 +25,6 @@ def test_relative_errors_are_signed_and_missing_where_undefined():
     assert np.isnan(error[[2, 3]]).all()
 
 
-# --- curves at equal abscissa ---------------------------------------------------------------
-
-
 @given(
     exponent=st.floats(0.2, 4),
     factor=st.floats(1e-6, 1e6),
@@ -90,9 +87,6 @@ def test_rms_and_maximum_skip_what_is_missing():
     assert rms == pytest.approx(math.sqrt(12.5))
     assert maximum == 4
     assert all(math.isnan(value) for value in rms_and_maximum(np.array([np.nan])))
-
-
-# --- pressures ------------------------------------------------------------------------------
 
 
 def test_pressure_difference_is_weighted_by_area_and_relative():

@@ -33,9 +33,6 @@ def column(*values):
     return np.array(values, dtype=float)[:, None]
 
 
-# --- grids ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
 def test_monotone_convergence_has_the_index_of_roache(order):
     """1.25 |f3 - f2|/(r^p - 1), which for f = 1 + c n^-p is 1.25 times the true error."""
@@ -126,9 +123,6 @@ def test_bars_are_numbers_never_negative_and_know_no_units(curves, start, growth
     ratio = n[-1] / n[-2]
     spread = max(ratio**RULE.highest - 1, 1)
     assert (bars >= RULE.safe * last / spread * (1 - 1e-12)).all()
-
-
-# --- ensembles ------------------------------------------------------------------------------
 
 
 def test_standard_error_of_the_mean():

@@ -36,9 +36,6 @@ def curves(source, method, resolution=None):
     return usual(source, method, resolution).columns()
 
 
-# --- Hertz ----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("method", "tolerance"),
     [
@@ -120,8 +117,6 @@ def test_under_force_control_the_penetration_comes_back(scene, method):
     np.testing.assert_allclose(back["penetration"][0], [1e-6, 2e-6, 4e-6], rtol=tolerance)
 
 
-# --- the two half-space solvers -------------------------------------------------------------
-
 SMALL_ROUGH = {"surface.points": 32, "surface.short_cutoff": 0.25e-6}
 
 
@@ -146,8 +141,6 @@ def test_dense_and_fft_solvers_agree_on_the_same_grid(source, resolution, change
     p, q = (part.solution.fields["pressure"] for part in (dense, fft))
     assert np.abs(p - q).max() < 1e-8 * p.max()
 
-
-# --- the reduced model where it is exact ----------------------------------------------------
 
 AXISYMMETRIC = ["paraboloid", "sphere", "cone", "power-law-3", "power-law-4"]
 AXISYMMETRIC += ["cylinder", "rounded-punch"]
@@ -174,8 +167,6 @@ def test_gaussian_radius_and_equal_area_are_near_but_not_exact():
     square = curves("square-punch", "reduced")["force"] / curves("square-punch", "bem_fft")["force"]
     assert 1e-3 < np.abs(square - 1).max() < 3e-2
 
-
-# --- units ----------------------------------------------------------------------------------
 
 LENGTHS = {"radius", "radius_x", "radius_y", "flat_radius", "edge_radius", "side"}
 
@@ -237,9 +228,6 @@ def test_scenes_scaled_by_powers_of_two_are_bit_identical(scene, method, source)
     )
     for name, (m, n) in DIMENSIONS.items():
         np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name], name)
-
-
-# --- definitions of the contract ------------------------------------------------------------
 
 
 def solved_rough(make, method, **surface):

@@ -27,9 +27,6 @@ HISTORY = {"time": [0, "10 ms", "30 ms"], "penetration": [0, "1 um", 0]}
 GLUE = {"work": "50 mJ/m^2"}
 
 
-# --- what a scene says ----------------------------------------------------------------------
-
-
 def test_a_scene_without_these_tables_switches_nothing_on(scene):
     plain = scene()
     assert plain.physics == ()
@@ -137,9 +134,6 @@ def test_the_tangential_modulus_is_the_chapters(scene):
     assert steel.tangential_modulus == pytest.approx(4 * shear / (2 - 0.3), rel=1e-14)
 
 
-# --- what is compared -----------------------------------------------------------------------
-
-
 def test_quantities_follow_from_the_physics_and_what_is_prescribed_is_not_compared(scene):
     (plan,) = plan_scene(scene(loading=PULL, **FRICTION))
     assert plan.scene.compare.quantities == ("tangential_force", "tangential_displacement")
@@ -159,9 +153,6 @@ def test_a_scene_that_wears_compares_what_its_methods_give(name):
 def test_a_plain_scene_compares_force_and_penetration_at_each_other(scene):
     (plan,) = plan_scene(scene())
     assert plan.compared == ("force", "penetration", "contact_area")
-
-
-# --- what grids are laid out for ------------------------------------------------------------
 
 
 def test_the_adhesive_estimate_is_jkr(scene):

@@ -1,7 +1,5 @@
 """The bars on the truth against true errors: coverage, width, and how the estimator was fixed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

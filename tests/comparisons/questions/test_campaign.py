@@ -1,7 +1,5 @@
 """Campaigns: whatever is asked, solves are shared, watched, and lost one by one."""
 
-from __future__ import annotations
-
 import pickle
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """The check: planted faults are found and named for what they are; baselines are files to trust."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -47,13 +45,6 @@ def with_model(record: StudyRecord, name: str, factor: float) -> StudyRecord:
     rows = scene.rows.frame()
     rows.loc[rows["method"] == "reduced", name] *= factor
     return replace(record, scenes=(replace(scene, rows=Rows.of(rows)),))
-
-
-@pytest.mark.slow
-def test_the_same_code_has_not_moved(before):
-    findings = drift(before, run_for_check(scenes=["paraboloid"]))
-    assert not any(finding.drifted for finding in findings)
-    assert {finding.subject for finding in findings} >= {MODEL, REFERENCES, AGREEMENT}
 
 
 @pytest.mark.slow

@@ -1,7 +1,5 @@
 """Verdicts on claims: the rule, the search along a parameter, the words, resuming."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path
@@ -131,7 +129,9 @@ def test_whole_numbers_stay_whole():
 
 
 def test_a_logarithmic_range_may_span_all_numbers():
-    """Six hundred decades: neither the grid nor a midpoint overflows."""
+    """Six hundred decades: neither the grid nor a midpoint overflows; its ends are exact."""
+    for spacing in ("linear", "log"):
+        assert [grid(vary(0.1, 0.7, 7, spacing=spacing))[k] for k in (0, -1)] == [0.1, 0.7]
     wide = vary(1e-300, 1e300, 5, spacing="log")
     np.testing.assert_allclose(grid(wide), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
     points = found(
@@ -139,33 +139,6 @@ def test_a_logarithmic_range_may_span_all_numbers():
     )
     assert all(math.isfinite(point.parameter) for point in points)
     assert verdict_of(words_on(points)) == IN_A_RANGE
-
-
-def test_springs_that_would_take_all_memory_are_no_result():
-    vary = {"path": "resolution", "from": 10, "to": 1e12, "steps": 2}
-    claim = make_claim(
-        {
-            "id": "springs",
-            "text": "The force is exact.",
-            "equation": "(1)",
-            "scene": "paraboloid",
-            "quantity": "force",
-            "vary": vary,
-            "tolerance": 0.01,
-            "refuted_by": "An error.",
-        },
-        "a.toml",
-        Path(),
-    )
-    last = judge_claim(claim, "quick").points[-1]
-    assert "GB, and" in str(last.details["no result"])
-
-
-def test_the_grid_has_its_ends_exactly():
-    for spacing in ("linear", "log"):
-        values = grid(vary(0.1, 0.7, 7, spacing=spacing))
-        assert (values[0], values[-1]) == (0.1, 0.7)
-        assert np.all(np.diff(values) > 0)
 
 
 sizes = st.lists(st.floats(-0.1, 0.1), min_size=1, max_size=6)
@@ -238,10 +211,7 @@ def test_a_share_is_not_called_an_error(monkeypatch):
 def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):
     theorem = "Its sign holds by theorem."
     claim = experiment_claim(
-        monkeypatch,
-        lambda x, effort: Measurement(None, -0.002, 0.001),
-        vary=None,
-        theorem=theorem,
+        monkeypatch, lambda x, effort: Measurement(None, -0.002, 0.001), vary=None, theorem=theorem
     )
     record = judge_claim(claim, "quick")
     assert theorem not in record.sentence
@@ -397,6 +367,12 @@ def test_sides_of_two_scenes_are_compared_at_every_value_of_the_parameter():
     record = judge_claim(claim, "quick")
     assert [point.error for point in record.points] == [pytest.approx(-0.5, abs=1e-12)] * 2
     assert "against the scene scenes/unit-paraboloid.toml, indenter.radius = 40 mm" in record.what
+
+
+def test_springs_that_would_take_all_memory_are_no_result():
+    springs = {"path": "resolution", "from": 10, "to": 1e12, "steps": 2}
+    last = judge_claim(two_sided(method="reduced", vary=springs), "quick").points[-1]
+    assert "GB, and" in str(last.details["no result"])
 
 
 def test_a_method_on_the_true_side_takes_the_place_of_the_best_reference():

@@ -1,7 +1,5 @@
 """Very many surfaces: bundles, parts and kills change no digit, memory does not grow."""
 
-from __future__ import annotations
-
 import sys
 import tracemalloc
 
@@ -135,10 +133,7 @@ def test_a_merge_says_what_is_missing_and_refuses_what_is_there_twice(many, tmp_
     for k in (1, 3):
         Ensemble(many(), tmp_path / str(k), part=(k, 3)).run()
     merged = merge_ensembles([tmp_path / "1", tmp_path / "3"], tmp_path / "all")
-    assert merged.record.missing == [
-        "reduced 16: surfaces 15 to 29",
-        "bem_fft 16: surfaces 15 to 29",
-    ]
+    assert merged.record.missing == [f"{m} 16: surfaces 15 to 29" for m in ("reduced", "bem_fft")]
     with pytest.raises(InputError, match=r"more than one folder:\n .* both have surface 0"):
         merge_ensembles([tmp_path / "1", tmp_path / "all"], tmp_path / "twice")
     Ensemble(many(44), tmp_path / "2", part=(2, 3)).run()
@@ -183,8 +178,6 @@ def test_ensembles_are_refused_with_the_reason(scene, rough, many, tmp_path, mon
     other = rough(realisations=2, rms_slope=0.2, compare=METHODS)
     with pytest.raises(ResultsError, match="another scene, method or version"):
         Ensemble(other, tmp_path / "out", resume=True).run()
-    with pytest.raises(ResultsError, match="holds 2 surfaces: expected at least as many, got 1"):
-        Ensemble(many(1), tmp_path / "out", resume=True).run()
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(InputError, match=r"pip install 'roughline\[parquet\]'"):
         Ensemble(many(2), tmp_path / "none")

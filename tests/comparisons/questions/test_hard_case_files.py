@@ -1,7 +1,5 @@
 """Files of hard cases: one table adds a case, and everything that is wrong is told at once."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np
@@ -105,9 +103,6 @@ def test_one_expectation_of_all_methods(cases):
     assert kinds == dict.fromkeys(JUDGED, "refused") | {"fem": "not for"}
 
 
-# --- what is wrong --------------------------------------------------------------------------------
-
-
 def test_all_problems_of_all_files_are_listed_at_once(problems):
     told = problems(
         "colour = 1\n",
@@ -155,25 +150,6 @@ scene = { indentor = 3 }
         assert part in text, (part, text)
 
 
-def test_a_case_without_an_expectation_of_a_method_is_refused(problems):
-    text = DEEP.replace("easy", "ball-on-steel") + "expected.fem = { accurate = 0.01 }\n"
-    (told,) = problems(text)
-    assert told.endswith("got nothing of closed_form, reduced, bem_dense, bem_fft")
-
-
-def test_what_is_wrong_with_a_baseline_is_told_once_and_there(problems):
-    shared = "[baselines.mine]\nlike = 'easy'\nexpected.fem = { accurate = -1 }\n"
-    both = DEEP.replace("easy", "mine") + DEEP.replace("easy", "mine").replace(".deep", ".other")
-    (told,) = problems(shared + both)
-    assert told.startswith("a.toml: baselines.mine: expected.fem.accurate.0: expected a positive")
-
-
-def test_baselines_in_a_circle_are_told(problems):
-    circle = "[baselines.one]\nlike = 'two'\n[baselines.two]\nlike = 'one'\n"
-    told = problems(circle + DEEP.replace("easy", "one"))
-    assert "a.toml: baselines.two: like: expected no circle, one is like this one" in told
-
-
 def test_ids_and_names_are_taken_once(problems):
     told = problems(DEEP, DEEP, "[cases.load-one]\nlike = 'easy'\n[baselines.easy]\n")
     assert {line for line in told if "taken" in line} == {
@@ -184,53 +160,82 @@ def test_ids_and_names_are_taken_once(problems):
     }
 
 
-def test_a_wrong_scene_is_told_before_anything_runs(problems):
-    told = problems(DEEP + "scene.colour = 3\nscene.'indenter.radius' = '-1 mm'\n")
-    assert any(
-        line.startswith("a.toml: deep: scene: indenter.radius: expected a pos") for line in told
-    )
-    assert "a.toml: deep: scene: colour: unknown key" in told
+def on_map(maps):
+    surface = "{ kind = 'map', file = 'map.npy', size = '1 mm', height_unit = 'm' }"
+    head = "[cases.deep]\ntitle = 'A'\nhard = 'b'\nlike = 'rough'\n"
+    return f"{head}scene.surface = {surface}\n{maps}"
 
 
-def test_a_wrong_scene_that_is_refused_as_expected_is_a_hard_case(cases, problems):
-    """A refusal at the door is a subject of the catalogue; one for another reason is a mistake."""
-    hollow = "scene.indenter = { shape = 'profile', r = [0, 1, 2], f = [0, -1, 2] }\n"
-    assert cases(DEEP + hollow + "expected.all = { refused = 'hollow' }\n")
-    (told,) = problems(DEEP + hollow + "expected.all = { refused = 'steep' }\n")
-    assert "hollow profiles have no reduced model" in told
-
-
-def test_the_scene_of_the_truth_is_checked_too(problems):
-    (told,) = problems(DEEP + "truth = { scene = { 'indenter.radius' = 0 } }\n")
-    assert told.startswith("a.toml: deep: truth.scene: indenter.radius: expected a positive")
-
-
-def test_a_formula_needs_its_scene(problems):
-    """Else the run would end in the middle of the formula."""
-    told = problems(DEEP + "truth = { formula = { creeping = {} }, source = 'slow' }\n")
-    assert told == [
-        f"a.toml: deep: truth.formula: expected {key} in the scene, which has none"
-        for key in ("viscoelastic", "sliding")
-    ]
+MINE = DEEP.replace("easy", "mine")
+HOLLOW = DEEP + "scene.indenter = { shape = 'profile', r = [0, 1, 2], f = [0, -1, 2] }\n"
 
 
 @pytest.mark.parametrize(
-    ("maps", "part"),
+    ("text", "told"),
     [
-        ("maps.'a.npy' = { from = 'b.npy' }", "a.npy: expected from = a map that is made from"),
         (
-            "maps.'a.npy' = { points = 4, side = 1, level = 0, "
-            "point = { index = [4, 0], height = 1 } }",
+            DEEP.replace("easy", "ball-on-steel") + "expected.fem = { accurate = 0.01 }\n",
+            "got nothing of closed_form, reduced, bem_dense, bem_fft",
+        ),
+        # of a baseline once, and there
+        (
+            "[baselines.mine]\nlike = 'easy'\nexpected.fem = { accurate = -1 }\n"
+            + MINE
+            + MINE.replace(".deep", ".other"),
+            "a.toml: baselines.mine: expected.fem.accurate.0: expected a positive",
+        ),
+        (
+            "[baselines.one]\nlike = 'two'\n[baselines.two]\nlike = 'one'\n"
+            + DEEP.replace("easy", "one"),
+            "a.toml: baselines.two: like: expected no circle, one is like this one",
+        ),
+        (
+            DEEP + "scene.'indenter.radius' = '-1 mm'\n",
+            "a.toml: deep: scene: indenter.radius: expected a pos",
+        ),
+        (DEEP + "scene.colour = 3\n", "a.toml: deep: scene: colour: unknown key"),
+        (
+            HOLLOW + "expected.all = { refused = 'steep' }\n",
+            "hollow profiles have no reduced model",
+        ),
+        (
+            DEEP + "truth = { scene = { 'indenter.radius' = 0 } }\n",
+            "a.toml: deep: truth.scene: indenter.radius: expected a positive",
+        ),
+        *(
+            (
+                DEEP + "truth = { formula = { creeping = {} }, source = 'slow' }\n",
+                f"a.toml: deep: truth.formula: expected {key} in the scene, which has none",
+            )
+            for key in ("viscoelastic", "sliding")
+        ),
+        (
+            on_map("maps.'a.npy' = { from = 'b.npy' }"),
+            "a.npy: expected from = a map that is made from",
+        ),
+        (
+            on_map(
+                "maps.'a.npy' = { points = 4, side = 1, level = 0, "
+                "point = { index = [4, 0], height = 1 } }"
+            ),
             "a.npy.point.index: expected places below 4",
         ),
-        ("maps.'../a.npy' = { points = 4, side = 1, level = 0 }", "expected a file name"),
-        ("", "scene: surface.file: expected a file, or one of maps, got 'map.npy'"),
+        (on_map("maps.'../a.npy' = { points = 4, side = 1, level = 0 }"), "expected a file name"),
+        (on_map(""), "scene: surface.file: expected a file, or one of maps, got 'map.npy'"),
+        ("cases = 3", "a.toml: cases: expected"),
+        ("cases.a = 3", "a.toml: cases.a: expected"),
+        ("[[cases]]", "a.toml: cases: expected"),
+        ("baselines = [1]", "a.toml: baselines: expected"),
+        ("like = 3", "a.toml: like: expected"),
     ],
 )
-def test_maps_that_cannot_be_made_are_told(problems, maps, part):
-    surface = "{ kind = 'map', file = 'map.npy', size = '1 mm', height_unit = 'm' }"
-    text = f"[cases.deep]\ntitle = 'A'\nhard = 'b'\nlike = 'rough'\nscene.surface = {surface}\n"
-    assert part in "\n".join(problems(text + maps))
+def test_what_is_wrong_is_told_once_before_anything_runs(problems, text, told):
+    assert "\n".join(problems(text)).count(told) == 1
+
+
+def test_a_wrong_scene_that_is_refused_as_expected_is_a_hard_case(cases):
+    """A refusal at the door is a subject of the catalogue; one for another reason is a mistake."""
+    assert cases(HOLLOW + "expected.all = { refused = 'hollow' }\n")
 
 
 @pytest.mark.parametrize("key", ["scene", "expected", "maps", "truth", "slow", "resolutions"])
@@ -238,20 +243,6 @@ def test_maps_that_cannot_be_made_are_told(problems, maps, part):
 def test_values_of_the_wrong_kind_are_told(problems, key, value):
     text = DEEP.replace('scene."loading.penetration" = "1 um"', "") + f"{key} = {value}\n"
     assert any(line.startswith(f"a.toml: deep: {key}") for line in problems(text))
-
-
-@pytest.mark.parametrize(
-    ("text", "key"),
-    [
-        ("cases = 3", "cases"),
-        ("cases.a = 3", "cases.a"),
-        ("[[cases]]", "cases"),
-        ("baselines = [1]", "baselines"),
-        ("like = 3", "like"),
-    ],
-)
-def test_files_of_another_form_are_told(problems, text, key):
-    assert [line.partition(": expected")[0] for line in problems(text)] == [f"a.toml: {key}"]
 
 
 def test_unknown_names_and_wrong_files_are_told_together(tmp_path):
@@ -262,8 +253,6 @@ def test_unknown_names_and_wrong_files_are_told_together(tmp_path):
     assert "no such case or file: 'moon'" in first
     assert second.endswith("bad.toml: colour: unknown key")
 
-
-# --- the recipes ----------------------------------------------------------------------------------
 
 ROUGH = {
     "points": 64,

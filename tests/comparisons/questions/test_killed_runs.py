@@ -1,7 +1,5 @@
 """SIGKILL at any moment: what is finished is kept, nothing torn is read, nothing differs."""
 
-from __future__ import annotations
-
 import importlib.util
 import subprocess
 import sys

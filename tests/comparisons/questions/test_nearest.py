@@ -1,7 +1,5 @@
 """What claims have measured nearest to a scene, said before it is solved."""
 
-from __future__ import annotations
-
 import json
 import sys
 

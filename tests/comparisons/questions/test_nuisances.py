@@ -1,7 +1,5 @@
 """Verdicts over what a statement leaves open: no choice that is not shown decides one."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

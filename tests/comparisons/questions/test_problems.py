@@ -1,7 +1,5 @@
 """Problem sheets, and entries that are judged by them without running anything."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Bars of rough surfaces against a grid eight times finer."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

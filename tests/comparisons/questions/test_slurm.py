@@ -1,7 +1,5 @@
 """The Slurm scripts of docs/cluster.md, with a stand-in for `sbatch` and `scancel`."""
 
-from __future__ import annotations
-
 import os
 import re
 import shlex

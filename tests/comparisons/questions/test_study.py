@@ -1,7 +1,5 @@
 """Studies: what is done is kept, resumed without doing it again, and the same with workers."""
 
-from __future__ import annotations
-
 import json
 import time
 from dataclasses import replace
@@ -28,14 +26,8 @@ from comparisons.tasks import task as task_module
 from comparisons.tasks.shown_loads import stored_steps
 
 # Columns that differ from run to run by their nature.
-CLOCK = [
-    "seconds",
-    "setup_seconds",
-    "seconds_all",
-    "setup_seconds_all",
-    "compile_seconds",
-    "memory",
-]
+CLOCK = ["seconds", "setup_seconds", "seconds_all", "setup_seconds_all", "compile_seconds"]
+CLOCK += ["memory"]
 
 
 @pytest.fixture
@@ -81,9 +73,6 @@ def snapshot(directory):
         for path in directory.rglob("*")
         if path.is_file()
     }
-
-
-# --- a whole run ----------------------------------------------------------------------------
 
 
 def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
@@ -171,15 +160,7 @@ def test_what_is_read_back_is_what_was_run(ball, tmp_path):
     assert set(new.fields) == set(old.fields)
     assert repr(new.verdicts) == repr(old.verdicts)
     assert "pressure" in new.load_fields("bem_fft", 12)
-    assert load_scene(tmp_path_scene(tmp_path, new.text)) == load_scene(
-        tmp_path_scene(tmp_path, old.text)
-    )
-
-
-def tmp_path_scene(folder, text):
-    path = folder / "again.toml"
-    path.write_text(text)
-    return path
+    assert new.text == old.text
 
 
 def test_progress_is_told_from_zero_to_all(ball, tmp_path):
@@ -188,20 +169,6 @@ def test_progress_is_told_from_zero_to_all(ball, tmp_path):
     assert [counts for counts, _ in told] == [(i, 5) for i in range(6)]
     assert told[0][1] is None
     assert told[1][1].job.kind.method == "closed_form"  # cheap ones first
-
-
-def test_several_scenes_share_a_folder(scene, tmp_path):
-    plans = [
-        plan
-        for name in ("one", "two")
-        for plan in plan_scene(scene(name=name, compare={"methods": ["closed_form"]}))
-    ]
-    record = Study(plans, tmp_path / "out").run()
-    assert [item.name for item in record.scenes] == ["one", "two"]
-    assert set(results(tmp_path / "out")["scene"]) == {"one", "two"}
-
-
-# --- used folders ---------------------------------------------------------------------------
 
 
 def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
@@ -257,14 +224,6 @@ def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_in_the_place_of_the_folder_is_left_alone(ball, tmp_path):
-    file = tmp_path / "out"
-    file.write_text("mine")
-    with pytest.raises(ResultsError, match="expected a folder"):
-        Study(ball, file, overwrite=True).run()
-    assert file.read_text() == "mine"
-
-
 def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     Study(ball, tmp_path, overwrite=True).run()
@@ -277,24 +236,12 @@ def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_pat
     assert len(list((tmp_path / FIELDS).glob("*.npz"))) == 5 + 1
 
 
-# --- resuming -------------------------------------------------------------------------------
-
-
-def test_resuming_a_finished_run_solves_nothing(ball, tmp_path, counted):
-    Study(ball, tmp_path / "out").run()
-    first = results(tmp_path / "out")
-    counted.clear()
-    study = Study(ball, tmp_path / "out", resume=True)
-    study.run()
-    assert counted == []
-    assert study.lost() == []
-    pd.testing.assert_frame_equal(results(tmp_path / "out"), first)
-
-
 def test_resuming_solves_only_what_is_missing_torn_or_changed(ball, scene, tmp_path, counted):
     Study(ball, tmp_path / "out").run()
     first = results(tmp_path / "out")
     counted.clear()
+    Study(ball, tmp_path / "out", resume=True).run()
+    assert counted == []
     files = {path.name: path for path in (tmp_path / "out" / FIELDS).glob("*.npz")}
     (torn,) = [files[name] for name in files if "bem_fft-12" in name]
     torn.write_bytes(torn.read_bytes()[:-300])
@@ -397,17 +344,19 @@ def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
     assert planned.resolutions[-1] == record.reference.resolution
 
 
-# --- failures -------------------------------------------------------------------------------
+def test_a_method_that_fails_costs_its_rows_and_is_tried_again_on_resume(
+    ball, tmp_path, monkeypatch, counted
+):
+    """Else a fixed bug, or a machine with more memory, would never get its chance."""
 
-
-def test_a_method_that_fails_costs_its_rows_and_is_counted_as_lost(ball, tmp_path, monkeypatch):
     class Broken(ReducedProfile):
         def solve(self, task):
             raise RuntimeError("out of springs")
 
-    monkeypatch.setitem(SOLVERS, "reduced", (Broken,))
-    study = Study(ball, tmp_path / "out")
-    study.run()
+    with monkeypatch.context() as broken:
+        broken.setitem(SOLVERS, "reduced", (Broken,))
+        study = Study(ball, tmp_path / "out")
+        study.run()
     lost = [(task.method, task.resolution, reason) for task, reason in study.lost()]
     reason = "RuntimeError: out of springs (in solve)"
     assert lost == [("reduced", 6, reason), ("reduced", 12, reason)]
@@ -416,18 +365,6 @@ def test_a_method_that_fails_costs_its_rows_and_is_counted_as_lost(ball, tmp_pat
     assert not broken["converged"].any()
     assert broken["penetration"].tolist() == [1e-6, 2e-6, 4e-6] * 2
     assert table.loc[table["method"] == "bem_fft", "converged"].all()
-
-
-def test_a_lost_solve_is_tried_again_on_resume(ball, tmp_path, monkeypatch, counted):
-    """Else a fixed bug, or a machine with more memory, would never get its chance."""
-
-    class Broken(ReducedProfile):
-        def solve(self, task):
-            raise MemoryError("no room today")
-
-    with monkeypatch.context() as broken:
-        broken.setitem(SOLVERS, "reduced", (Broken,))
-        Study(ball, tmp_path / "out").run()
     counted.clear()
     study = Study(ball, tmp_path / "out", resume=True)
     study.run()
@@ -442,9 +379,6 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
     assert record.scenes[0].reference == NO_REFERENCE
     assert "so no reference is available" in record.scenes[0].answer
     assert load_study(tmp_path / "out").scenes[0].reference == NO_REFERENCE
-
-
-# --- workers --------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

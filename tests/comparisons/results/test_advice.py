@@ -84,9 +84,6 @@ def recorded(made, **changes):
     return replace(made, verdicts=explained(made))
 
 
-# --- the sentence ----------------------------------------------------------------------------
-
-
 def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
     rows = [
         ("fem", 4, 0.02, 1.0),
@@ -220,9 +217,6 @@ def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
         assert run_command(["advise", "cylinder", *wrong]) == 2
 
 
-# --- small facts ----------------------------------------------------------------------------
-
-
 def test_suites_hold_built_in_scenes_each_once():
     for members in SUITES.values():
         assert set(members) <= set(builtin_names())
@@ -237,9 +231,6 @@ def test_the_machine_is_one_line():
     text = machine.machine_text(described)
     assert text
     assert "\n" not in text
-
-
-# --- the finding -----------------------------------------------------------------------------
 
 
 def physics(table, *rows, low=None):

@@ -102,9 +102,6 @@ def record(tmp_path):
     )
 
 
-# --- there and back -------------------------------------------------------------------------
-
-
 def test_a_study_comes_back_as_it_was(record):
     save_study(record)
     again = load_study(record.directory)
@@ -147,17 +144,11 @@ def test_a_study_without_any_scene_comes_back(record, tmp_path):
     assert load_study(empty.directory).scenes == ()
 
 
-# --- whole files or none --------------------------------------------------------------------
-
-
 def test_a_table_is_replaced_whole(tmp_path):
     path = tmp_path / "t.csv"
     write_table(path, pd.DataFrame({"a": range(1000)}))
     write_table(path, pd.DataFrame({"a": [1]}))
     assert path.read_text() == "a\n1\n"
-
-
-# --- strangers' folders ---------------------------------------------------------------------
 
 
 class Bomb:
@@ -282,9 +273,6 @@ def test_damaged_and_missing_files_are_named(record, tmp_path, file, content):
     for path in (tmp_path / "nowhere", tmp_path):
         with pytest.raises(ResultsError):
             load_study(path)
-
-
-# --- edited by hand ------------------------------------------------------------------------------
 
 
 def edited(record, name, change):

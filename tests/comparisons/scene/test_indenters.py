@@ -24,8 +24,6 @@ def refusal(name, **keys) -> str:
     return str(caught.value)
 
 
-# --- the gap --------------------------------------------------------------------------------
-
 FORMULAS = {
     "paraboloid": ({"radius": "2 m"}, lambda x, y: (x * x + y * y) / 4),
     "sphere": ({"radius": "5000 mm"}, lambda x, y: 5 - math.sqrt(25 - x * x - y * y)),
@@ -126,8 +124,6 @@ def test_areas_of_faces():
     assert shape("profile", r=[0, 2], f=[0, 0]).face_area == pytest.approx(4 * math.pi, rel=1e-15)
 
 
-# --- how far contact can reach --------------------------------------------------------------
-
 length = st.floats(1e-9, 1e3)
 anything = st.one_of(
     st.builds(lambda r: shape("paraboloid", radius=r), length),
@@ -183,8 +179,6 @@ def test_the_reach_is_no_larger_than_the_overlap(name):
         assert indenter.gap(np.array(half), np.array(0.0)) == pytest.approx(depth, rel=1e-6)
 
 
-# --- polygons -------------------------------------------------------------------------------
-
 TRIANGLE = [[0, 0], ["3 m", 0], [0, "600 cm"]]
 
 
@@ -198,12 +192,8 @@ def test_a_polygon_turns_about_its_centroid_whichever_way_it_runs(vertices):
     x, y = punch.corners.T
     assert np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) > 0  # counter-clockwise
     assert punch.reach(1.0) == pytest.approx((2, 4))
-    assert punch.gap(np.array([0.0, -0.9, 1.9, 1.0]), np.array([0.0, 3.5, -1.9, 1.0])).tolist() == [
-        0,
-        0,
-        0,
-        np.inf,
-    ]
+    x, y = np.array([[0.0, -0.9, 1.9, 1.0], [0.0, 3.5, -1.9, 1.0]])
+    assert punch.gap(x, y).tolist() == [0, 0, 0, np.inf]
 
 
 def test_the_centroid_of_an_l_is_not_the_mean_of_its_corners():

@@ -44,9 +44,6 @@ def rough(**changes):
     return {"indenter": None, "surface": PATCH | changes}
 
 
-# --- what is read ---------------------------------------------------------------------------
-
-
 def test_lengths_with_units_are_si_inside():
     """Exactly the float of the SI number, so that both files are the same scene."""
     scene = made(
@@ -104,17 +101,6 @@ def test_surfaces_of_the_contract_are_read():
     assert measured.surface.realisations == 100
 
 
-def test_defaults_are_those_of_the_contract():
-    scene = made()
-    assert scene.compare.quantities == ("force", "penetration", "contact_area")
-    assert scene.compare.tolerance == 0.01
-    assert scene.compare.resolutions is None
-    assert scene.compare.methods is None
-    assert scene.methods.reduced.stress == "abel"
-    assert scene.methods.fem.contact == "active_set"
-    assert scene.heading == "x"
-
-
 def test_resolutions_are_sorted_and_tolerances_may_be_per_cent():
     scene = made(compare={"resolutions": [20, 5, 10], "tolerance": "5%"})
     assert scene.compare.resolutions == (5, 10, 20)
@@ -125,9 +111,6 @@ def test_every_built_in_scene_is_valid_and_named_like_its_file():
     assert len(builtin_names()) >= 15
     for name in builtin_names():
         assert load_scene(name).name == name
-
-
-# --- what is refused ------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("shape", ["paraboloid", "ball"])
@@ -206,13 +189,10 @@ def test_all_problems_of_a_file_come_at_once():
         ),
         ({"indenter": None}, "expected exactly one of [indenter] and [surface], got none"),
         ({"surface": PATCH}, "[indenter] and [surface], got [indenter] and [surface]"),
-        ({"indenter": 3}, "indenter: expected a table, got 3"),
         ({"indenter": {"radius": 1}}, "indenter.shape: expected one of paraboloid, sphere,"),
-        ({"indenter": {"shape": "egg"}}, "got 'egg'"),
         ({"indenter": {"shape": "cone"}}, "indenter.slope: expected, but missing"),
         ({"directory": "/"}, "directory: unknown key"),
         ({"compare": {"resolutions": [10, 10]}}, "compare.resolutions: expected a non-empty list"),
-        ({"compare": {"resolutions": 10}}, "compare.resolutions: expected a list, got 10"),
         ({"compare": {"resolutions": [1]}}, "compare.resolutions.0: expected greater than or"),
         ({"compare": {"resolutions": [8.5]}}, "compare.resolutions.0: expected a"),
         ({"compare": {"quantities": []}}, "compare.quantities: expected a non-empty list"),
@@ -253,22 +233,13 @@ def test_elastic_constants_come_in_one_of_three_ways(half_space):
     [
         ({"shape": "sphere", "radius": 0}, "indenter.radius: expected a positive finite length"),
         ({"shape": "sphere", "radius": math.inf}, "indenter.radius: expected a positive finite"),
-        ({"shape": "sphere", "radius": True}, "indenter.radius: expected a number in m"),
         ({"shape": "sphere", "radius": 1e-320}, "radius: expected a length of at least 2.2e-308"),
         ({"shape": "power_law", "exponent": 3, "coefficient": 1e-320}, "coefficient: expected a"),
         ({"shape": "cone", "slope": "1 mm"}, "indenter.slope: expected a unit of a plain number"),
         ({"shape": "power_law", "exponent": 0, "coefficient": 1}, "indenter.exponent: expected"),
         ({"shape": "power_law", "exponent": 101, "coefficient": 1}, "from 0.1 to 100, got 101"),
         (
-            {"shape": "power_law", "exponent": math.inf, "coefficient": "1 m"},
-            "indenter.exponent: expected a positive finite number, got inf",
-        ),
-        (
             {"shape": "power_law", "exponent": 3, "coefficient": "1 m^-3"},
-            "indenter.coefficient: expected a positive number in m^(1 - exponent)",
-        ),
-        (
-            {"shape": "power_law", "exponent": 2.5, "coefficient": "1 m^-1"},
             "indenter.coefficient: expected a positive number in m^(1 - exponent)",
         ),
         (
@@ -281,14 +252,12 @@ def test_elastic_constants_come_in_one_of_three_ways(half_space):
         ({"shape": "profile", "r": [0, 1], "f": [0, 1, 2]}, "r and f of the same length"),
         ({"shape": "profile", "r": [], "f": []}, "at least 2, got 0, 0"),
         ({"shape": "profile", "r": [0, 2, 1], "f": [0, 1, 2]}, "r strictly increasing from 0"),
-        ({"shape": "profile", "r": [1, 2], "f": [0, 1]}, "r strictly increasing from 0"),
         ({"shape": "profile", "r": [0, 1], "f": [1, 2]}, "f = 0 at r = 0"),
         (
             {"shape": "profile", "r": [0, 1, 2], "f": [0, 2, 1]},
             "hollow profiles have no reduced model (f decreases after r = 1 m)",
         ),
         ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 0]]}, "at least 3 vertices, got 2"),
-        ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 1], [2, 2]]}, "non-zero area"),
         (
             {"shape": "polygon_punch", "vertices": [[0, 0], [1, 0], [3]]},
             "indenter.vertices.2.1: expected, but missing",
@@ -305,7 +274,6 @@ def test_each_wrong_shape_is_named(indenter, expected):
         ({"kind": "fractal"}, "surface.kind: expected one of self_affine, map, got 'fractal'"),
         ({"kind": None}, "surface.kind: expected one of self_affine, map, got nothing"),
         ({"points": 2}, "surface.points.0: expected greater than or equal to 4, got 2"),
-        ({"points": "64"}, "surface.points.0: expected a whole number, got '64'"),
         ({"points": 64.5}, "surface.points.0: expected a whole number, got 64.5"),
         ({"points": True}, "surface.points.0: expected a whole number, got True"),
         ({"points": 2**21}, "surface.points.0: expected less than or equal to 1048576"),
@@ -320,8 +288,6 @@ def test_each_wrong_shape_is_named(indenter, expected):
         ({"long_cutoff": "2 um"}, "long_cutoff: expected from short_cutoff"),
         ({"periodic": 1}, "surface.periodic: expected true or false, got 1"),
         ({"seed": -1}, "surface.seed: expected greater than or equal to 0, got -1"),
-        ({"seed": True}, "surface.seed: expected a whole number, got True"),
-        ({"realisations": 0}, "surface.realisations: expected greater than or equal to 1, got 0"),
         ({"file": "x.npy"}, "surface.file: unknown key"),
     ],
 )
@@ -336,11 +302,7 @@ def test_each_wrong_surface_is_named(changes, expected):
         ({"file": None}, "surface.file: expected, but missing"),
         ({"file": ""}, "surface.file: expected a non-empty text"),
         ({"size": 0.0}, "surface.size.0: expected a positive finite length, got 0.0"),
-        ({"size": (1e-6, math.nan)}, "surface.size.1: expected a positive finite length, got nan"),
         ({"size": [1, 2, 3]}, "surface.size: expected"),
-        ({"size": True}, "surface.size.0: expected a number in m"),
-        ({"crop": [0.5, 0, 5, 5]}, "surface.crop.0: expected a whole number, got 0.5"),
-        ({"crop": "0055"}, "surface.crop: expected a"),
         ({"crop": [0, 0, 1, 8]}, "surface.crop.2: expected greater than or equal to 2, got 1"),
         ({"crop": [-1, 0, 8, 8]}, "surface.crop.0: expected greater than or equal to 0, got -1"),
         ({"crop": [0, 0, 8]}, "surface.crop.3: expected, but missing"),
@@ -349,7 +311,6 @@ def test_each_wrong_surface_is_named(changes, expected):
             {"detrend": "tilt", "periodic": True, "hurst": 0.8},
             "surface.detrend: expected 'mean' (the default) or 'none' with periodic = true, got",
         ),
-        ({"detrend": "curvature", "periodic": True}, "with periodic = true, got 'curvature'"),
         ({"undefined": "zero"}, "surface.undefined: expected 'interpolate', 'lowest' or 'refuse'"),
         ({"invert": "yes"}, "surface.invert: expected true or false, got 'yes'"),
         ({"hurst": 0.8}, "surface.hurst: unknown key"),
@@ -359,9 +320,6 @@ def test_each_wrong_map_is_named(changes, expected):
     base = {"kind": "map", "file": "a.npy"}
     surface = {key: value for key, value in (base | changes).items() if value is not None}
     assert expected in "\n".join(problems(indenter=None, surface=surface))
-
-
-# --- files ----------------------------------------------------------------------------------
 
 
 def refusal(source) -> str:
@@ -401,26 +359,6 @@ def test_workers_send_their_errors_home_by_pickle(kind):
     assert getattr(again, "problems", ()) == getattr(error, "problems", ())
     assert isinstance(InputError(""), ValueError)
 
-
-def test_a_scene_error_names_file_and_problems(tmp_path):
-    file = tmp_path / "bad.toml"
-    file.write_text("name = 3")
-    with pytest.raises(SceneError) as caught:
-        load_scene(file)
-    assert str(caught.value).splitlines()[0] == f"{file}:"
-    assert all(line.startswith("  ") for line in str(caught.value).splitlines()[1:])
-
-
-def test_files_are_found_beside_the_scene_from_anywhere(tmp_path, monkeypatch):
-    folder = tmp_path / "scenes"
-    folder.mkdir()
-    scene = made(indenter=None, surface={"kind": "map", "file": "map.npy", "size": "1 um"})
-    (folder / "s.toml").write_text(scene.text)
-    monkeypatch.chdir(tmp_path)
-    assert Path(load_scene("scenes/s.toml").directory) == folder
-
-
-# --- overrides ------------------------------------------------------------------------------
 
 TEXT = made().text
 
@@ -493,8 +431,6 @@ def test_a_sweep_that_cannot_be_is_named(sweep, expected):
         load_scenes(tables)
     assert expected in str(caught.value)
 
-
-# --- the scene as text ----------------------------------------------------------------------
 
 positive = st.floats(1e-12, 1e12)
 shapes = st.one_of(

@@ -50,9 +50,6 @@ def replace(monkeypatch):
     return put
 
 
-# --- failures stay where they are -----------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("error", "reason"),
     [
@@ -122,9 +119,6 @@ def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace):
     replace("reduced", stop)
     with pytest.raises(KeyboardInterrupt):
         execute(task())
-
-
-# --- the clock and the memory ---------------------------------------------------------------
 
 
 @pytest.fixture
@@ -216,9 +210,6 @@ def test_fields_of_the_body_are_computed_after_the_clock(task, monkeypatch, cloc
     solution = execute(task())
     assert "mesh_points" in solution.fields
     assert solution.seconds == 1.0
-
-
-# --- on disk --------------------------------------------------------------------------------
 
 
 def test_a_solution_comes_back_from_its_file(rough, tmp_path):

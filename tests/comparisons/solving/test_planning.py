@@ -1,6 +1,5 @@
 """Plans: what each method will do, in which resolutions, and the reason for what is left out."""
 
-import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -42,9 +41,6 @@ def map_scene(scene, tmp_path):
         )
 
     return make
-
-
-# --- which methods, which resolutions -------------------------------------------------------
 
 
 def test_every_method_is_planned_or_refused_with_a_reason(scene, rough):
@@ -148,9 +144,6 @@ def test_more_rows_than_anyone_can_read_are_refused(rough):
         plan_scene(rough(realisations=1_000_000, loading={"force": steps}))
 
 
-# --- what is left out -----------------------------------------------------------------------
-
-
 def left_out(scene) -> dict[str, str]:
     return dict(plan_scene(scene)[0].left_out)
 
@@ -208,9 +201,6 @@ def test_a_rounded_edge_narrower_than_four_cells_is_told(edge_radius, told):
     scene = load_scene("rounded-punch", {"indenter.edge_radius": edge_radius})
     (plan,) = plan_scene(scene)
     assert any(note.startswith("rounded edge: ") for note in plan.notes) == told
-
-
-# --- tasks ----------------------------------------------------------------------------------
 
 
 def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
@@ -271,13 +261,6 @@ def test_a_changed_map_is_another_task(map_scene, tmp_path):
     assert not set(after) & set(before)
 
 
-def test_tasks_travel_by_pickle_with_their_key(rough):
-    (plan, *_) = plan_scene(rough(realisations=2))
-    for task in plan.tasks:
-        again = pickle.loads(pickle.dumps(task))
-        assert again.key == task.key
-
-
 def test_length_and_points_of_a_line_are_what_the_options_say(rough):
     """Points of the line, not per side; without them, two for each of the surface's points."""
     line = {"line_length": 3.0, "line_points": 900}
@@ -307,9 +290,6 @@ def test_streams_do_not_depend_on_the_blocks(rough, method):
     assert together.shape == (30, 2)
     assert len(np.unique(together[:, 1])) == 30
     np.testing.assert_array_equal(together, singly)
-
-
-# --- patches of maps ------------------------------------------------------------------------
 
 
 def test_a_nominal_pressure_is_a_force_on_the_apparent_area(rough, scene):

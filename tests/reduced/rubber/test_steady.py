@@ -220,9 +220,6 @@ def test_what_cannot_slide_is_refused():
         )
 
 
-# --- the time loop --------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("relaxation", [1e-3, 0.1, 3.0, 30.0])
 def test_the_time_loop_ends_in_the_steady_state(relaxation):
     """From v tau = dx/1000 (slow sliding) to 30 dx; the force is met in every step."""
@@ -278,9 +275,6 @@ def test_an_energy_balance_needs_a_whole_period():
     history = in_time(rough(64), 1.0, 1e-2, steps=200, step_length=0.3 / 64)
     with pytest.raises(ValueError, match="whole cells"):
         history.energy_error()
-
-
-# --- the print ------------------------------------------------------------------------------
 
 
 def at_rest(line, load):

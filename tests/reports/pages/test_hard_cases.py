@@ -45,9 +45,6 @@ def record():
     return make
 
 
-# --- the command --------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def hard_cases(tmp_path):
     """Return a runner of the command on a few cases; it gives the exit code and the folder."""
@@ -172,9 +169,6 @@ def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_pa
     assert "'moon'" in said
     assert "Traceback" not in said
     assert not folder.exists()
-
-
-# --- the page -------------------------------------------------------------------------------------
 
 
 def test_failures_are_hollow_crosses_at_the_upper_edge(record):

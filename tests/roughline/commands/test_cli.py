@@ -26,7 +26,6 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.results.store import load_study
 from comparisons.scene.scene import SUITES, builtin_names
 from comparisons.solving.execution import execute
-from roughline.__main__ import main
 from roughline.commands import app as cli
 from roughline.commands.app import run_command
 
@@ -148,8 +147,6 @@ def files(folder):
     return {path.relative_to(folder).as_posix() for path in Path(folder).rglob("*")}
 
 
-# --- wrong input: one message, code 2, nothing written --------------------------------------
-
 # One of each kind: read, validated, of a file beside it, of its size, of its loads. What else is
 # wrong with a scene: tests/comparisons/scene.
 SCENES = {
@@ -197,22 +194,16 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["run", "."], "a folder, not a scene file"),
         (["run", "paraboloid", "paraboloid"], "paraboloid: expected different names"),
         (["run", "paraboloid", "--workers", "0"], "--workers: expected 1 to "),
-        (["run", "paraboloid", "--workers", "100000"], "of this machine), got 100000"),
         (["run", "paraboloid", "--workers", "1.5"], "expected a whole number"),
         (["run", "paraboloid", "--workers", "2", "--scheduler", "tcp://a:1"], "at most one"),
         (
             ["run", "paraboloid", "--part", "6/5"],
             "expected K/N with K from 1 to N, such as 2/5, got",
         ),
-        (["run", "paraboloid", "--part", "half"], "got 'half'"),
         (["run", "paraboloid", "--part", "1/" + "9" * 5000], "got '1/999"),
         (["run", "paraboloid", "--loads", "forse=1 N"], "forse: unknown key; did you mean force"),
         (["run", "paraboloid", "--loads", "1 N"], "CONTROL=VALUE"),
         (["run", "paraboloid", "--quantities", "contact_aera"], "did you mean contact_area or"),
-        (
-            ["run", "adhesive-ball", "rubber-ball", "--methods", "fem"],
-            "adhesive-ball: no method asked for can solve this scene\n  fem: does not",
-        ),
         (
             ["run", "adhesive-ball", "rubber-ball", "--methods", "fem"],
             "rubber-ball: no method asked for can solve this scene\n  fem: does not",
@@ -229,9 +220,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["solve", "paraboloid"], "method"),
         (["solve", "paraboloid", "--method", "magic"], "--method: expected one of closed_form,"),
         (["solve", "paraboloid", "--method", "fem", "--resolution", "1"], "expected at least 2"),
-        (["solve", "paraboloid", "--method", "fem", "--resolution", "many"], "many"),
         (["solve", "paraboloid", "--method", "fem", "--resolution", "1.5"], "a whole number"),
-        (["solve", "paraboloid", "--method", "fem", "--resolution", "4e1"], "a whole number"),
         (["solve", "rough-patch", "--method", "closed_form"], "a rough surface has no closed form"),
         (["solve", "paraboloid", "--method", "reduced", "--vtu", "x.vtu"], "no field on a mesh"),
         (
@@ -248,7 +237,6 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         ),
         (["list", "wishes"], "list: expected one of scenes, methods, claims, hard-cases, got"),
         (["report", "nowhere"], "no results of roughline here"),
-        (["report", "."], "no results of roughline here"),
         (["frobnicate"], "frobnicate"),
         (["advise", "cylinder", "--tolerance", "many"], "many"),
         (["advise", "cylinder", "--tolerance", "-1"], "compare.tolerance: expected a positive"),
@@ -257,12 +245,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["compare", "a", "b", "--slower", "0.5"], "--slower: expected a number above 1, got 0.5"),
         (["compare", "a", "b", "--tolerance", "-1"], "--tolerance: expected a number above 0, got"),
         (["claims", "no-such-claim"], "no such claim"),
-        (["claims", "--workers", "1.5"], "expected a whole number"),
-        (
-            ["claims", "ellipsoid-force", "--workers", "0"],
-            "--workers: expected 1 to ",
-        ),
-        (["calibrate", "--workers", "0"], "--workers: expected 1 to "),
+        (["bench", "nothing"], "expected one of reduced, bem"),
         (["hard-cases", "nastran", "--case", "moon"], "'nastran'"),
         (["hard-cases", "nastran", "--case", "moon"], "'moon'"),
         (["paper", "nowhere", "--out", "o"], "no results of roughline here"),
@@ -330,9 +313,6 @@ def test_a_file_in_the_place_of_a_folder(roughline, tmp_path, ball):
         assert "file" in result.err
     assert (tmp_path / "file").read_text() == "mine"
     assert files(tmp_path) == before
-
-
-# --- solve ----------------------------------------------------------------------------------
 
 
 def test_solve_prints_one_json_object_of_the_contract(roughline, ball):
@@ -418,12 +398,8 @@ def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_pat
     asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
     (tmp_path / "ball.toml").write_text(asked)
     options = (["--option", "stress=local"], ["--option", "reduced.stress=local"], [])
-    result = [
-        json.loads(roughline("solve", ball, "--method", "reduced", "--json", *option).out)[
-            "pressure"
-        ]
-        for option in options
-    ]
+    solve = ("solve", ball, "--method", "reduced", "--json")
+    result = [json.loads(roughline(*solve, *option).out)["pressure"] for option in options]
     assert result[0] == result[1]
     assert result[0] != result[2]
     several = ["--option", "stress=local", "--option", 'edges="nodal"']
@@ -444,9 +420,6 @@ def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
     assert result.code == 1
     assert "lost: steel-ball reduced 6: RuntimeError: out of springs" in result.out
     assert Path("out/report.html").exists()
-
-
-# --- run ------------------------------------------------------------------------------------
 
 
 def test_run_writes_everything_into_its_folder_and_is_silent_elsewhere(roughline, tmp_path, ball):
@@ -594,23 +567,12 @@ def test_files_beside_the_scene_are_found_from_anywhere_and_never_written_to(
     assert Path("roughline-results/measured/results.csv").exists()
 
 
-# --- report, list, help ---------------------------------------------------------------------
-
-
 def test_report_writes_the_page_anew(roughline, copied):
     page = copied / "report.html"
     page.unlink()
     result = roughline("report", "o", "--no-pictures")
     assert (result.code, result.out.strip()) == (0, "o/report.html")
     assert page.stat().st_size > 1000
-
-
-def test_a_damaged_folder_is_wrong_input(roughline, copied):
-    study = copied / "study.json"
-    study.write_text(study.read_text().replace('"scenes": [', '"scenes": [3, '))
-    result = roughline("report", "o")
-    assert result.code == 2
-    assert "damaged results" in result.err
 
 
 def test_lists_name_what_is_built_in(roughline):
@@ -666,9 +628,6 @@ def test_a_file_name_does_not_command_the_terminal(roughline, tmp_path, argument
     assert "\x1b" not in said
 
 
-# --- as a program ---------------------------------------------------------------------------
-
-
 ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
 
 
@@ -702,26 +661,19 @@ def test_a_closed_output_is_no_traceback_and_gets_no_file(tmp_path):
     assert "has no field on a mesh" in done.stderr
 
 
+def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path):
+    for words, code, said in (["scenes"], 0, "paraboloid"), (["wishes"], 2, "wishes"):
+        with started(*PROGRAM, "list", *words, cwd=tmp_path) as process:
+            told, complained = process.communicate(timeout=120)
+        assert process.returncode == code
+        assert said in (complained if code else told)
+    assert files(tmp_path) == set()
+
+
 def test_the_version_is_that_of_the_project(capsys):
     text = (Path(cli.__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
     assert cli.run_command(["--version"]) == 0
     assert capsys.readouterr().out.strip() == tomllib.loads(text)["project"]["version"]
-
-
-def test_python_m_reports_is_the_program(tmp_path):
-    with started(*PROGRAM, "list", "scenes", cwd=tmp_path) as process:
-        told, complained = process.communicate(timeout=120)
-    assert (process.returncode, complained) == (0, "")
-    assert "paraboloid" in told
-    assert files(tmp_path) == set()
-
-
-def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["roughline", "list", "wishes"])
-    monkeypatch.setattr(signal, "signal", lambda *arguments: None)  # the tests want their ctrl-C
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 2
 
 
 @pytest.mark.slow
@@ -828,9 +780,6 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
     assert process.returncode == 0
 
 
-# --- what a hostile user found ---------------------------------------------------------------
-
-
 def test_deep_keys_are_refused_before_they_cost_memory(roughline, tmp_path):
     """The TOML parser is quadratic in the parts of a dotted key."""
     (tmp_path / "deep.toml").write_text("a" + ".a" * 50_000 + " = 1\n")
@@ -846,9 +795,6 @@ def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp
     assert result.code == 2
     assert "has not written" in result.err
     assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
-
-
-# --- two runs side by side ------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -46,9 +46,6 @@ def rotated(corners, angle: float) -> list[list[float]]:
     return (np.array(corners) @ turn).tolist()
 
 
-# --- shares of cells --------------------------------------------------------------------------
-
-
 @settings(max_examples=40, deadline=None)
 @given(st.integers(4, 12), st.integers(0, 10**6))
 def test_shares_are_those_of_a_fine_grid_and_sum_up_to_the_area(count, seed):
@@ -87,9 +84,6 @@ def test_an_offset_adds_the_strip_along_the_outline():
     grown = abs(signed_area(offset_outline(corners, d)))
     # Five corners outwards add d^2 each, the one inwards takes it away.
     assert grown == pytest.approx(0.75 + 4 * d + 4 * d**2, rel=1e-12)
-
-
-# --- stiffness --------------------------------------------------------------------------------
 
 
 @pytest.mark.slow

@@ -149,9 +149,6 @@ def test_the_study_shows_that_the_pressure_fields_agree_on_the_measured_map(peer
     assert record.scenes[0].disagreements == ()
 
 
-# --- without the peers ------------------------------------------------------------------------
-
-
 def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(client.util, "find_spec", lambda name: None)
     for peer in PEERS:

@@ -100,9 +100,6 @@ def bad(tmp_path):
     return path
 
 
-# --- the example -------------------------------------------------------------------------------
-
-
 def test_a_force_by_depth_under_force_control_is_told():
     """It takes the force for a depth: what it returns is not the force that was prescribed."""
 
@@ -135,9 +132,6 @@ def test_the_example_is_judged_by_a_hard_case():
         "not for",
         "indenters under prescribed penetration only",
     )
-
-
-# --- misbehaviour ------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -208,9 +202,6 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
     assert len(calls) == external.MOST_STUCK
     assert "hung: no answer within 1 s" in reasons[0]
     assert "not asked again" in reasons[-1]
-
-
-# --- what comes back is not trusted ------------------------------------------------------------
 
 
 @pytest.fixture
@@ -396,9 +387,6 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
     assert (refused.supported, refused.reason) == (False, "does not model [adhesion]")
 
 
-# --- registration --------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def described(monkeypatch, tmp_path):
     """Return a maker of files that describe their only method so."""
@@ -490,9 +478,6 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
     assert [made.origin.source for made in user_methods()] == ["entry:good"]
 
 
-# --- the other side, in this process ----------------------------------------------------------
-
-
 def test_a_file_without_a_method_says_what_is_expected(tmp_path):
     file = tmp_path / "empty.py"
     file.write_text("from comparisons.methods import Solver\nprint('imported')\n")
@@ -515,9 +500,6 @@ def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
         {"name": "own", "title": "", "dimension": 1},
         {"name": "step", "title": "step", "dimension": 3, "physics": ["sliding"]},
     ]
-
-
-# --- its verdict ------------------------------------------------------------------------------
 
 
 def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, tmp_path):

@@ -1,7 +1,5 @@
 """Experiments: the form they share, and what each finds against independent closed forms."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import os
@@ -26,9 +24,6 @@ ROOT = Path(__file__).parents[4]
 
 def measure(name, value=None, effort="quick", **parameters):
     return EXPERIMENTS[name].measure(value, effort, **parameters)
-
-
-# --- the form ----------------------------------------------------------------------------------
 
 
 def test_wrong_parameters_are_named_with_what_was_meant():
@@ -68,9 +63,6 @@ def test_a_result_that_is_no_number_is_no_result():
         broken.measure(1.0)
 
 
-# --- kernel and iteration ----------------------------------------------------------------------
-
-
 def test_the_misprint_of_the_kernel_hides_from_neighbours():
     """+466 % at offset (5, 7), nothing for the own cell and its neighbours (theory.md, checked)."""
     repaired = measure("influence-coefficient", 7, reading="bracket")
@@ -90,9 +82,6 @@ def test_the_active_set_ends_and_the_bar_is_that_of_a_share(start):
     assert measured.error == 0
     assert measured.uncertainty == pytest.approx(1 - 0.05 ** (1 / 100), rel=1e-6)
     assert measure("active-set", 0.3, rounds=2).error > 0.9
-
-
-# --- far field, energy, bodies, neighbours ----------------------------------------------------
 
 
 def test_the_far_field_lacks_a_pi():
@@ -169,9 +158,6 @@ def test_impacts_lose_more_the_faster_they_are():
     assert 0.009 < slow.error < 0.012
     assert fast.error > 10 * slow.error
     assert slow.uncertainty < 0.02 * slow.error
-
-
-# --- rough lines ------------------------------------------------------------------------------
 
 
 def test_the_line_keeps_heights_and_laplacian_but_not_footnote_seven():
@@ -268,9 +254,6 @@ def test_a_line_of_two_bodies_is_the_sum_of_two_lines():
     assert mating.error < free.error - 0.2
 
 
-# --- stresses ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("rule", ["own_curvature", "one_radius", "abel"])
 def test_first_yield_of_the_paraboloid_is_exact_by_every_rule(rule):
     measured = measure("first-yield", 2, rule=rule)
@@ -304,9 +287,6 @@ def test_one_radius_per_contact_cuts_off_the_largest_stresses():
     measured = measure("above-hardness", 1.0, rule="one_radius")
     assert measured.error == -1
     assert np.isfinite(measured.uncertainty)
-
-
-# --- cost -------------------------------------------------------------------------------------
 
 
 def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
@@ -357,8 +337,6 @@ def test_two_formulas_of_one_film_solve_it_once(monkeypatch):
     films._on_rubber.cache_clear()
     assert len(speeds) == 2
 
-
-# --- claims and page --------------------------------------------------------------------------
 
 JUDGED = [claim for claim in load_claims() if claim.experiment]
 

@@ -1,7 +1,5 @@
 """Judges from outside: rules, sheets, theories of asperities, second truths."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

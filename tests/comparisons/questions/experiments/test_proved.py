@@ -1,7 +1,5 @@
 """Experiments and scenes judged by proved bounds."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path
