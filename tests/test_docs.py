@@ -131,10 +131,6 @@ def test_the_page_of_nine_files_names_what_they_define_and_its_example_runs():
     assert run["judged"](run["error"], run["uncertainty"], 0.01).word == "within"
 
 
-def test_the_readme_stays_short():
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 620
-
-
 def test_the_verdicts_on_the_pages_are_those_of_the_stored_run(script):
     tables = script("claims_table")
     record = load_claims_record(tables.STORED)

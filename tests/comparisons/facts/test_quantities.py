@@ -35,24 +35,13 @@ def test_an_area_tells_the_radius_of_a_circle_and_the_radius_its_area():
 
 def test_a_contact_that_is_no_circle_has_an_equivalent_radius_only():
     curves = all_of({"contact_area": [np.pi]}, is_round=False)
+    assert not np.shares_memory(curves["contact_area"], curves["contact_area_raw"])  # of lost steps
+    # a grid counts its cells: its raw area is not the corrected one
+    counted = all_of({"contact_area": [1.0], "contact_area_raw": [1.1]}, is_round=False)
+    assert counted["contact_area_raw"] == pytest.approx([1.1])
+    assert all_of({"stiffness": [3.0]}, is_round=True)["contact_length_stiffness"] == [1.5]
     assert "contact_radius" not in curves
     assert curves["equivalent_radius"] == pytest.approx([1.0])
-
-
-def test_what_a_method_computed_itself_stays():
-    """A grid counts its cells: its raw area is not the corrected one."""
-    curves = all_of({"contact_area": [1.0], "contact_area_raw": [1.1]}, is_round=False)
-    assert curves["contact_area_raw"] == pytest.approx([1.1])
-
-
-def test_a_stiffness_tells_a_length_of_contact():
-    assert all_of({"stiffness": [3.0]}, is_round=True)["contact_length_stiffness"] == [1.5]
-
-
-def test_derived_curves_share_no_memory():
-    """A step that fails is blanked in every curve by itself."""
-    curves = all_of({"contact_area": [1.0]}, is_round=True)
-    assert not np.shares_memory(curves["contact_area"], curves["contact_area_raw"])
 
 
 def test_a_row_may_be_asked_for_compared_and_written_on_an_axis():

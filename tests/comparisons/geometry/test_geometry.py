@@ -154,12 +154,6 @@ def test_relative_force_of_a_map(measured):
     np.testing.assert_allclose(loads.values, [0.01 * nominal, 0.05 * nominal], rtol=1e-12)
 
 
-def test_absolute_loads_stay_as_they_are(rough):
-    _, loads = prepare(rough(loading={"mean_gap": ["1 nm", "2 nm"]}))
-    assert loads.control == "mean_gap"
-    assert loads.values.tolist() == [1e-9, 2e-9]
-
-
 def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
     with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
         prepare(measured(np.zeros((8, 8))))
@@ -275,14 +269,8 @@ def test_the_bar_of_crossed_cosines_holds_their_direct_sampling(scene, tmp_path)
             assert error <= reference.bar(name, "force")[step], (name, force)
 
 
-FIRST = {
-    "kind": "self_affine",
-    "hurst": 0.8,
-    "size": "1 um",
-    "points": 16,
-    "rms_slope": 0.1,
-    "seed": 1,
-}
+FIRST = {"kind": "self_affine", "size": "1 um", "points": 16}
+FIRST |= {"hurst": 0.8, "rms_slope": 0.1, "seed": 1}
 SECOND = FIRST | {"hurst": 0.5, "rms_slope": 0.05, "seed": 2}
 STEEL = {"youngs_modulus": "200 GPa", "poisson_ratio": 0.3}
 RUBBER = {"youngs_modulus": "5 GPa", "poisson_ratio": 0.48}

@@ -137,24 +137,17 @@ def test_decimal_commas_are_read_and_said(tmp_path, rough, delimiter):
     assert "with decimal commas" in table.treatment[0]
 
 
-def test_whole_numbers_before_the_first_comma(tmp_path):
-    """The first line alone does not show how decimals are written."""
-    (tmp_path / "map.csv").write_text("0;0;0;1\n0;1,5;2;0\n3;0;0,25;0\n")
-    surface = read(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
-    assert surface.heights[1, 1] == 1.5e-9
-
-
-def test_commas_that_separate_stay_separators(tmp_path):
-    (tmp_path / "map.csv").write_text("1,2,3\n4,5,7\n")
-    surface = read(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
+def test_commas_are_told_apart_by_the_whole_file(tmp_path):
+    """The first line alone does not show how decimals are written; 1,234.5 may be 1234.5."""
+    path, stated = tmp_path / "map.csv", {"size": 1e-6, "height_unit": "nm", "detrend": "none"}
+    path.write_text("0;0;0;1\n0;1,5;2;0\n3;0;0,25;0\n")
+    assert read(path, **stated).heights[1, 1] == 1.5e-9
+    path.write_text("1,2,3\n4,5,7\n")
+    surface = read(path, **stated)
     assert surface.heights.shape == (2, 3)
     assert "decimal commas" not in surface.treatment[0]
-
-
-def test_points_and_commas_together_are_refused(tmp_path):
-    """1,234.5 may be 1234.5; and nothing says that 1,234 is not."""
-    (tmp_path / "map.csv").write_text("1,234.5;2.0\n3.0;4.0\n")
-    assert "may be a decimal comma" in refusal(tmp_path / "map.csv", size=1e-6, height_unit="nm")
+    path.write_text("1,234.5;2.0\n3.0;4.0\n")
+    assert "may be a decimal comma" in refusal(path, **stated)
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64, np.int16, np.uint16, np.int32])
@@ -182,28 +175,25 @@ def test_tiff_of_several_pages_needs_a_choice(tmp_path, rough):
     assert np.array_equal(second.heights, pages[1].astype(float)[::-1].T / 1e9)
 
 
-def test_pictures_are_no_maps(tmp_path, rough):
-    tifffile = pytest.importorskip("tifffile")
-    stated = {"size": 1e-6, "height_unit": "nm"}
-    tifffile.imwrite(tmp_path / "grey.tif", rough.astype(np.uint8))
-    assert "pixels of 8 bits" in refusal(tmp_path / "grey.tif", **stated)
-    colours = np.zeros((6, 5, 3), np.uint8)
-    tifffile.imwrite(tmp_path / "rgb.tif", colours, photometric="rgb")
-    assert "a picture in colours" in refusal(tmp_path / "rgb.tif", **stated)
-
-
-def test_tiff_states_neither_size_nor_unit(tmp_path, rough):
-    tifffile = pytest.importorskip("tifffile")
-    tifffile.imwrite(tmp_path / "map.tif", rough)
-    message = refusal(tmp_path / "map.tif")
-    assert "size is needed" in message
-    assert "height_unit is needed" in message
-
-
-def test_a_damaged_tiff_is_refused(tmp_path):
-    pytest.importorskip("tifffile")
-    (tmp_path / "map.tif").write_bytes(b"II*\0" + bytes(50))
-    assert "not a readable TIFF" in refusal(tmp_path / "map.tif")
+@pytest.mark.parametrize(
+    ("image", "options", "told"),
+    [
+        (np.zeros((6, 5), np.uint8), {}, "pixels of 8 bits"),
+        (np.zeros((6, 5, 3), np.uint8), {"photometric": "rgb"}, "a picture in colours"),
+        (np.zeros((6, 5), np.float32), None, "size is needed"),
+        (np.zeros((6, 5), np.float32), None, "height_unit is needed"),
+        (None, {}, "not a readable TIFF"),
+    ],
+)
+def test_tiffs_that_are_no_maps_say_why(tmp_path, image, options, told):
+    """Pictures, a damaged file, and one whose size and unit nobody states."""
+    tifffile, path = pytest.importorskip("tifffile"), tmp_path / "map.tif"
+    if image is None:
+        path.write_bytes(b"II*\0" + bytes(50))
+    else:
+        tifffile.imwrite(path, image, **(options or {}))
+    stated = {} if options is None else {"size": 1e-6, "height_unit": "nm"}
+    assert told in refusal(path, **stated)
 
 
 h5py = pytest.importorskip("h5py")
@@ -256,6 +246,12 @@ def test_what_is_no_map_is_refused_with_the_reason(written, datasets, surface, p
         read_heights(written(**datasets), surface)
 
 
+def test_a_text_is_no_hdf5(tmp_path):
+    (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
+    with pytest.raises(FileError, match="not a readable HDF5 file"):
+        read_heights(tmp_path / "surface.h5", STATED)
+
+
 def test_a_link_to_another_file_is_no_map(written, tmp_path):
     """A file from elsewhere must not open others of this machine."""
     written(surface=HEIGHTS)
@@ -276,9 +272,3 @@ def test_a_map_inside_groups_is_found_and_never_passed_over_for_another(tmp_path
         file["other"] = HEIGHTS
     with pytest.raises(FileError, match=r"expected one map, .* are 'other', 'run/heights'"):
         read_heights(path, STATED)
-
-
-def test_a_file_that_is_no_hdf5_is_refused(tmp_path):
-    (tmp_path / "surface.h5").write_text("0 1\n2 3\n")
-    with pytest.raises(FileError, match="not a readable HDF5 file"):
-        read_heights(tmp_path / "surface.h5", STATED)

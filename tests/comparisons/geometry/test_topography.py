@@ -77,6 +77,10 @@ def test_first_index_is_x_and_up_is_towards_the_half_space(store, rough):
     assert not surface.heights.flags.writeable
     assert not surface.periodic
     assert not any("undefined" in step for step in surface.treatment)
+    columns = plain(store(np.asfortranarray(rough)), detrend="none", size=5e-6)
+    assert np.array_equal(columns.heights, rough / 1e9)
+    assert columns.heights.flags.c_contiguous
+    assert columns.size == (5e-6, 5e-6)  # one side length means a square
 
 
 @pytest.mark.parametrize(
@@ -102,22 +106,12 @@ def test_any_real_type_becomes_float64(store, dtype):
     assert np.array_equal(surface.heights, numbers.astype(float) / 1e9)
 
 
-def test_column_major_files_are_not_transposed(store, rough):
-    surface = plain(store(np.asfortranarray(rough)), detrend="none")
-    assert np.array_equal(surface.heights, rough / 1e9)
-    assert surface.heights.flags.c_contiguous
-
-
 @pytest.mark.parametrize(
     ("unit", "metres"), [("m", 1), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("pm", 1e-12)]
 )
 def test_units(store, rough, unit, metres):
     surface = plain(store(rough), height_unit=unit, detrend="none")
     assert np.allclose(surface.heights, rough * metres, rtol=1e-15)
-
-
-def test_one_side_length_means_a_square(store, rough):
-    assert plain(store(rough), size=5e-6).size == (5e-6, 5e-6)
 
 
 def test_crop_keeps_the_spacing_and_is_counted_in_points_of_the_file(store, rough):
@@ -280,15 +274,16 @@ def test_all_problems_of_the_options_come_at_once(tmp_path):
         assert word in problem
 
 
-def test_plain_tables_need_size_and_unit(store, rough):
-    with pytest.raises(FileError, match=r"size is needed.*height_unit is needed"):
-        read(store(rough))
-
-
-def test_crop_beyond_the_map(store, rough):
+def test_a_folder_is_no_map_and_a_crop_ends_where_the_map_does(tmp_path, store, rough):
+    assert problems_of(tmp_path, size=None, height_unit=None) == ("is a folder",)
     (problem,) = problems_of(store(rough), crop=(4, 0, 9, 9))
     assert "[4, 0, 9, 9]" in problem
     assert "12 x 9" in problem
+
+
+def test_plain_tables_need_size_and_unit(store, rough):
+    with pytest.raises(FileError, match=r"size is needed.*height_unit is needed"):
+        read(store(rough))
 
 
 @pytest.mark.parametrize(
@@ -341,10 +336,6 @@ def test_damaged_files(tmp_path, name, content, message):
     path.write_bytes(content)
     (problem,) = problems_of(path)
     assert message in problem
-
-
-def test_a_folder_is_no_map(tmp_path):
-    assert problems_of(tmp_path, size=None, height_unit=None) == ("is a folder",)
 
 
 def test_nan_in_a_plain_table_is_a_mistake_unless_said_otherwise(store, rough):

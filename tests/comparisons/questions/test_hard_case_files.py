@@ -15,9 +15,7 @@ from comparisons.questions.hard_cases.catalogue import (
     load_cases,
     read_cases,
 )
-from comparisons.questions.hard_cases.run import outcomes
 from comparisons.scene.toml_files import read_toml
-from comparisons.solving.inquiries import answer_of
 
 DEEP = """
 [cases.deep]
@@ -311,11 +309,6 @@ def test_a_tip_has_the_radius_that_is_said(heights):
     tip, _ = heights(points=16, side="16 um", paraboloid="10 um")
     np.testing.assert_allclose(np.diff(tip, 2, axis=0), -(1e-6**2) / 10e-6, rtol=1e-9)
     np.testing.assert_array_equal(tip, tip[::-1, ::-1].T)
-
-
-def test_a_case_of_a_file_is_run_like_the_built_in_ones(cases):
-    (outcome,) = answer_of(outcomes(cases(DEEP)["deep"], ["reduced"], full=True))
-    assert (outcome.kind, outcome.deviation) == ("accurate", "")
 
 
 def test_one_file_more_is_one_family_more(tmp_path, monkeypatch):

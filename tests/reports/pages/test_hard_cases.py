@@ -93,23 +93,6 @@ def test_an_unexpected_outcome_is_exit_code_one(hard_cases, monkeypatch, capsys)
     assert "Not as expected" in (folder / PAGE).read_text()
 
 
-def test_slow_pairs_are_left_to_full_runs(hard_cases):
-    code, folder = hard_cases("fem", "--case", "load-one")
-    assert code == 0
-    (only,) = load_record(folder).outcomes
-    assert (only.kind, only.reason) == ("left out", "--full runs it")
-
-
-@pytest.mark.parametrize("name", ["report.html", "study.json"])
-def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / name).write_text("precious")
-    code, folder = hard_cases("reduced", *FEW)
-    assert code == 2
-    assert [path.name for path in folder.iterdir()] == [name]
-    assert (folder / name).read_text() == "precious"
-
-
 def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
     class Stopped(ReducedProfile):
         def solve(self, task):
@@ -156,19 +139,6 @@ def test_cases_of_a_file_are_run_beside_built_in_ones(hard_cases, tmp_path, caps
         ("deep", "accurate"),
     ]
     assert "A ball pressed by a micrometre" in (folder / PAGE).read_text()
-
-
-def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_path, capsys):
-    own = tmp_path / "own.toml"
-    own.write_text(OWN + "colour = 1\nexpected.fem = { accurate = -1 }\n")
-    code, folder = hard_cases("reduced", "--case", str(own), "--case", "moon")
-    said = capsys.readouterr().err
-    assert code == 2
-    assert f"{own}: deep: colour: unknown key" in said
-    assert f"{own}: deep: expected.fem.accurate.0: expected a positive finite number" in said
-    assert "'moon'" in said
-    assert "Traceback" not in said
-    assert not folder.exists()
 
 
 def test_failures_are_hollow_crosses_at_the_upper_edge(record):

@@ -19,8 +19,9 @@ def program(code: str) -> list[str]:
     return [sys.executable, "-c", f"import os, sys\nfrom pathlib import Path\n{code}"]
 
 
-def test_a_renderer_that_crashes_leaves_no_picture():
+def test_a_renderer_that_crashes_or_is_missing_leaves_no_picture():
     assert pictures.render(JOBS, program("os.abort()")) == [b"", b"", b""]
+    assert pictures.render(JOBS[:1], ["/nonexistent/renderer"]) == [b""]
 
 
 def test_a_crash_costs_only_the_picture_at_work():
@@ -64,15 +65,12 @@ def test_a_picture_is_drawn_anew_only_where_its_data_changed(tmp_path, monkeypat
     assert drawn == [[1.0, 2.0], [3.0], [1.0, 3.0]]
 
 
-def test_a_missing_program_is_no_error():
-    assert pictures.render(JOBS[:1], ["/nonexistent/renderer"]) == [b""]
-
-
-def test_without_a_renderer_a_note_stands_in_place(study, tmp_path, monkeypatch):
+def test_without_a_renderer_a_note_and_a_view_stand_in_place(study, tmp_path, monkeypatch):
     monkeypatch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
     for picture in pictures.draw(study.scenes, tmp_path):
         assert picture.png == b""
         assert "no working renderer" in picture.note
+        assert picture.view  # needs none
 
 
 def test_a_scene_without_fields_says_so(study, tmp_path):
@@ -174,8 +172,3 @@ def test_every_scene_of_the_study_has_a_view(study):
     for view in (body, rough):
         ratio = view["layout"]["scene"]["aspectratio"]
         assert 1 < max(ratio.values()) < 3
-
-
-def test_views_need_no_renderer(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
-    assert all(picture.view for picture in pictures.draw(study.scenes, tmp_path))
