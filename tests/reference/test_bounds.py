@@ -11,7 +11,6 @@ from reference.bounds import flat_faces, homogeneous, outlines, revolution
 from reference.bounds.dirichlet import Prisms, fan, rings
 from reference.bounds.duality import Rings, energy_above, energy_below
 from reference.bounds.ellipses import elliptic_stiffness
-from reference.bounds.interval import Interval
 from reference.bounds.quadrangles import areas, fan_cells, mutual_integrals
 from reference.bounds.revolution import (
     best_circle,
@@ -231,11 +230,6 @@ def test_a_displacement_that_is_below_the_body_where_it_was_left_free_is_refused
     floor[5:7] = 1.0
     with pytest.raises(ArithmeticError, match="below the body"):
         energy_above(elements, floor)
-
-
-def test_sides_in_the_wrong_order_are_an_error():
-    with pytest.raises(ValueError, match="is not below"):
-        Interval(1.0, 0.999)
 
 
 @pytest.mark.parametrize(

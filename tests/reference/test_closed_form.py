@@ -251,14 +251,10 @@ def test_arrays_numbers_and_nothing(shape):
     assert (form.contact_radius is None) == (shape in ("ellipsoid", "elliptic_punch"))
 
 
-def test_bad_parameters_are_all_named():
-    with pytest.raises(ValueError, match=r"flat_radius.*-1\.0.*edge_radius.*nan.*modulus.*'1'"):
-        closed_form.rounded_punch(-1.0, math.nan, "1")
+def test_no_shape_presses_without_a_modulus():
     for constructor, parameters in SHAPES.values():
         with pytest.raises(ValueError, match="effective_modulus"):
             constructor(**parameters, effective_modulus=0.0)
-    with pytest.raises(ValueError, match="1e15"):
-        closed_form.ellipsoid(1e16, 1.0, 1.0)
 
 
 @every_shape
@@ -314,11 +310,6 @@ def test_wavy_surface_is_followed_in_the_contact(share):
         gap = amplitude * (1 - math.cos(2 * math.pi * x / wavelength))
         assert deflection == pytest.approx(wave.penetration(load) - gap, rel=1e-8)
     assert wave.mean_gap(load) == pytest.approx(amplitude - wave.penetration(load), rel=1e-15)
-
-
-def test_boussinesq_refuses_its_own_point():
-    with pytest.raises(ValueError, match="distance must be positive"):
-        closed_form.boussinesq(1.0, [1.0, 0.0], E_STAR)
 
 
 @pytest.mark.parametrize("poisson_ratio", [-0.5, 0.0, 0.3, 0.49])
@@ -432,15 +423,6 @@ def test_maugis_of_long_range_is_derjaguin_muller_toporov():
     assert float(form.force(a)) == pytest.approx(hertz - 2 * np.pi * W * 2.0, rel=2e-3)
 
 
-def test_faults_are_named():
-    with pytest.raises(ValueError, match="work must be"):
-        AdhesiveForm(closed_form.sphere(1.0, 1.0), 0.0)
-    with pytest.raises(ValueError, match="above 1/2"):
-        AdhesiveForm(closed_form.power_law(0.5, 1.0, 1.0), 1.0)
-    with pytest.raises(ValueError, match="control must be"):
-        FORMS["cone"][0].pull_off("time")
-
-
 @pytest.mark.parametrize("distance", [6.0, 20.0, 60.0])
 def test_far_apart_the_other_punch_is_a_point_force(distance):
     """F/F_single = 1/(1 + 2a/(pi s)), corrections of the relative order (a/s)^2."""
@@ -472,12 +454,3 @@ def test_arrays_and_pairs_agree_where_they_meet():
     """Four punches at the corners: three neighbours as point forces, by hand."""
     point = 2 / (np.pi * 10.0)
     assert array_force(10.0, 2) == pytest.approx(1 / (1 + point * (2 + 1 / np.sqrt(2))), rel=1e-12)
-
-
-def test_wrong_arguments_are_all_named():
-    with pytest.raises(ValueError, match="distance"):
-        pair_force(2.0, 8)
-    with pytest.raises(ValueError, match="cells"):
-        pair_force(4.0, 1)
-    with pytest.raises(ValueError, match=r"distance.*per_side"):
-        array_force(1.0, 0)

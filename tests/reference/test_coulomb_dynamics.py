@@ -198,12 +198,3 @@ def test_units_change_no_digit():
     np.testing.assert_array_equal(scaled.events / time, plain.events)
     asked = np.linspace(0, 20, 7)
     np.testing.assert_array_equal(scaled.at(asked * time)[0] / length, plain.at(asked)[0])
-
-
-def test_wrong_arguments_are_named():
-    with pytest.raises(ValueError, match=r"mass must be positive.*static >= kinetic"):
-        Blocks(-1.0, 1.0, static=0.5)
-    with pytest.raises(ValueError, match="does not stop"):
-        stopping(1.0, 1.0, 1.0, 2.0)
-    with pytest.raises(ValueError, match="theta"):
-        march(Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)

@@ -457,14 +457,3 @@ def test_softer_coarser_and_smaller_bodies_are_what_they_are_made_of(kind):
         smaller = kind((4, 5), (1.0, 1.5), STEEL, "linear", 0.5).transfer
         # the images that are taken away lie elsewhere: 1e-5 of what is under the load
         np.testing.assert_allclose(body.restrict((4, 5)).transfer, smaller, rtol=1e-4)
-
-
-def test_faults_are_listed():
-    with pytest.raises(ValueError, match=r"thicknesses\[0\].*"):
-        Layers([-1.0], [STEEL])
-    with pytest.raises(ValueError, match="as many"):
-        Layers([1.0], [])
-    with pytest.raises(ValueError, match=r"element must be.*growth must lie"):
-        compliance(
-            (np.zeros(1), np.zeros(1)), (1.0, 1.0), Layers([1.0], [STEEL]), element="x", growth=9
-        )

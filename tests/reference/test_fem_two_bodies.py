@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
-from reference.fem import Material, RingMesh, TensorMesh, half_space_body
+from reference.fem import Material, TensorMesh, half_space_body
 from reference.fem.condensed_body import supported_body
 from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh
 from reference.fem.two_bodies import couple, overlap_triangles
@@ -183,17 +183,3 @@ def test_units_do_not_change_digits():
         )
         forces.append(step.force / (modulus * size**2))
     assert forces[0] == forces[1]
-
-
-def test_what_cannot_be_coupled_is_refused():
-    lines = np.linspace(0.0, 1.0, 4)
-    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
-    quarter = half_space_body(TensorMesh(lines, lines, symmetry="quarter"), Material(1.0, 0.3))
-    with pytest.raises(ValueError, match=r"coupling must be.*multipliers must be.*same share"):
-        couple(body, quarter, coupling="glue", multipliers="triple")
-    with pytest.raises(ValueError, match="straight sides"):
-        couple(half_space_body(RingMesh(1.0, elements=2), Material(1.0, 0.3)), quarter)
-    with pytest.raises(ValueError, match="do not overlap"):
-        couple(body, half_space_body(TensorMesh(lines + 5.0, lines), Material(1.0, 0.3)))
-    with pytest.raises(ValueError, match="finite"):
-        couple(body, body).press(lambda x, y: np.full_like(x, np.nan), Load("penetration", 1.0))

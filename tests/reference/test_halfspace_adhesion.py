@@ -221,18 +221,6 @@ def test_units_of_length_cost_no_digit():
         assert held_in(2.0**power) == here
 
 
-def test_faults_are_listed():
-    operator, r = grid(4, 1.0, 1.0)
-    with pytest.raises(ValueError, match=r"mask has shape .*; work must be"):
-        peel(operator, r, np.ones((3, 3)), -1.0)
-    with pytest.raises(ValueError, match="rule must be"):
-        peel(operator, r, r < 1, 1.0, rule="own")
-    with pytest.raises(ValueError, match="reach must be"):
-        exponential(1.0, 0.0)
-    with pytest.raises(ValueError, match="ramp"):
-        dugdale(1.0, 1.0, 1.5)
-
-
 def punch_under_constant_tension(strength: float) -> float:
     """Pull-off force of a flat disc, a = E* = w = 1, with a constant tension out to w/sigma0.
 

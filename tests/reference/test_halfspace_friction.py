@@ -10,7 +10,6 @@ from scipy.special import ellipkm1
 
 from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
 from reference.contact.press import press
-from reference.errors import ConvergenceError
 from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
@@ -324,18 +323,3 @@ def test_units_change_no_digit(exponent):
         result.append(step)
     assert np.array_equal(result[1].traction, result[0].traction * unit)
     assert result[1].tangential_displacement == result[0].tangential_displacement * unit
-
-
-def test_refusals():
-    body = body_of(8, 1.0, 0.3)
-    gap = np.zeros((8, 8))
-    with pytest.raises(ValueError, match="friction must be positive and finite, not -1"):
-        FrictionalPress(body, gap, -1.0)
-    with pytest.raises(ValueError, match="one of penetration, force, not 'tangential_force'"):
-        sweep(FrictionalPress(body, gap, MU), *[LoadPath("tangential_force", 1.0)] * 2)
-    with pytest.raises(ValueError, match="same number of steps"):
-        sweep(FrictionalPress(body, gap, MU), *paths(force=[1.0, 2.0], tangential_force=[0.0] * 3))
-    with pytest.raises(ConvergenceError, match="full sliding"):
-        next(sweep(FrictionalPress(body, gap, MU), *paths(force=1.0, tangential_force=[0.5])))
-    with pytest.raises(ValueError, match=r"shear_modulus.*poisson_ratio"):
-        Compliance.of(0.0, 0.7)

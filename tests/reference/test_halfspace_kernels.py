@@ -103,15 +103,6 @@ def test_cell_kernel_is_loves_kernel_summed_over_all_periodic_images():
     np.testing.assert_allclose(result, total - total.mean(), atol=2e-6 * result.max())
 
 
-def test_operators_list_all_wrong_arguments():
-    with pytest.raises(ValueError, match=r"shape.*spacing.*effective_modulus"):
-        FreeOperator((0, 4), (1.0, -1.0), float("nan"))
-    with pytest.raises(ValueError, match=r"pressure has shape \(4, 5\)"):
-        FreeOperator((4, 4), (1.0, 1.0), 1.0).apply(np.ones((4, 5)))
-    with pytest.raises(ValueError, match="kernel"):
-        PeriodicOperator((4, 4), (1.0, 1.0), 1.0, kernel="spline")
-
-
 def test_the_kernels_on_the_page_are_those_of_the_code():
     """The table of cells over continuum in docs/half-space.md is written by its script."""
     root = Path(__file__).resolve().parents[2]

@@ -144,18 +144,6 @@ def test_powers_of_two_change_no_digit(solver):
     assert (there.pressure == 2.0**67 * here.pressure).all()
 
 
-def test_what_is_no_face_is_refused_with_all_faults():
-    operator = FreeOperator((2, 2), (1.0, 2.0), 1.0)
-    with pytest.raises(ValueError, match=r"square.*shape"):
-        respond(operator, np.ones(3))
-    square = FreeOperator((2, 2), (1.0, 1.0), 1.0)
-    for solver in (respond, respond_dense):
-        with pytest.raises(ValueError, match="between 0 and 1"):
-            solver(square, [[0.5, 2.0], [np.nan, 0.0]])
-        with pytest.raises(ValueError, match="no cell lies under the face"):
-            solver(square, np.zeros((2, 2)))
-
-
 def test_an_iteration_that_is_cut_short_says_so():
     operator = FreeOperator((7, 9), (1.0, 1.0), 1.0)
     with pytest.raises(ConvergenceError, match="flat face") as caught:

@@ -217,15 +217,6 @@ def test_ball_on_a_graded_half_space_has_the_force_of_graded_springs(exponent):
     assert contact.force == pytest.approx(force, rel=2e-3)
 
 
-def test_everything_wrong_with_layers_is_listed():
-    with pytest.raises(ValueError, match=r"as many, not 2 and 1; thicknesses\[0\] .*; thick"):
-        Stack([-1.0, np.nan], [STEEL])
-    with pytest.raises(ValueError, match="rigid base must carry"):
-        Stack([], [])
-    with pytest.raises(ValueError, match=r"depth .*; exponent must lie between -1 and 1, not 1"):
-        Graded(STEEL, 1.0, 0.0)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BODIES)
 def test_ball_on_layers_is_the_same_by_elements_and_by_the_integral_equation(name):

@@ -313,26 +313,6 @@ def test_stagnation_is_not_called_a_thin_film():
         loaded.solve(Entrainment(1 / carried), start, tolerance=0.0)
 
 
-@pytest.mark.parametrize("solve", [entrain, approach])
-@pytest.mark.parametrize("resolution", [1, 2, 3])
-def test_too_few_cells_are_refused(solve, resolution):
-    """Steps of the load shrink with the cells: on two there would be no next step."""
-    with pytest.raises(ValueError, match=r"resolution must be .* 4"):
-        solve(SOFT, 1e-2, resolution)
-
-
-def test_arguments_are_refused_all_at_once():
-    """One error lists everything; no film without viscosity."""
-    with pytest.raises(ValueError, match=r"radius .*viscosity .*meniscus"):
-        Ball(radius=-1.0, effective_modulus=1e6, viscosity=0.0, load=1.0, meniscus=0.0)
-    with pytest.raises(ValueError, match="speed must be positive"):
-        entrain(SOFT, 0.0, 8)
-    with pytest.raises(ValueError, match="what fits through"):
-        rigid_cylinder(8, inlet=2.0)
-    with pytest.raises(ValueError, match="no ball of radius"):
-        entrain(SOFT, 1e3, 8)
-
-
 def test_a_solver_that_starts_beside_itself_gives_up():
     """Negative films: an error with a finite reason, never NaN."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)

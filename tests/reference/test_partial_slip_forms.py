@@ -9,7 +9,6 @@ from reference.closed_form import (
     PartialSlip,
     cone,
     cylinder,
-    ellipsoid,
     paraboloid,
     power_law,
     stiffness_ratio,
@@ -86,15 +85,8 @@ def test_ratio_of_ellipses_joins_at_the_circle():
         assert 2 / (1 / one + 1 / other) == pytest.approx(circle, rel=1e-12)
 
 
-def test_flat_punch_and_refusals():
+def test_a_flat_punch_sticks_whole():
     slip = PartialSlip(cylinder(2.0, E), 0.1, MU, RATIO)
     path = slip.along([0.4 * slip.limit])
     stiffness = RATIO * 2 * E * 2.0
     assert path.tangential_force / path.tangential_displacement == pytest.approx(stiffness)
-    with pytest.raises(ValueError, match="at most mu F"):
-        slip.along([1.1 * slip.limit])
-    with pytest.raises(ValueError, match="friction"):
-        PartialSlip(cone(0.2, E), 0.5, 0.0, RATIO)
-    skew = PartialSlip(ellipsoid(1.0, 2.0, E), 0.5, MU, RATIO)
-    with pytest.raises(ValueError, match="no circle"):
-        _ = skew.along([0.0]).stick_radius

@@ -237,22 +237,6 @@ def test_relaxation_finds_the_lowest_energy_above_a_floor():
     assert energy == pytest.approx(lowest, rel=1e-10)
 
 
-@pytest.mark.parametrize("nu", [0.5, 0.6, -1.0, np.nan])
-def test_impossible_materials_are_refused(nu):
-    with pytest.raises(ValueError, match="poisson_ratio must"):
-        Elastic(nu)
-
-
-def test_wrong_arguments_are_named_all_at_once():
-    with pytest.raises(ValueError, match=r"loaded_x.*; margin"):
-        Domain((-1.0, 2.0), np.nan)
-    body = ParticleHalfSpace(Domain((2.0, 2.0), 2.0), [(1.0, 0.3)])
-    with pytest.raises(ValueError, match="gap must have one number for each of"):
-        next(body.press([1.0, 2.0], Load("penetration", 1.0)))
-    with pytest.raises(ConvergenceError, match="passes between the automata"):
-        next(body.press(np.full(len(body.points), 2.0), Load("penetration", 1.0)))
-
-
 RADIUS, FIRST = 30.0, 0.06
 
 
@@ -366,12 +350,3 @@ def test_a_seed_draws_the_same_pass_again():
     assert np.array_equal(first.force, again.force)
     assert not np.array_equal(first.force, other.force)
     assert von_mises(first.stress).max() > 0
-
-
-def test_all_that_is_wrong_with_asperities_is_said_at_once():
-    with pytest.raises(ValueError, match=r"speed(.|\n)*scatter"):
-        Asperities(speed=-1.0, scatter=2.0)
-    with pytest.raises(ValueError, match="overlap must be below"):
-        Asperities(overlap=5.0)
-    with pytest.raises(ValueError, match="bonds shorter than"):
-        Asperities(energy=1.0)

@@ -162,23 +162,3 @@ def test_a_gap_that_vanishes_is_closed():
     spot = np.where(gap < 1, 0.0, gap)
     assert plane_flow(gap).pressure_factor == plane_flow(spot).pressure_factor
     assert formulas.effective_medium_factor([1e-120, 1e-120, 1.0]) == 0.0
-
-
-def test_what_is_no_roughness_and_no_gap_is_refused():
-    for wrong in (0.0, -1.0, np.nan):
-        with pytest.raises(ValueError, match="roughness must be positive"):
-            formulas.patir_cheng_factor(wrong)
-    with pytest.raises(ValueError, match=r"roughness .*along must lie"):
-        formulas.second_order_factors(-1.0, 2.0)
-    for gaps in ([], [1.0, np.nan], [-1.0, 1.0, 1.0]):
-        with pytest.raises(ValueError, match="gaps must be"):
-            formulas.effective_medium_factor(gaps)
-
-
-def test_arguments_are_refused_all_at_once():
-    with pytest.raises(ValueError, match=r"spacing .*not negative"):
-        plane_flow(-np.ones((4, 4)), spacing=(0.0, 1.0))
-    with pytest.raises(ValueError, match="at least 3 cells"):
-        plane_flow(np.ones((2, 4)))
-    with pytest.raises(ValueError, match="open somewhere"):
-        plane_flow(np.zeros((4, 4)))

@@ -20,7 +20,7 @@ from reference.plastic.dent_formulas import (
     thornton_restitution,
 )
 from reference.plastic.elements import CoredSystem, Elements
-from reference.plastic.indentation import Indentation, first_yield
+from reference.plastic.indentation import first_yield
 from reference.plastic.j2 import Points, respond
 
 NU, Y = 0.3, 1 / 500  # E = R = 1
@@ -222,18 +222,7 @@ def test_a_contact_that_outgrows_its_mesh_says_so():
         pressed(walk, 5.0)
 
 
-def test_what_is_no_material_and_no_path_is_refused():
-    with pytest.raises(ValueError, match="yield_stress") as caught:
-        PlasticMaterial(Material(1.0, 0.5), -1.0, -1.0, "cubic")
-    for word in ("law", "hardening", "0.4999"):
-        assert word in str(caught.value)
-    with pytest.raises(ValueError, match="E = 1"):
-        Indentation(
-            PlasticMaterial(Material(2.0, NU), Y), np.square, Elements.section(1.0, 1.0, 2, NU)
-        )
-    with pytest.raises(ValueError, match="per_radius") as caught:
-        Walk(STEEL, np.square, 1.0, smallest=2.0, per_radius=1)
-    assert "smallest" in str(caught.value)
+def test_nothing_holds_a_body_that_is_pulled():
     with pytest.raises(ValueError, match="nothing holds"):
         list(dent(1.0, 3).along(LoadPath("force", [-1.0])))
 

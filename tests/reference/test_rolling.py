@@ -424,10 +424,3 @@ def test_flow_through_the_mesh_softens_it():
     slow, fast = (on_grid(elements(0.25, m), 1.0, 6) for m in (0.0, 0.05))
     assert (0.9 * slow < fast).all()
     assert (fast < 0.992 * slow).all()
-
-
-def test_inertia_beyond_waves_is_refused():
-    with pytest.raises(ValueError, match="inertia"):
-        tensor(
-            (np.ones(1), np.ones(1)), (1.0, 1.0), Layers([9.0], [Material(1.0, 0.3)]), inertia=1.5
-        )

@@ -103,8 +103,3 @@ def test_a_free_body_deforms_about_its_centre_of_mass():
     assert abs(contact.mean_displacement[-1]) < 1e-12
     assert contact.mean_square_displacement[-1] > 0
     assert contact.energy[-1] == 1.0
-
-
-def test_everything_wrong_with_a_section_is_listed():
-    with pytest.raises(ValueError, match=r"kind.*support.*elements.*poisson_ratio.*radius.*radii"):
-        press_section(1.0, 0.6, kind="x", support="y", radii=(1.0,), elements=1)

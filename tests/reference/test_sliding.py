@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 from reference.closed_form.rolling_cylinders import RubberCylinder
 from reference.contact.press import press
-from reference.errors import ConvergenceError
 from reference.halfspace import kernels as elastic
 from reference.halfspace.operators import FreeOperator
 from reference.loads import Load
@@ -217,19 +216,6 @@ def test_units_do_not_matter():
     )
     assert_allclose(there.friction_coefficient, here.friction_coefficient, rtol=1e-10)
     assert_allclose(there.penetration, length * here.penetration, rtol=1e-10)
-
-
-def test_what_cannot_be_solved_is_refused():
-    x, gap = grid(24, 0.2)
-    operator = Travelling((24, 24), (x[1] - x[0],) * 2, ZENER, 0.3)
-    with pytest.raises(ValueError, match="shape"):
-        slide_on_rubber(operator, gap[:20], Load("penetration", 1.0))
-    with pytest.raises(ValueError, match="one of force, penetration, not 'mean_gap'"):
-        slide_on_rubber(operator, gap, Load("mean_gap", 1.0))
-    with pytest.raises(ConvergenceError, match="edge of the grid"):
-        slide_on_rubber(operator, gap, Load("force", 1.0))
-    with pytest.raises(ValueError, match=r"fluid.*speed"):
-        Travelling((4, 4), (1.0, 1.0), GeneralisedMaxwell(0.0, (1.0,), (1.0,)), 0.0)
 
 
 def test_three_grids_that_converge_are_extrapolated():

@@ -80,20 +80,6 @@ def test_what_presses_from_above_is_carried_at_every_depth(nu, depth):
     assert -field[2].sum() == pytest.approx(1.0, rel=rel)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([[np.nan]], (1.0, 1.0), 1.0, 0.3), "finite"),
-        (([1.0], (1.0, 1.0), 1.0, 0.3), "grid"),
-        (([[1.0]], (1.0, 0.0), -1.0, 0.3), "(?s)spacing.*depth"),
-        (([[1.0]], (1.0, 1.0), 1.0, 0.7), "poisson_ratio"),
-    ],
-)
-def test_wrong_arguments_are_named_all_at_once(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        stress_below(*arguments)
-
-
 STEEL = Material(1.0, 0.3)
 SPACING = (0.2, 0.25)
 

@@ -162,16 +162,3 @@ def test_difference_gradient_converges_to_the_spectral_one():
         assert surfaces.rms_gradient_differences(fine, spacing) == pytest.approx(0.1, rel=0.1)
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2, abs=0.1)
     assert np.log2(errors[1] / errors[2]) == pytest.approx(2, abs=0.05)
-
-
-def test_all_faults_of_the_parameters_are_listed():
-    with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long_cutoff"):
-        surfaces.amplitude_spectrum(16, 1.0, surfaces.SelfAffine(long_cutoff=-1.0))
-    with pytest.raises(ValueError, match=r"hurst must lie in \[0, 1\], not 1.5"):
-        surfaces.amplitude_spectrum(16, 1.0, surfaces.SelfAffine(hurst=1.5, rms_slope=0.1))
-    with pytest.raises(ValueError, match="below the short cutoff"):
-        surfaces.amplitude_spectrum(
-            16, 1.0, surfaces.SelfAffine(hurst=0.5, rms_slope=0.1, short_cutoff=2.0)
-        )
-    with pytest.raises(ValueError, match="positive integer"):
-        surfaces.refine(np.zeros((4, 4)), 0)

@@ -263,30 +263,6 @@ def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
     assert rebound.force.max() == pytest.approx(exact.force, rel=2e-4)
 
 
-def test_bad_histories_are_refused():
-    with pytest.raises(ValueError, match="falls once"):
-        indentation(BALL, 1.0, SOLID, History("penetration", [0, 1, 2, 3], [0, 1, 0.5, 1]), [1.0])
-    with pytest.raises(ValueError, match="never falls"):
-        creep(BALL, 1.0, SOLID, History("force", [0, 1], [1.0, 0.5]), [1.0])
-    operator, square = cells(4, 1.0)
-    with pytest.raises(ValueError, match="control must be one of penetration, force"):
-        press_in_time(operator, square, SOLID, History("mean_gap", [0.0], [1.0]))
-    with pytest.raises(ValueError, match="start at 0"):
-        press_in_time(
-            operator,
-            square,
-            GeneralisedMaxwell.kelvin_voigt(1, 1),
-            History("penetration", [0.0], [1.0]),
-        )
-
-
-def test_a_history_says_all_that_is_wrong_with_it():
-    with pytest.raises(ValueError, match=r"force must be finite, not .* increasing"):
-        History("force", [0.0, 2.0, 1.0], [0.0, 1.0, np.inf])
-    with pytest.raises(ValueError, match="as long as its times, of which there are 2"):
-        History("penetration", [0.0, 1.0], [0.0, 1.0, 2.0])
-
-
 POSITIVE = st.floats(1e-3, 1e3)
 ARMS = st.lists(st.tuples(POSITIVE, POSITIVE), max_size=6)
 MAYBE = st.one_of(st.just(0.0), POSITIVE)
@@ -320,10 +296,3 @@ def test_two_materials_written_apart_agree(equilibrium, arms, viscosity):
     w = np.concatenate([-t, t])
     np.testing.assert_allclose(there.dynamic_modulus(w), here.complex_modulus(w), rtol=1e-12)
     np.testing.assert_allclose(there.creep(t), here.creep().compliance(t), rtol=1e-9)
-
-
-def test_bad_materials_are_refused_with_every_fault():
-    with pytest.raises(ValueError, match=r"equilibrium.*viscosity.*arm_moduli.*arm_times"):
-        GeneralisedMaxwell(-1.0, [np.inf], [0.0], viscosity=np.nan)
-    with pytest.raises(ValueError, match="nothing resists"):
-        GeneralisedMaxwell(0.0)

@@ -1,12 +1,10 @@
 """Worn shapes on the half-space: waves, balls, fretting; closed forms of worn bodies."""
 
 import numpy as np
-import pytest
 from numpy.testing import assert_allclose
 
 from reference.closed_form import cylinder, paraboloid
 from reference.closed_form.worn import FrettingLimit, WornPunch
-from reference.errors import ConvergenceError
 from reference.halfspace.operators import FreeOperator, PeriodicOperator
 from reference.halfspace.wear import Oscillation, wear
 from reference.loads import Load
@@ -80,17 +78,3 @@ def test_worn_punch_loses_what_archard_says():
     force = np.array([punch.at_penetration(1.0, float(at))[1] for at in s])
     volume = [punch.at_penetration(1.0, float(at))[2] for at in (s[0], s[-1])]
     assert_allclose(np.diff(volume)[0], np.trapezoid(force, s), rtol=1e-4)
-
-
-def test_wrong_arguments_are_refused():
-    body, gap = ball(4, 1.2)
-    with pytest.raises(ConvergenceError, match="steps"):
-        last(body, gap, Load("force", 1.0), 1.0, np.array([1e9]))
-    with pytest.raises(ValueError, match="increasing"):
-        wear(body, gap, Load("force", 1.0), 1.0, np.array([2.0, 1.0]))
-    with pytest.raises(ValueError, match="slips"):
-        FrettingLimit(paraboloid(1.0, 1.0), 1.0, 2.0)
-    operator = PeriodicOperator((8, 8), (1.0, 1.0), 1.0)
-    swing = Oscillation(1.0, 1.0)
-    with pytest.raises(ValueError, match="free half-space"):
-        wear(operator, np.zeros((8, 8)), Load("force", 1.0), 1.0, np.ones(1), swing)
