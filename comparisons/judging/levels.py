@@ -161,6 +161,8 @@ class Levels:
         row, contact = METHODS[self.method], self._contact
         if contact == "single":
             return "cells" if row.grid else "elements" if self.method == ELEMENTS else None
+        if contact == "pair":
+            return "pair"
         if not contact or row.dimension != 3:
             return None
         # of elements under periodic surfaces the wider share holds

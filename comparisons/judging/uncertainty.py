@@ -44,8 +44,9 @@ class Rule:
 
 
 # What a share of the error was measured of: a "free" or "periodic" rough surface; a single contact
-# on "cells" or on finite "elements".
-Kind = Literal["free", "periodic", "cells", "elements"]
+# on "cells", or on finite "elements" that are fitted to it. Those of a "pair" of bodies are not:
+# the contact line crosses them as it does cells, at every load the same ones.
+Kind = Literal["free", "periodic", "cells", "elements", "pair"]
 Calibrated = tuple[str, Kind]
 # Radii of single contacts, whose share is that of the area, and how the area goes with each.
 AREAS = {"contact_area": 1, "contact_radius": 2, "equivalent_radius": 2}
@@ -63,7 +64,7 @@ class Share(NamedTuple):
     Attributes
     ----------
     order : float
-        At which errors fall with cells or elements to a contact.
+        At which errors fall with cells or elements to a side.
     factor : float
         Of rough surfaces, of which many loads or few may be asked: that of Student's t of as many
         degrees of freedom as there are changes, for as many estimates may all be small by chance.
@@ -71,11 +72,15 @@ class Share(NamedTuple):
         What the factor of single contacts is multiplied by where there are two grids, or meshes of
         elements, only. Of their cases, with their coarsest grid left out, 99 % and more are covered
         then.
+    area, gap : float
+        By which powers of the contact area, and of the open share of a rough surface, errors fall.
     """
 
     order: float
     factor: float
     two: float = 1.0
+    area: float = 0.0
+    gap: float = 0.0
 
 
 Shares = Mapping[Calibrated, Share]
@@ -86,18 +91,18 @@ Shares = Mapping[Calibrated, Share]
 # Areas of rough surfaces err by cells at the contact line, too (`line_uncertainty`); `Rule` holds
 # where none was measured.
 SHARES: Shares = {
-    ("contact_area", "free"): Share(1.0, 0.38),
-    ("contact_area", "periodic"): Share(1.0, 0.38),
-    ("penetration", "free"): Share(1.5, 1.0),
-    ("penetration", "periodic"): Share(2.25, 0.66),
-    ("mean_gap", "free"): Share(1.5, 1.0),
-    ("mean_gap", "periodic"): Share(2.25, 0.7),
-    ("stiffness", "free"): Share(1.0, 0.92),
-    ("stiffness", "periodic"): Share(1.0, 0.62),
-    ("force", "cells"): Share(2.0, 3.16, 1.4),
-    ("penetration", "cells"): Share(2.0, 2.97, 1.4),
-    ("contact_area", "cells"): Share(2.0, 3.38, 1.4),
-    ("stiffness", "cells"): Share(1.0, 2.74, 1.4),
+    ("contact_area", "free"): Share(1.5, 0.5, area=0.5, gap=0.5),
+    ("contact_area", "periodic"): Share(1.5, 0.5, area=0.5, gap=0.5),
+    ("penetration", "free"): Share(1.5, 1.1, area=0.75),
+    ("penetration", "periodic"): Share(2.25, 0.75, area=1.125, gap=0.25),
+    ("mean_gap", "free"): Share(1.5, 0.9, gap=2.0),
+    ("mean_gap", "periodic"): Share(2.25, 0.76, area=0.25, gap=1.5),
+    ("stiffness", "free"): Share(1.0, 0.95, area=0.5, gap=0.5),
+    ("stiffness", "periodic"): Share(1.0, 0.7, area=0.5, gap=0.75),
+    ("force", "cells"): Share(2.0, 3.16, 1.4, area=1.0),
+    ("penetration", "cells"): Share(2.0, 2.97, 1.4, area=1.0),
+    ("contact_area", "cells"): Share(2.0, 3.38, 1.4, area=1.0),
+    ("stiffness", "cells"): Share(1.0, 2.74, 1.4, area=0.5),
     ("force", "elements"): Share(2.0, 1.06, 3.0),
     ("contact_area", "elements"): Share(2.0, 2.0, 3.0),
     ("stiffness", "elements"): Share(2.0, 1.07, 3.0),
@@ -107,9 +112,13 @@ SHARES: Shares = {
 def share_of(quantity: Calibrated, shares: Shares = SHARES) -> Share | None:
     """Return the share of a quantity or of its like; None where neither was measured.
 
-    Radii have that of the area, other quantities of rough surfaces that of the stiffness.
+    Radii have that of the area, other quantities of rough surfaces that of the stiffness, a pair of
+    bodies that of cells, as many at every load.
     """
     name, kind = quantity
+    if kind == "pair":
+        share = share_of((name, "cells"), shares)
+        return None if share is None else share._replace(area=0.0)
     if name in AREAS:
         name = "contact_area"
     elif kind in ("free", "periodic") and name not in ("penetration", "mean_gap"):
@@ -202,16 +211,15 @@ def share_uncertainty(
     """Return the relative uncertainty of the finest of several grids or meshes by its share, (k,).
 
     How a contact lies on the grid is much like chance, but an error depends only on the cells
-    across it, a n for a radius a: it is c (a n)^-p in size, with the same c on all grids and at all
-    loads. Were the errors of different grids independent, a change from N to n would be
-    c a^-p sqrt(N^-2p + n^-2p): each change at each load is an estimate of c, and the root of their
-    mean square is known far better than any of them, which may be small by chance.
+    across it and across its gaps: its size is c s n^-p on n cells to a side, with the same c on all
+    grids and at all loads, and s of powers of contact area and open share (`Share`). Were the
+    errors of different grids independent, a change from N to n would be c s (N^-2p + n^-2p)^(1/2):
+    each change at each load is an estimate of c, and the root of their mean square is known far
+    better than any of them, which may be small by chance.
 
     Parameters as of `grid_uncertainty`, the quantity with what it is of, its share (default: of
-    `SHARES`), the contact areas at the load steps (k,), to which a^2 is proportional on cells, and
-    the apparent area of a rough surface: near closure the gaps are as narrow as spots are at light
-    loads, so that a^2 is taken as proportional to the product of contact and open share. Without
-    areas all loads count as equal.
+    `SHARES`), the contact areas at the load steps (k,), and the apparent area of a rough surface.
+    Without areas all loads count as equal.
     NaN where the finest value is zero or infinite, too: nothing is relative to that.
 
     Examples
@@ -219,7 +227,7 @@ def share_uncertainty(
     >>> depth = np.array([[1.2], [1.1], [1.05]])
     >>> free = ("penetration", "free")
     >>> round(float(share_uncertainty(np.array([64, 128, 256]), depth, free)[0]), 3)
-    0.058
+    0.064
     """
     curves = np.asarray(curves, dtype=float)
     usable = np.isfinite(curves).any(axis=1)
@@ -227,15 +235,20 @@ def share_uncertainty(
     if len(curves) < 2:
         return np.full(curves.shape[1], np.nan)
     share = share or SHARES[quantity]
-    order = share.order
     factor = share.factor * (share.two if len(curves) == 2 else 1.0)
-    rough = quantity[1] in ("free", "periodic")
-    n, power = resolutions[-3:], -2 * order
+    name, kind = quantity
+    if name in AREAS:
+        areas = np.abs(curves[-1]) ** AREAS[name]
+    touching = np.ones(curves.shape[1]) if areas is None else np.abs(areas)
+    rough = kind in ("free", "periodic")
+    n, power = resolutions[-3:], -2 * share.order
     left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
     with np.errstate(divide="ignore", invalid="ignore"):
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))[-2:]
-        across = _cells(quantity, curves[-1], areas, apparent) ** (order / 2)
-        estimates = (changes * left[:, None] * across).ravel()
+        smaller = np.where(touching > 0, touching**share.area, np.nan)
+        if rough and not np.isnan(apparent):
+            smaller *= np.maximum(1 - touching / apparent, LEAST_OPEN) ** share.gap
+        estimates = (changes * left[:, None] * smaller).ravel()
     estimates = estimates[np.isfinite(estimates)]
     if not estimates.size:
         return np.full(curves.shape[1], np.nan)
@@ -243,27 +256,7 @@ def share_uncertainty(
     if rough:
         factor *= special.stdtrit(estimates.size, 0.975)
     known = np.isfinite(curves[-1]) & (curves[-1] != 0)
-    return np.where(known, factor * constant / across, np.nan)
-
-
-def _cells(
-    quantity: Calibrated, values: np.ndarray, areas: np.ndarray | None, apparent: float
-) -> np.ndarray:
-    """Return to what the number of cells that count is proportional, (k,), NaN without contact.
-
-    Meshes of elements are fitted to the contact: they have as many elements at every load. The mean
-    gap is that of open cells, and vanishes as they do: their share counts twice.
-    """
-    name, kind = quantity
-    if kind == "elements":
-        return np.ones(len(values))
-    if name in AREAS:
-        areas = np.abs(values) ** AREAS[name]
-    cells = np.ones(len(values)) if areas is None else np.abs(areas)
-    gaps = (
-        np.ones(len(values)) if np.isnan(apparent) else np.maximum(1 - cells / apparent, LEAST_OPEN)
-    )
-    return np.where(cells > 0, gaps**2 if name == "mean_gap" else gaps * cells, np.nan)
+    return np.where(known, factor * constant / smaller, np.nan)
 
 
 def discretisation(
@@ -403,7 +396,9 @@ def combined(*sources: ArrayLike) -> np.ndarray:
 
 
 # Bar per x^ORDER: some more than what that order leaves.
-FACTOR, ORDER = 0.4, 1.5
+FACTOR, ORDER = 0.5, 1.5
+# Share of the rim's cells, one to either end of a side, that is taken as not known.
+RIM = 0.75
 
 
 def line_uncertainty(
@@ -411,13 +406,14 @@ def line_uncertainty(
 ) -> np.ndarray:
     """Return what cells at the contact line leave not known of an area, relative to it, per load.
 
-    How many these are is known: counted areas are too large by half a cell along the line. Of that
-    excess x = A_counted/A - 1 located areas err by some 0.25 x^(3/2) on rough surfaces, where spots
-    of a few cells and narrow gaps are always there. Where waves have two points, as on maps, that
-    is as much as changes between grids tell (`share_uncertainty`).
+    How many these are is known: counted areas are too large by 0.118 cells to each cell edge of the
+    line (`reference.halfspace.areas.corrected_area`), a seventh of a cell along it. Of that excess
+    x = A_counted/A - 1 located areas err by some 0.25 x^(3/2) on rough surfaces, where spots of a
+    few cells and narrow gaps are always there. Where waves have two points, as on maps, that is
+    more than changes between grids tell (`share_uncertainty`).
 
     On the rim of a free patch the line lies a known part of a cell inside (`areas`) that depends on
-    how the area grows with the load: half of that strip is taken as not known.
+    how the area grows with the load: three eighths of that strip are taken as not known.
 
     Parameters
     ----------
@@ -437,9 +433,9 @@ def line_uncertainty(
     --------
     >>> bar = line_uncertainty(np.array([1.0]), np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
-    0.0059
+    0.0073
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.where(area > 0, np.maximum(counted / area - 1, 0.0), np.nan)
-    rim = 0.0 if periodic else EDGE_OFFSET * (1 / sides[0] + 1 / sides[1])
+    rim = 0.0 if periodic else RIM * EDGE_OFFSET * (1 / sides[0] + 1 / sides[1])
     return np.asarray(FACTOR * excess**ORDER + rim)

@@ -261,9 +261,9 @@ def fitted_shares(cases: Iterable[Case]) -> Shares:
         least, raised = SINGLE.get(known, ROUGH)
         tried = {f: {known: used._replace(factor=f)} for f in FACTORS}
         factor = _narrowest(three, tried, used.factor / raised, least)
-        tried = {f: {known: Share(used.order, factor, f)} for f in FACTORS}
+        tried = {f: {known: used._replace(factor=factor, two=f)} for f in FACTORS}
         wider = _narrowest(two, tried, used.two, least)
-        fitted[known] = Share(used.order, round(raised * factor, 2), wider)
+        fitted[known] = used._replace(factor=round(raised * factor, 2), two=wider)
     return fitted
 
 

@@ -22,7 +22,7 @@ from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
 MAY_BE_INFINITE = ("stiffness", "contact_length_stiffness")
-Contact = Literal["", "single", "free", "periodic"]
+Contact = Literal["", "single", "pair", "free", "periodic"]
 
 
 class Stopwatch:
@@ -92,9 +92,9 @@ class Solution:
     path : bool
         Steps follow each other along a path or in time: errors and bars are then relative to the
         largest value along it, because single values pass zero.
-    contact : {"", "single", "free", "periodic"}
-        Elastic contact without other physics, of one body or of a rough surface: what error a
-        change between grids leaves was measured there.
+    contact : {"", "single", "pair", "free", "periodic"}
+        Elastic contact without other physics, of one body, of two that are both meshed, or of a
+        rough surface: what error a change between grids leaves was measured there.
     apparent_area : float
         Of a rough surface, in m2; NaN of others.
     pressures : dict

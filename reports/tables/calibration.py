@@ -91,8 +91,8 @@ def rule(fitted: Shares) -> Table:
         )
     note = (
         "Must cover: of the bars at every load. Two: what the factor is multiplied by for two "
-        "grids or meshes. Areas of rough surfaces on cells have a bar of their own, from the "
-        "contact line, which has no factor here."
+        "grids or meshes. Of areas of rough surfaces it is the part that changes tell, without the "
+        "contact line."
     )
     heads = ("rule", "order", "must cover", "raised by", "factor", "asked", "two", "asked")
     return table(heads, rows, note=note)

@@ -29,18 +29,17 @@ def test_the_truth_is_eight_times_finer_and_the_halves_share_no_surface():
 
 @pytest.mark.parametrize("kind", ["free", "periodic"])
 def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
-    """Errors of c (a n)^-p, independent on all grids: the bar is Student's t times that error.
+    """Errors of c s n^-p, independent on all grids: the bar is Student's t times that error.
 
-    a^2 is the contact area times the open share; of the mean gap, that share squared.
+    With s of powers of contact area and open share.
     """
     grids, areas = np.array(LEVELS), np.array([0.01, 0.1, 0.4])
     known = {"areas": areas, "apparent": 1.0}
-    for name, cells in (
-        *((name, areas * (1 - areas)) for name in ("penetration", "stiffness")),
-        ("mean_gap", (1 - areas) ** 2),
-    ):
-        order, factor = SHARES[name, kind].order, SHARES[name, kind].factor
-        errors = 1e-5 * (grids[:, None] / LEVELS[-1] * np.sqrt(cells)) ** -order
+    for name in ("penetration", "mean_gap", "stiffness"):
+        share = SHARES[name, kind]
+        order, factor = share.order, share.factor
+        size = 1e-5 * areas**-share.area * (1 - areas) ** -share.gap
+        errors = size * (grids[:, None] / LEVELS[-1]) ** -order
         # changes as large as those of independent errors, of one sign
         steps = np.sqrt(errors[1:] ** 2 + errors[:-1] ** 2)
         curves = np.cumprod(np.vstack([np.ones(3), 1 + steps]), axis=0)
@@ -52,10 +51,10 @@ def test_the_bar_pools_what_the_changes_of_all_loads_leave(kind):
 
 
 def test_gaps_narrower_than_any_that_were_measured_count_as_these():
-    """A tenth open at the least: with the open share itself the bar would be 12 000 at 0.999."""
+    """A tenth open at the least: with the open share itself the bar would be 1 000 at 0.999."""
     grids, changes = np.array(LEVELS[1:]), np.array([[1.0] * 3, [1.1] * 3])
     known = {"areas": np.array([0.95, 0.99, 0.999]), "apparent": 1.0}
-    bars = share_uncertainty(grids, changes, ("mean_gap", "periodic"), **known)
+    bars = share_uncertainty(grids, changes, ("mean_gap", "free"), **known)
     assert bars == pytest.approx(bars[0])
     assert bars[0] < 1.0
 
@@ -88,17 +87,17 @@ def test_bars_of_rough_surfaces_hold_as_often_whether_many_loads_are_asked_or_on
 
 
 def test_an_area_is_known_no_better_than_the_cells_at_its_contact_line():
-    """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.4 of 0.06^1.5.
+    """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.5 of 0.06^1.5.
 
-    And on 64 cells a side a strip of 0.175 cells where there is a rim.
+    And on 64 cells a side three quarters of a strip of 0.175 cells where there is a rim.
     """
     area = case("contact_area", 0.0, kind="periodic")
-    line = 0.4 * 0.06**1.5
+    line = 0.5 * 0.06**1.5
     counted = replace(area, counted=np.array([1.06]))
     assert counted.bar == pytest.approx(np.hypot(area.bar, line))
     close = replace(counted, curves=np.ones((3, 1)))
     assert close.bar == pytest.approx(line)
-    assert replace(close, kind="free").bar == pytest.approx(line + 2 * 0.17465 / 64)
+    assert replace(close, kind="free").bar == pytest.approx(line + 0.75 * 2 * 0.17465 / 64)
 
 
 def test_other_widths_are_those_of_all_bars_whatever_their_rule():

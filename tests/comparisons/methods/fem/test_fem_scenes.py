@@ -8,6 +8,7 @@ import numpy as np
 import psutil
 import pytest
 
+from comparisons.judging.levels import Levels
 from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods.fem import indenter as adapter
 from comparisons.methods.fem import punch_mesh
@@ -174,6 +175,30 @@ def test_finite_elements_find_the_sum_by_meshing_both_bodies(solved, coupling, t
     total = (fields["pressure"] * fields["pressure_weight"]).sum()
     assert total == pytest.approx(solution.quantities["force"][0, -1], rel=1e-12)
     assert fields["mesh_von_mises"].max() > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffer", [1.0, 3.0])
+def test_bars_of_two_meshed_bodies_reach_hertz(solved, stiffer):
+    """Their meshes are not fitted to the contact: at 4 elements the stiffness errs by 2 %."""
+    body = {"youngs_modulus": 1e9 * stiffer, "poisson_ratio": 0.3}
+    made = scene(half_space=body | {"youngs_modulus": 1e9}, counter_body=body)
+    depths, modulus = np.array(TABLES["loading"]["penetration"]), made.effective_modulus
+    exact = {
+        "force": 4 / 3 * modulus * np.sqrt(0.01) * depths**1.5,
+        "contact_area": np.pi * 0.01 * depths,
+        "stiffness": 2 * modulus * np.sqrt(0.01 * depths),
+    }
+    solutions = {("fem", n): solved(made, "fem", n) for n in (2, 3, 4)}
+    levels = Levels.of(solutions, "fem")
+    for name, values in exact.items():
+        error = np.abs(levels.curves(4)[name] / values - 1)
+        bar = levels.discretisation(name)
+        assert (error < bar).all(), name
+        # each load scales the meshes onto its contact
+        assert bar[0] == pytest.approx(bar[1], rel=1e-6)
+    assert error.max() > 0.01
+    assert bar.max() < 0.06
 
 
 def test_one_body_with_both_compliances_is_the_other_way(solved, planned):
