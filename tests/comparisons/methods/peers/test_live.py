@@ -1,6 +1,7 @@
 """Contact codes of others in a process of their own: what is said without them, and their laws."""
 
 import os
+import runpy
 import sys
 from importlib import util
 from pathlib import Path
@@ -221,3 +222,29 @@ def test_a_limit_of_time_costs_its_own_rows():
     solution = execute(task_of(plan, "ngsolve", 2))
     assert not solution.converged.any()
     assert "no answer within" in solution.reasons[0, 0]
+
+
+@pytest.fixture
+def line_contact(monkeypatch):
+    examples = Path(__file__).parents[4] / "docs" / "examples"
+    monkeypatch.syspath_prepend(examples)
+    return runpy.run_path(str(examples / "line_contact.py"))
+
+
+@pytest.mark.slow
+def test_our_line_contact_on_a_block_is_hertzs(line_contact):
+    """The end of the block adds a share of (a/40)^2 to the pressure at a given force."""
+    ours = line_contact["ours"]()
+    assert_allclose(ours.value, 1.0, atol=ours.bar + 40.0**-2)
+
+
+@pytest.mark.slow
+def test_mortar_contact_is_hertzs_at_small_strains_on_fine_elements(line_contact):
+    """Four-node elements, 12 in a half-width; 1e-3: three times what 24 change (docs)."""
+    try:
+        line_contact["KRATOS"].version()
+    except Refused as refused:
+        pytest.skip(str(refused))
+    theirs = line_contact["theirs"](1e-4, 12, line_contact["growth"](12))
+    assert_allclose(theirs["pressure"][0], theirs["hertz"], rtol=1e-3)
+    assert (theirs["pressure"][13:] == 0).all()
