@@ -107,8 +107,8 @@ def count(value: object) -> str:
 def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) -> Scale:
     """Choose one engineering prefix for a set of values: the largest lies between 1 and 1000.
 
-    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵;
-    volumes take it with its cube.
+    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.01 to 10⁴;
+    volumes take it with its cube, from 0.1 on.
 
     >>> prefix_for([1e-6, 5e-6], "m")
     Scale(factor=1000000.0, unit='µm')
@@ -121,8 +121,8 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     if not unit or largest == 0.0:
         return Scale(1.0, _superscript(unit))
     dimension = {"m2": 2, "m3": 3}.get(unit, 1)
-    # 0.3 mm² reads better than 300 000 µm²: areas may start at a tenth.
-    slack = 1 if dimension > 1 else 0
+    # 0.019 µm² reads better than 19 000 nm².
+    slack = {1: 0, 2: 2, 3: 1}[dimension]
     # The prefix must fit what is printed: 999.9996 is written as 1000.
     printed = float(f"{largest:.{digits - 1}e}")
     step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))

@@ -128,7 +128,24 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     if problems:
         raise FileError(*problems)
     mesh = read.mesh.transformed(np.zeros(3), table.unit * axes)
-    origin, problems = _origin(table, mesh, surface)
+    # where the axis of the indenter meets the top of the surface, in rotated coordinates
+    points = mesh.points[mesh.nodes_of(surface)]
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    if table.position is None:
+        parts = mesh.face_integrals(surface)
+        moments = sum(
+            np.einsum("kni,nq,kq->i", mesh.points[nodes], shapes, np.abs(areas[..., 2]))
+            for nodes, shapes, areas in parts
+        )
+        position = moments[:2] / sum(np.abs(areas[..., 2]).sum() for *_, areas in parts)
+    else:
+        position = np.array(table.position)
+    slack = 1e-9 * (high - low)
+    if ((position < low - slack) | (position > high + slack)).any():
+        ranges = " x ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
+        came = ", ".join(f"{coordinate:.6g}" for coordinate in position)
+        problems.append(f"position: expected a place on the surface ({ranges}), got [{came}]")
+    origin = np.array([*position, points[:, 2].min()])
     mesh = mesh.transformed(origin, np.eye(3))
     supports = []
     for name, constraint in table.supports.items():
@@ -144,7 +161,23 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
         origin=axes.T @ origin,
         axes=axes,
     )
-    _check_supports(geometry)
+    same = np.arange(len(mesh.points))
+    fixed = geometry.fixed_components(mesh, same, [support.faces for support in geometry.supports])
+    free = free_motions(mesh.points, fixed)
+    if free:
+        # The motions are in the contact frame; the message names the axes of the file.
+        letters = [AXES[int(np.abs(row).argmax())] for row in geometry.axes]
+        motions = [motion[:-1] + letters[AXES.index(motion[-1])] for motion in free]
+        problems.append(
+            f"supports: expected supports that hold the body, got free {', '.join(motions)}"
+        )
+    if fixed[contact_nodes(mesh, geometry.surface), 2].any():
+        problems.append(
+            "supports: expected supports away from the contact surface, got nodes of it that "
+            "are held along the indenter's direction"
+        )
+    if problems:
+        raise FileError(*problems)
     return geometry
 
 
@@ -183,28 +216,6 @@ def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.
     return part.faces, []
 
 
-def _origin(table: Body, mesh: SolidMesh, surface: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return where the indenter's axis meets the top of the surface, in rotated coordinates."""
-    points = mesh.points[mesh.nodes_of(surface)]
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    if table.position is None:
-        parts = mesh.face_integrals(surface)
-        moments = sum(
-            np.einsum("kni,nq,kq->i", mesh.points[nodes], shapes, np.abs(areas[..., 2]))
-            for nodes, shapes, areas in parts
-        )
-        position = moments[:2] / sum(np.abs(areas[..., 2]).sum() for *_, areas in parts)
-    else:
-        position = np.array(table.position)
-    problems = []
-    slack = 1e-9 * (high - low)
-    if ((position < low - slack) | (position > high + slack)).any():
-        ranges = " x ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
-        came = ", ".join(f"{coordinate:.6g}" for coordinate in position)
-        problems.append(f"position: expected a place on the surface ({ranges}), got [{came}]")
-    return np.array([*position, points[:, 2].min()]), problems
-
-
 def _support(
     mesh: SolidMesh,
     part: NamedPart,
@@ -228,24 +239,3 @@ def _support(
             + ("faces of other directions" if len(normals) else "no faces")
         )
     return Support(part.faces, mesh.nodes_of(part.faces), (axis,))
-
-
-def _check_supports(geometry: BodyGeometry) -> None:
-    mesh, problems = geometry.solid, []
-    same = np.arange(len(mesh.points))
-    fixed = geometry.fixed_components(mesh, same, [support.faces for support in geometry.supports])
-    free = free_motions(mesh.points, fixed)
-    if free:
-        # The motions are in the contact frame; the message names the axes of the file.
-        letters = [AXES[int(np.abs(row).argmax())] for row in geometry.axes]
-        motions = [motion[:-1] + letters[AXES.index(motion[-1])] for motion in free]
-        problems.append(
-            f"supports: expected supports that hold the body, got free {', '.join(motions)}"
-        )
-    if fixed[contact_nodes(mesh, geometry.surface), 2].any():
-        problems.append(
-            "supports: expected supports away from the contact surface, got nodes of it that "
-            "are held along the indenter's direction"
-        )
-    if problems:
-        raise FileError(*problems)

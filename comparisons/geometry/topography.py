@@ -81,7 +81,18 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     >>> ridge.heights[:, 0]  # first index along x
     array([0.e+00, 1.e-09, 0.e+00])
     """
-    problems = _option_problems(path, surface)
+    problems = []
+    if not path.is_file():
+        problems.append("is a folder" if path.is_dir() else "no such file")
+    plain = path.suffix.lower() in PLAIN_FORMATS
+    if plain:
+        problems += stated_problems(surface, "a plain table")
+    for key in ("height_unit", "lateral_unit"):
+        unit = getattr(surface, key)
+        if unit is not None and unit not in UNITS_PER_METRE:
+            problems.append(f"{key} must be m, cm, mm, um, nm, pm or Å, not {unit!r}")
+    if surface.channel is not None and plain:
+        problems.append(f"channel {surface.channel!r} was given, but a plain table has no channels")
     if problems:
         raise FileError(*problems)
     file, periodic = read_heights(path, surface), surface.periodic
@@ -124,23 +135,6 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
         treatment=tuple(treatment),
         periodic=periodic,
     )
-
-
-def _option_problems(path: Path, surface: MeasuredMap) -> list[str]:
-    """Return the problems of a missing file, and of options that do not fit its format."""
-    problems = []
-    if not path.is_file():
-        problems.append("is a folder" if path.is_dir() else "no such file")
-    plain = path.suffix.lower() in PLAIN_FORMATS
-    if plain:
-        problems += stated_problems(surface, "a plain table")
-    for key in ("height_unit", "lateral_unit"):
-        unit = getattr(surface, key)
-        if unit is not None and unit not in UNITS_PER_METRE:
-            problems.append(f"{key} must be m, cm, mm, um, nm, pm or Å, not {unit!r}")
-    if surface.channel is not None and plain:
-        problems.append(f"channel {surface.channel!r} was given, but a plain table has no channels")
-    return problems
 
 
 def _fate_of_holes(

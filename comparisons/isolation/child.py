@@ -38,7 +38,14 @@ _LIBRARIES = 8 * 2**30
 
 def main(folder: Path, *, stays: bool) -> None:
     """Do the work of a folder at every call of the parent, once or repeatedly."""
-    calls = _calls_of_parent()
+    if sys.platform == "linux":
+        # Exit at once, even while compiled code holds the interpreter.
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    # A separate handle of the pipe, in case the work reads or closes standard input.
+    pipe = os.dup(0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    calls: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_listen, args=(pipe, calls), daemon=True).start()
     while calls.get():
         _answer(folder)
         if not stays:
@@ -115,19 +122,6 @@ def _limit_address_space(memory: float | None) -> None:
     limit, (_, hard) = address_space(memory), resource.getrlimit(resource.RLIMIT_AS)
     if hard == resource.RLIM_INFINITY or limit < hard:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-
-
-def _calls_of_parent() -> SimpleQueue[bytes]:
-    """Return the queue of calls; end this process when its parent has ended, even if killed."""
-    if sys.platform == "linux":
-        # Exit at once, even while compiled code holds the interpreter.
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    # A separate handle of the pipe, in case the work reads or closes standard input.
-    pipe = os.dup(0)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    calls: SimpleQueue[bytes] = SimpleQueue()
-    threading.Thread(target=_listen, args=(pipe, calls), daemon=True).start()
-    return calls
 
 
 def _listen(pipe: int, calls: SimpleQueue[bytes]) -> None:

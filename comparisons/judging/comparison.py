@@ -115,7 +115,21 @@ def _solution_tables(
     most = MOST_REALISATIONS if resolution == levels.finest else MOST_COARSE
     lost = ~solution.converged.all(axis=1)
     shown = np.flatnonzero((np.arange(count) < most) | lost)[:MOST_REALISATIONS]
-    common = _common(plan, levels, resolution)
+    # what all rows share; times are of one surface or line, unless "all"
+    common: dict[str, Any] = {"machine": solution.machine} if solution.machine else {}
+    common |= {
+        "scene": plan.scene.name,
+        "method": levels.method,
+        "options": plan.scene.methods.of(levels.method).changed(),
+        "resolution": resolution,
+        "surfaces": count,
+        "seconds": solution.seconds / count,
+        "setup_seconds": solution.setup_seconds / count,
+        **levels.cost(resolution),
+        "compile_seconds": solution.compile_seconds,
+        "unknowns": solution.unknowns,
+        "memory": solution.memory,
+    }
     curves = {name: values[shown] for name, values in solution.quantities.items()}
     names = [str(k) for k in shown]
     reasons = np.full(solution.converged[shown].shape, "", dtype=object)
@@ -132,7 +146,10 @@ def _solution_tables(
     columns = _columns(plan, curves, names, common, truth)
     if count > 1:  # bars are in the rows of the mean
         columns = {name: v for name, v in columns.items() if not name.startswith(BARS)}
-        columns |= {name: _rounded(columns[name]) for name in curves}
+        columns |= {
+            name: np.array([f"{value:.{DIGITS}g}" for value in columns[name]], dtype=float)
+            for name in curves
+        }
     yield pd.DataFrame(common | columns | own)
     if count > 1:
         means = {name: values[None, :] for name, values in levels.curves(resolution).items()}
@@ -140,31 +157,6 @@ def _solution_tables(
             f"stderr_{name}": levels.standard_error(name, resolution) for name in means
         }
         yield pd.DataFrame(common | _columns(plan, means, ["mean"], common, truth) | own)
-
-
-def _rounded(values: np.ndarray) -> np.ndarray:
-    """Return numbers with so many digits as the file of single surfaces has."""
-    return np.array([f"{value:.{DIGITS}g}" for value in values], dtype=float)
-
-
-def _common(plan: Plan, levels: Levels, resolution: int) -> dict[str, Any]:
-    """Return what all rows of a solution share; times are of one surface or line, unless "all"."""
-    method, solution = levels.method, levels.solutions[resolution]
-    where = {"machine": solution.machine} if solution.machine else {}
-    count = len(solution.converged)
-    return where | {
-        "scene": plan.scene.name,
-        "method": method,
-        "options": plan.scene.methods.of(method).changed(),
-        "resolution": resolution,
-        "surfaces": count,
-        "seconds": solution.seconds / count,
-        "setup_seconds": solution.setup_seconds / count,
-        **levels.cost(resolution),
-        "compile_seconds": solution.compile_seconds,
-        "unknowns": solution.unknowns,
-        "memory": solution.memory,
-    }
 
 
 def _columns(

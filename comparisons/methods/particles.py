@@ -34,7 +34,22 @@ def contact_step(
         The automata that are cells of the grid of results, and this grid.
     """
     numbers, grid = net
-    cells = _as_cells(body, contact, numbers, grid)
+    # the contact as one on a grid of cells around the automata of the surface
+    shape, area = grid.gap.shape, body.spacing**2
+    operator = FreeOperator(shape, grid.spacing, body.effective_modulus)
+    pressure = contact.reactions[numbers].reshape(shape) / area
+    cells = Contact(
+        penetration=contact.penetration,
+        force=float(pressure.sum() * operator.cell_area),
+        pressure=pressure,
+        iterations=contact.steps,
+        violation=contact.imbalance,
+        operator=operator,
+        initial_gap=grid.gap,
+        history=list(contact.history),
+    )
+    # that of the automata, not what the operator would make of their pressure
+    vars(cells)["displacement"] = contact.displacement[numbers].reshape(shape)
     counted = float(np.count_nonzero(contact.active)) * body.spacing**2
     values = {
         "penetration": contact.penetration,
@@ -66,28 +81,6 @@ def contact_step(
         fields=partial(contact_fields, task, cells, grid),
         body_fields=partial(_inside, body, contact),
     )
-
-
-def _as_cells(
-    body: ParticleHalfSpace, contact: ParticleContact, numbers: np.ndarray, grid: Grid
-) -> Contact:
-    """Return the contact as one on a grid of cells around the automata of the surface."""
-    shape, area = grid.gap.shape, body.spacing**2
-    operator = FreeOperator(shape, grid.spacing, body.effective_modulus)
-    pressure = contact.reactions[numbers].reshape(shape) / area
-    cells = Contact(
-        penetration=contact.penetration,
-        force=float(pressure.sum() * operator.cell_area),
-        pressure=pressure,
-        iterations=contact.steps,
-        violation=contact.imbalance,
-        operator=operator,
-        initial_gap=grid.gap,
-        history=list(contact.history),
-    )
-    # that of the automata, not what the operator would make of their pressure
-    vars(cells)["displacement"] = contact.displacement[numbers].reshape(shape)
-    return cells
 
 
 def _inside(body: ParticleHalfSpace, contact: ParticleContact) -> dict[str, np.ndarray]:

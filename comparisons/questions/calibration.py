@@ -44,7 +44,7 @@ from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
 from comparisons.solving.plan import Plan
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.solution import Solution, Solved
+from comparisons.tasks.solution import Solved
 
 Halves = dict[str, dict[str, dict[str, Any]]]
 SHAPES: Halves = {
@@ -210,7 +210,7 @@ def _series(
 ) -> Iterable[Case]:
     """Yield one case per quantity, without the area of flat punches, which is given."""
     references = truths(solved, control)
-    if not references or not all(_complete(solution) for solution in solved.values()):
+    if not references or not all(solution.converged.all() for solution in solved.values()):
         return
     (truth,) = references
     levels = tuple(n for _, n in solved)
@@ -231,10 +231,6 @@ def _series(
             bars_beside_grid=combined(*(parts[key] for key in parts if key != DISCRETISATION)),
             areas=truth.curves["contact_area"],
         )
-
-
-def _complete(solution: Solution) -> bool:
-    return bool(solution.converged.all())
 
 
 def rough_cases(half: str, name: str, surface: dict[str, Any]) -> Inquiry[list[Case]]:

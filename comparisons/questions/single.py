@@ -107,6 +107,7 @@ class SingleResult:
     def to_json(self) -> str:
         """Return the solution as a JSON object, in the documented format of the command line."""
         solution = self.solution
+        filled = np.where(np.isnan(solution.violation), -np.inf, solution.violation).max(axis=0)
         document: dict[str, Any] = {
             "scene": self.plan.scene.name,
             "method": self.method,
@@ -119,7 +120,7 @@ class SingleResult:
             "converged": self.converged,
             "reasons": self.reasons,
             "iterations": solution.iterations.max(axis=0),
-            "violation": _largest(solution.violation),
+            "violation": np.where(np.isfinite(filled), filled, np.nan),
         }
         document |= self.columns()
         pressure = self.pressure()
@@ -247,9 +248,3 @@ def solve_scene(
     with pieces.threads(threads):
         solution = solve_blocks(tasks)
     return SingleResult(plan, method, chosen, solution)
-
-
-def _largest(violation: np.ndarray) -> np.ndarray:
-    """Return the largest violation over realisations, NaN if the method has none."""
-    filled = np.where(np.isnan(violation), -np.inf, violation).max(axis=0)
-    return np.where(np.isfinite(filled), filled, np.nan)

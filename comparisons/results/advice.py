@@ -307,29 +307,20 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     labels = [quantity(name).label for name in advice.quantities]
     named = " and ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
     advice_text = f"For {tolerance(record.tolerance)} in {named}: "
-    advice_text += _ranked(advice.reaching()) or "no setting that was run is within tolerance"
-    for word, methods in _failing(advice).items():
-        advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
-    return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."
-
-
-def _ranked(settings: list[Setting]) -> str:
-    """Return settings fastest first; what lies closer than times repeat is not ranked."""
+    # fastest first; what lies closer than times repeat is not ranked
+    settings = advice.reaching()
     groups: list[list[Setting]] = []
     for setting in settings:
         if groups and setting.seconds <= SLOWER * groups[-1][0].seconds:
             groups[-1].append(setting)
         else:
             groups.append([setting])
-    return ", ".join(
-        " or ".join(setting.text for setting in group)
-        + (" (too close to rank)" if group[1:] else "")
+    ranked = ", ".join(
+        " or ".join(one.text for one in group) + (" (too close to rank)" if group[1:] else "")
         for group in groups
     )
-
-
-def _failing(advice: Advice) -> dict[str, list[str]]:
-    """Return word -> methods that have no setting for the tolerance, each with what decided."""
+    advice_text += ranked or "no setting that was run is within tolerance"
+    # methods that have no setting for the tolerance, each with what decided
     failures: dict[str, list[str]] = {word: [] for word in (NOT_RESOLVED, OUTSIDE, NO_RESULT)}
     for method, reached in advice.cheapest_for(advice.tolerance).items():
         settings = [s for s in advice.settings if s.method == method and not s.is_truth]
@@ -344,7 +335,9 @@ def _failing(advice: Advice) -> dict[str, list[str]]:
             continue
         level = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
         failures[last.verdict].append(f"{last.title} ({last.deciding.text}{level}{chance})")
-    return failures
+    for word, methods in failures.items():
+        advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
+    return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."
 
 
 def _single(record: SceneRecord) -> str:

@@ -137,6 +137,20 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
         _standing(record, method) for record in records if method in judged_methods(record)
     ]
     families = [item.family for item in standings]
+    # the scenes of each row, families joined as far as they must be
+    joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
+        lambda item: (item.family, item.use),
+        lambda item: ("" if item.use == YES else item.family, item.use),
+        lambda item: (item.family if item.kind == IN_PART else "", item.use),
+        lambda item: ("", item.kind),
+    )
+    groups: dict[tuple[str, str], list[_Standing]] = {}
+    for key in joined:
+        groups = {}
+        for item in standings:
+            groups.setdefault(key(item), []).append(item)
+        if len(groups) <= MOST:
+            break
     return [
         FamilyRow(
             _named(group, families),
@@ -145,7 +159,7 @@ def finding(records: Sequence[SceneRecord], method: str = MODEL) -> list[FamilyR
             _cost(group),
             _instead(group),
         )
-        for group in _groups(standings)
+        for group in groups.values()
         for uses in (list(dict.fromkeys(item.use for item in group)),)
     ]
 
@@ -196,24 +210,6 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
 def symbol(name: str) -> str:
     """Return the symbol of a quantity, or its name in words."""
     return quantity(name).symbol or quantity(name).label
-
-
-def _groups(standings: list[_Standing]) -> list[list[_Standing]]:
-    """Return the scenes of each row, families joined as far as they must be."""
-    joined: tuple[Callable[[_Standing], tuple[str, str]], ...] = (
-        lambda item: (item.family, item.use),
-        lambda item: ("" if item.use == YES else item.family, item.use),
-        lambda item: (item.family if item.kind == IN_PART else "", item.use),
-        lambda item: ("", item.kind),
-    )
-    groups: dict[tuple[str, str], list[_Standing]] = {}
-    for key in joined:
-        groups = {}
-        for item in standings:
-            groups.setdefault(key(item), []).append(item)
-        if len(groups) <= MOST:
-            break
-    return list(groups.values())
 
 
 def _named(group: list[_Standing], families: list[str]) -> str:

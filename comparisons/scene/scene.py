@@ -27,7 +27,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import is_known
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
-from comparisons.reasons import near
+from comparisons.reasons import in_kind, near
 from comparisons.scene.body import Body, with_material
 from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
@@ -439,6 +439,10 @@ def _read(source: str | Path | Mapping[str, Any] | Scene) -> tuple[dict[str, Any
     if isinstance(source, Mapping):
         # Copied, so that overrides leave the caller's tables alone; arrays become lists.
         return plain(dict(source)), "scene", Path.cwd()
+    given: Any = source  # callers without types pass what they like
+    if not isinstance(given, (str, Path)):
+        expected = "expected a name, the path of a file, its tables, or a Scene"
+        raise SceneError("scene", [f"{expected}, got {in_kind(given)}"])
     path, name = Path(source), str(source).lower()
     if name in builtin_names() and (name == str(source) or not path.is_file()):
         path = builtin_folder() / f"{name}.toml"

@@ -60,7 +60,28 @@ class ClusterExecutor(Executor):
         self._expected = identity(announced())
         self._client = _connected(address)
         try:
-            problems = self._problems()
+            versions_there: Any = self._client.get_versions()  # of asynchronous clients a coroutine
+            packages = versions_there["scheduler"]["packages"]
+            problems = [
+                f"the scheduler has {name} {packages[name]}, here {self._expected[name]}"
+                for name in TRANSPORT
+                if name in packages and packages[name] != self._expected[name]
+            ]
+            threads = self._client.nthreads()
+            problems += [
+                f"worker {where} has {count} threads, expected one: dask worker --nthreads 1"
+                for where, count in threads.items()
+                if count != 1
+            ]
+            answers = self._client.run(identity, announced(), on_error="return")
+            for where, answer in answers.items():
+                if isinstance(answer, Exception):
+                    problems.append(f"worker {where} cannot run roughline: {answer}")
+                else:
+                    problems += [
+                        f"worker {where}: {difference}"
+                        for difference in differences(self._expected, answer)
+                    ]
         except OSError as error:
             problems = [f"it went away ({error})"]
         if problems:
@@ -74,32 +95,6 @@ class ClusterExecutor(Executor):
         self._looked = -LOOK
         self._told = False
         self._look()
-
-    def _problems(self) -> list[str]:
-        """Return all that keeps this cluster from giving the same results as this machine."""
-        versions_there: Any = self._client.get_versions()  # of asynchronous clients a coroutine
-        packages = versions_there["scheduler"]["packages"]
-        problems = [
-            f"the scheduler has {name} {packages[name]}, here {self._expected[name]}"
-            for name in TRANSPORT
-            if name in packages and packages[name] != self._expected[name]
-        ]
-        threads = self._client.nthreads()
-        problems += [
-            f"worker {where} has {count} threads, expected one: dask worker --nthreads 1"
-            for where, count in threads.items()
-            if count != 1
-        ]
-        answers = self._client.run(identity, announced(), on_error="return")
-        for where, answer in answers.items():
-            if isinstance(answer, Exception):
-                problems.append(f"worker {where} cannot run roughline: {answer}")
-            else:
-                problems += [
-                    f"worker {where}: {difference}"
-                    for difference in differences(self._expected, answer)
-                ]
-        return problems
 
     def finished(self) -> Iterator[Done]:
         """Yield jobs as the workers finish them; the connection is closed at the end."""

@@ -108,6 +108,8 @@ class Solution:
     seconds, setup_seconds, compile_seconds, memory : float
         Everything done for the task on warm code; the part another list of loads could reuse;
         compilation (apart); peak memory in bytes (NaN where it cannot be measured).
+    warnings : tuple of str
+        What the numerics complained of, where somebody listens (hard cases).
     """
 
     quantities: dict[str, np.ndarray]
@@ -131,6 +133,7 @@ class Solution:
     compile_seconds: float = 0.0
     memory: float = float("nan")
     machine: str = ""
+    warnings: tuple[str, ...] = ()
 
     @classmethod
     def empty(cls, task: Task, unknowns: int = 0) -> Solution:
@@ -317,6 +320,7 @@ class Solution:
             compile_seconds=sum(p.compile_seconds for p in parts),
             memory=max(p.memory for p in parts),
             machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
+            warnings=tuple(text for p in parts for text in p.warnings),
         )
 
 

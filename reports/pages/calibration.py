@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.files import write_text
 from comparisons.questions.calibration_cases import Case, at_loads, fitted_shares, held, summary
 from reports.pages.page import render
 from reports.plots.axes import error_axis
@@ -19,13 +16,8 @@ SMALLEST = 1e-8  # errors below are the arithmetic's of the solvers
 WIDTHS = (0.1, 1, 10, 100, 1000)
 
 
-def write_calibration_report(cases: list[Case], command: str, path: Path) -> None:
-    """Write both figures and the tables as one HTML file, atomically."""
-    write_text(path, calibration_page(cases, command))
-
-
 def calibration_page(cases: list[Case], command: str) -> str:
-    """Return the whole page as text."""
+    """Return both figures and the tables as one HTML page."""
     reported = [case for case in cases if case.half == "reported"]
     single = [case for case in cases if not case.rough]
     drawn = [covered([case for case in single if case.half == "reported"]), widths(single)]

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from comparisons.errors import ResultsError
-from comparisons.files import write_text
 from comparisons.questions.claims.record import (
     RECORD,
     VERDICTS,
@@ -43,13 +42,8 @@ class ClaimView:
     openness: Table | None
 
 
-def write_claims_report(record: ClaimsRecord, path: Path) -> None:
-    """Write the verdicts and their evidence as one HTML file, atomically."""
-    write_text(path, claims_page(record))
-
-
 def claims_page(record: ClaimsRecord) -> str:
-    """Return the whole page as text."""
+    """Return the verdicts and their evidence as one HTML page."""
     views = [_view(claim) for claim in record.claims]
     by_voice: dict[str, list[ClaimView]] = {}
     for view in views:

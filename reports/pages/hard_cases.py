@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.files import write_text
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from reports.pages.page import render
 from reports.plots.axes import error_axis, log_axis
@@ -32,13 +30,8 @@ CAPTION = (
 )
 
 
-def write_hard_cases_report(record: HardCasesRecord, path: Path) -> None:
-    """Write the stability table as one HTML file, atomically."""
-    write_text(path, hard_cases_page(record))
-
-
 def hard_cases_page(record: HardCasesRecord) -> str:
-    """Return the whole page as text."""
+    """Return the stability table and its plot as one HTML page."""
     figure = stability(record)
     cases: dict[str, dict[str, OutcomeRecord]] = {}
     for outcome in record.outcomes:

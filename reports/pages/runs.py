@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.files import write_text
 from comparisons.results.run_comparison import (
     CHANGED,
     FAST,
@@ -42,13 +40,8 @@ TIMES = (
 )
 
 
-def write_comparison_page(record: RunComparison, command: str, path: Path) -> None:
-    """Write the comparison as one HTML file, atomically."""
-    write_text(path, comparison_page(record, command))
-
-
 def comparison_page(record: RunComparison, command: str) -> str:
-    """Return the whole page as text."""
+    """Return the comparison as one HTML page."""
     counts = Counter(kind for change in record.changes for kind in change.kinds)
     solves = list(record.changes)
     errors = np.maximum([change.errors for change in solves], SMALLEST)

@@ -88,7 +88,23 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         return None
     name = quantity(up)
     if name.single:
-        return _values(drawn, up)
+        points = []
+        for place, item in enumerate(drawn):
+            last = np.flatnonzero(np.isfinite(item.series.y))[-1:]
+            bars = None if item.series.bars is None else item.series.bars[last]
+            x, y = np.array([float(place)]), item.series.y[last]
+            points.append(replace(item.series, x=x, y=y, bars=bars, line=False, marks=True))
+        names = tuple((float(place), point.look.label) for place, point in enumerate(points))
+        return Figure(
+            f"curve-{up}",
+            _sentence(quantity(up).label),
+            "One value of the whole scene, by each method at its finest resolution.",
+            Axis("", limits=(-0.5, len(points) - 0.5), ticks=names),
+            value_axis(up, np.concatenate([point.y for point in points]), log=False),
+            tuple(points),
+            legend=False,
+            quantity=up,
+        )
     x, y, loads = (
         np.concatenate(part)
         for part in zip(
@@ -114,27 +130,6 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         value_axis(up, y, upright, () if up == scene.control else edges),
         tuple(series),
         bands,
-        quantity=up,
-    )
-
-
-def _values(drawn: list[_Curve], up: str) -> Figure:
-    """Return the value of the whole scene by each method."""
-    points = []
-    for place, item in enumerate(drawn):
-        last = np.flatnonzero(np.isfinite(item.series.y))[-1:]
-        bars = None if item.series.bars is None else item.series.bars[last]
-        x, y = np.array([float(place)]), item.series.y[last]
-        points.append(replace(item.series, x=x, y=y, bars=bars, line=False, marks=True))
-    names = tuple((float(place), point.look.label) for place, point in enumerate(points))
-    return Figure(
-        f"curve-{up}",
-        _sentence(quantity(up).label),
-        "One value of the whole scene, by each method at its finest resolution.",
-        Axis("", limits=(-0.5, len(points) - 0.5), ticks=names),
-        value_axis(up, np.concatenate([point.y for point in points]), log=False),
-        tuple(points),
-        legend=False,
         quantity=up,
     )
 

@@ -88,13 +88,25 @@ def _figure(
     bars = np.where(bars > low, bars, np.nan)
     places = selection.compared_along(scene, longest)
     floor = Band(places, np.full(len(places), low), bars, label=TRUTH_BAR)
+    # failed load steps: crosses at the upper edge, with the reason on hover
+    lost: dict[str, dict[float, list[str]]] = {}
+    for item in selection.failures(scene):
+        if np.isfinite(item.load):
+            lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(scene, item))
     return Figure(
         f"error-{name}",
         f"Error of {row.label} at equal {quantity(equal).label}",
         f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
         value_axis(scene.along, loads, wants_log(loads) and not scene.is_path),
         upright,
-        (*series, *_decided(scene, name, tables, low), *_lost_steps(scene, high)),
+        (
+            *series,
+            *_decided(scene, name, tables, low),
+            *(
+                failed(look(method, scene), reasons, high, map("\n".join, reasons.values()))
+                for method, reasons in lost.items()
+            ),
+        ),
         (floor,) if np.isfinite(bars).any() else (),
         (tolerance_line(scene.tolerance),),
         quantity=name,
@@ -114,18 +126,6 @@ def _decided(scene: SceneRecord, name: str, tables: dict[str, Rows], low: float)
     style = replace(look(method), label="decided here", marker=CIRCLE, colour=INK)
     hover = (f"{verdict.text}\n{verdict.because}: {verdict.word}",) * len(loads)
     return [Series(style, loads, size, line=False, hollow=True, size=16, hover=hover)]
-
-
-def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
-    """Return failed load steps: hollow crosses at the upper edge, with the reason on hover."""
-    lost: dict[str, dict[float, list[str]]] = {}
-    for item in selection.failures(scene):
-        if np.isfinite(item.load):
-            lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(scene, item))
-    return [
-        failed(look(method, scene), reasons, high, map("\n".join, reasons.values()))
-        for method, reasons in lost.items()
-    ]
 
 
 def _with_premise(scene: SceneRecord, figures: list[Figure]) -> list[Figure]:

@@ -70,7 +70,22 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
         line = {"color": look.colour, "dash": look.dash.plotly, "width": series.width}
         trace["line"] = line | ({"shape": "hv"} if series.stairs else {})
     if series.marks:
-        trace["marker"] = _marker(series)
+        look, name = series.look, series.look.marker.plotly
+        hollow = np.asarray(series.hollow)
+        marker: dict[str, Any] = {
+            "color": look.colour,
+            "symbol": [f"{name}-open" if is_open else name for is_open in hollow]
+            if hollow.ndim
+            else f"{name}-open" * bool(hollow) or name,
+            "size": series.size or look.size,
+        }
+        if hollow.any() or hollow.ndim:  # filled ones beside hollow ones are of one size
+            marker["line"] = {"width": 1.5, "color": look.colour}
+        if series.outlined:
+            marker["line"] = {"width": 2, "color": "@ink"}
+        if series.directed:
+            marker |= {"symbol": "arrow", "angleref": "previous"}
+        trace["marker"] = marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
         trace["cliponaxis"] = figure.clipped
     if not (series.legend and look.label):
         trace["showlegend"] = False
@@ -91,25 +106,6 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
         return trace | {"hovertemplate": f"{lines(series.hover)}<br>{where}<extra></extra>"}
     texts = [lines(text) for text in series.hover]
     return trace | {"text": texts, "hovertemplate": "%{text}<extra></extra>"}
-
-
-def _marker(series: Series) -> dict[str, Any]:
-    look, name = series.look, series.look.marker.plotly
-    hollow = np.asarray(series.hollow)
-    marker: dict[str, Any] = {
-        "color": look.colour,
-        "symbol": [f"{name}-open" if is_open else name for is_open in hollow]
-        if hollow.ndim
-        else f"{name}-open" * bool(hollow) or name,
-        "size": series.size or look.size,
-    }
-    if hollow.any() or hollow.ndim:  # filled ones beside hollow ones are of one size
-        marker["line"] = {"width": 1.5, "color": look.colour}
-    if series.outlined:
-        marker["line"] = {"width": 2, "color": "@ink"}
-    if series.directed:
-        marker |= {"symbol": "arrow", "angleref": "previous"}
-    return marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
 
 
 def _band(band: Band, figure: Figure) -> dict[str, Any]:

@@ -135,11 +135,6 @@ def failure_view(scene: SceneRecord) -> list[Figure]:
         caption=f"{of_line.caption} Each contact of length l counts as a disc, A = πl²/4 (19.29).",
         quantity="contact_area",
     )
-    return [_surface(scene, item, loads), shown, *_fractions(scene, item, loads)]
-
-
-def _surface(scene: SceneRecord, item: Field, loads: SliderSteps) -> Figure:
-    """Return the heights of the surface with its contacts in one colour."""
     heights = scene.load_fields(item.method, item.resolution).get("heights", np.empty(0))
     known = heights.shape == item.shape
     relief = heights - heights.min() if known else np.zeros(item.shape)
@@ -151,7 +146,7 @@ def _surface(scene: SceneRecord, item: Field, loads: SliderSteps) -> Figure:
         pixels = coarsened(*item.axes, values)
         frames.append(Map(*pixels, "contact", highest=1.0, contacts=True))
     touching = float(np.mean(item.pressure > 0))
-    return map_figure(
+    surface = map_figure(
         "failure-surface",
         "Contact of the surface",
         f"Heights, grey, and contacts, orange: {fmt.relative(touching)} of this surface at the "
@@ -159,6 +154,7 @@ def _surface(scene: SceneRecord, item: Field, loads: SliderSteps) -> Figure:
         frames,
         "contact_area",
     )
+    return [surface, shown, *_fractions(scene, item, loads)]
 
 
 def _fractions(scene: SceneRecord, item: Field, loads: SliderSteps) -> list[Figure]:

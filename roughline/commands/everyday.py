@@ -184,11 +184,12 @@ def report(directory: Path, *, pictures: bool = True, static: Flag = False) -> i
 
 def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[Path]:
     from comparisons.errors import InputError
+    from comparisons.files import write_text
     from comparisons.questions.claims.record import RECORD, load_claims_record
     from comparisons.questions.hard_cases import record as hard
     from comparisons.results.store import STUDY, load_study
-    from reports.pages.claims import write_claims_report
-    from reports.pages.hard_cases import write_hard_cases_report
+    from reports.pages.claims import claims_page
+    from reports.pages.hard_cases import hard_cases_page
     from reports.pages.study import write_report
 
     path = directory / "report.html"
@@ -197,9 +198,9 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[P
         if static:
             raise InputError(f"--static: expected results of `roughline run`, got {judged[0]}")
         if judged[0] == RECORD:
-            write_claims_report(load_claims_record(directory), path)
+            write_text(path, claims_page(load_claims_record(directory)))
         else:
-            write_hard_cases_report(hard.load_record(directory), path)
+            write_text(path, hard_cases_page(hard.load_record(directory)))
         return [path]
     record = load_study(directory)
     write_report(record, path, pictures=pictures)
@@ -321,10 +322,11 @@ def compare(
         Folder for comparison.html.
     """
     from comparisons.errors import InputError
+    from comparisons.files import write_text
     from comparisons.results.folder import held
     from comparisons.results.run_comparison import compare_runs
     from comparisons.results.store import load_study
-    from reports.pages.runs import write_comparison_page
+    from reports.pages.runs import comparison_page
     from roughline.commands import terminal
     from roughline.commands.arguments import share
 
@@ -339,7 +341,7 @@ def compare(
     record = compare_runs(load_study(before), load_study(after), moved, slower)
     page = out / "comparison.html"
     with held(out):
-        write_comparison_page(record, shlex.join(["roughline", *sys.argv[1:]]), page)
+        write_text(page, comparison_page(record, shlex.join(["roughline", *sys.argv[1:]])))
     terminal.print_run_comparison(record, page)
     return FAILED if record.failed else FINE
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from reports.printable import say
 from roughline.commands.arguments import (
@@ -19,9 +18,6 @@ from roughline.commands.arguments import (
     MethodFiles,
     Workers,
 )
-
-if TYPE_CHECKING:
-    pass
 
 
 def claims(
@@ -63,13 +59,13 @@ def claims(
     method
         Test this method instead of the reduced model, on the claims that are based on a scene.
     """
-    from comparisons.files import write_named_text
+    from comparisons.files import write_named_text, write_text
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import STORED, load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
     from comparisons.questions.claims.stale import stale as stale_claims
     from comparisons.results.folder import held
-    from reports.pages.claims import write_claims_report
+    from reports.pages.claims import claims_page
     from roughline.commands import terminal
     from roughline.commands.progress import watched
 
@@ -88,7 +84,7 @@ def claims(
             update={"claims": [claim for claim in record.claims if claim.id in names]}
         )
         page = (out or DEFAULT_FOLDER / "claims-stored") / "report.html"
-        write_claims_report(record, page)
+        write_text(page, claims_page(record))
         terminal.print_claims(record, page)
         return FINE
     # Pages of studies look into the folder of all claims.
@@ -106,8 +102,8 @@ def claims(
     )
     page = directory / "report.html"
     with held(directory):
-        record = watched(run, lambda: write_claims_report(load_claims_record(directory), page))
-        write_claims_report(record, page)
+        record = watched(run, lambda: write_text(page, claims_page(load_claims_record(directory))))
+        write_text(page, claims_page(record))
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, page)
@@ -134,10 +130,11 @@ def calibrate(
     out
         Folder for calibration.csv and report.html; existing ones are replaced.
     """
+    from comparisons.files import write_text
     from comparisons.questions.calibration import Calibration
     from comparisons.questions.calibration_cases import fitted_shares, summary
     from comparisons.results.folder import PAGE, held
-    from reports.pages.calibration import write_calibration_report
+    from reports.pages.calibration import calibration_page
     from reports.tables.calibration import by_quantity, kinds, other_widths, rule
     from roughline.commands.progress import watching
     from roughline.commands.terminal import print_table, print_text
@@ -148,7 +145,7 @@ def calibrate(
         with watching() as watch:
             record = Calibration(out, command=command, executor=executor, watch=watch).run()
         cases = record.cases
-        write_calibration_report(cases, command, out / PAGE)
+        write_text(out / PAGE, calibration_page(cases, command))
     reported = [case for case in cases if case.half == "reported"]
     print_text(
         "Cases that were not used to fit the rule: coverage, and median of bar over true error, "
@@ -204,12 +201,12 @@ def hard_cases(
     """
     from comparisons.errors import InputError
     from comparisons.facts.methods import METHODS, method_named
-    from comparisons.files import write_named_text
+    from comparisons.files import write_named_text, write_text
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.questions.hard_cases.record import load_record
     from comparisons.questions.hard_cases.run import HardCases
     from comparisons.results.folder import PAGE, held
-    from reports.pages.hard_cases import write_hard_cases_report
+    from reports.pages.hard_cases import hard_cases_page
     from roughline.commands import terminal
     from roughline.commands.progress import watched
 
@@ -239,8 +236,8 @@ def hard_cases(
     )
     page = out / PAGE
     with held(out):
-        record = watched(run, lambda: write_hard_cases_report(load_record(out), page))
-        write_hard_cases_report(record, page)
+        record = watched(run, lambda: write_text(page, hard_cases_page(load_record(out))))
+        write_text(page, hard_cases_page(record))
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_hard_cases(record, page)

@@ -58,7 +58,8 @@ def test_relative_errors_read_in_per_cent_or_ppm(value, text):
         ([1e-6, 4e-6], "m", (1e6, "µm")),
         ([9.999e-7], "m", (1e6, "µm")),  # three digits print 1.00 µm, not 1000 nm
         ([2e-12], "m2", (1e12, "µm²")),
-        ([5e-20], "m2", (1e24, "pm²")),
+        ([5e-20], "m2", (1e18, "nm²")),
+        ([1.9e-14], "m2", (1e12, "µm²")),  # 0.019 µm² rather than 19 000 nm²
         ([3.1e-7], "m2", (1e6, "mm²")),  # 0.31 mm² rather than 310 000 µm²
         ([1e-40], "m", (1e15, "fm")),
         ([3e30], "N", (1e-12, "TN")),

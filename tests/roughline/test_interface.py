@@ -270,6 +270,12 @@ def test_a_study_is_a_folder_that_is_read_back(results):
         again["sphere"]
 
 
+@pytest.mark.parametrize(("source", "kind"), [(None, "None"), (["sphere"], "a list of 1")])
+def test_what_is_no_scene_is_one_clear_error(source, kind):
+    with pytest.raises(roughline.InputError, match=f"expected a name, .* got {kind}"):
+        roughline.solve(source, "reduced")
+
+
 def test_a_study_writes_its_report(results):
     page = results.report(pictures=False)
     assert page.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")

@@ -129,7 +129,14 @@ class FemBody(FemMesh[BodyGeometry]):
         """Condense the body once; penetration counts from first touch."""
         solver = self._linear_solver(unknowns(task.geometry, task.resolution))
         geometry = task.geometry
-        mesh, surface, fixed = _refined(geometry, task.resolution)
+        resolution = task.resolution
+        mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))
+        faces = [geometry.surface, *(support.faces for support in geometry.supports)]
+        while resolution > 1:
+            mesh, renumbered, faces = mesh.refined(*faces)
+            numbers, resolution = renumbered[numbers], resolution // 2
+        surface, *held = faces
+        fixed = geometry.fixed_components(mesh, numbers, held)
         nodes = contact_nodes(mesh, surface)
         gap = _gap(geometry, mesh, nodes)
         edge = np.inf  # the gap at the nearest node left out
@@ -181,13 +188,3 @@ def _gap(geometry: BodyGeometry, mesh: SolidMesh, nodes: np.ndarray) -> np.ndarr
         gap = gap + depth
         gap = gap - gap.min()
     return gap
-
-
-def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.ndarray, np.ndarray]:
-    """Return the mesh, the faces that may touch and the held components at a resolution."""
-    mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))
-    faces = [geometry.surface, *(support.faces for support in geometry.supports)]
-    while resolution > 1:
-        mesh, renumbered, faces = mesh.refined(*faces)
-        numbers, resolution = renumbered[numbers], resolution // 2
-    return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])

@@ -105,7 +105,9 @@ def hertz(bound: float) -> list[Measurement]:
     title += f"{job.body.unknowns} unknowns"
     rows, shares = _against_pardiso(f"{title}: whole job", partial(run, elements), job, WHOLE)
     job_row = rows[0]
-    for name, share in _shares(shares).items():
+    parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in shares]
+    for name in parts[0]:
+        share = statistics.median(timing[name] / sum(timing.values()) for timing in parts)
         ratio = None if job_row.ratio is None else share * job_row.ratio
         part = share * job_row.seconds
         rows.append(
@@ -246,15 +248,6 @@ def growth(seconds: dict[int, float]) -> Measurement:
         None,
         found / 2.0,
     )
-
-
-def _shares(jobs: list[Job]) -> dict[str, float]:
-    """Return the median fractions of the parts in the job."""
-    parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in jobs]
-    return {
-        name: statistics.median(timing[name] / sum(timing.values()) for timing in parts)
-        for name in parts[0]
-    }
 
 
 def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:

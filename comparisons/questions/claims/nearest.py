@@ -24,6 +24,7 @@ from comparisons.results.store import SceneRecord
 from comparisons.scene.indenters.punches import EllipticPunch, RightAngledPunch
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, make_scene
+from reference.closed_form import sphere
 from reference.closed_form.adhesive import maugis_parameter
 
 SAME = 1e-3  # relative distance along a parameter that is none
@@ -97,13 +98,15 @@ class Nearest:
     @property
     def place(self) -> str:
         """Where it was measured, and where the scene stands, in words."""
-        low, high = (f"{value:.3g}" for value in self.here)
-        here, there = low if low == high else f"{low} to {high}", f"{self.there:.3g}"
+        low, high, there = (
+            fmt.without_padding(fmt.number(value)) for value in (*self.here, self.there)
+        )
+        here = low if low == high else f"{low} to {high}"
         beside = f", here {here}" if here != there else ""
         far = ", beyond all that was measured" if self.beyond else ""
         if (made := self.measured.hurst) is not None:
-            own = "not stated" if self.hurst is None else f"{self.hurst:.3g}"
-            far += f", H = {made:.3g}" + (f", here {own}" if own != f"{made:.3g}" else "")
+            own = "not stated" if self.hurst is None else f"{self.hurst:g}"
+            far += f", H = {made:g}" + (f", here {own}" if own != f"{made:g}" else "")
         return f"{self.measured.parameter} = {there}{beside}{far} (claim {self.measured.claim})"
 
     @property
@@ -261,8 +264,11 @@ def places(scene: Scene, loads: AbsoluteLoads, unit: float) -> dict[str, Stretch
         exponent = fixed.get(body.shape, body.parameters.get("exponent"))
         if exponent is not None:
             found["transform-power-law"] = exponent, exponent
-        if body.shape == "sphere" and loads.control == "penetration":
+        if body.shape == "sphere":
             depths = loads.values / body.parameters["radius"]
+            if loads.control == "force":
+                ball = sphere(body.parameters["radius"], scene.effective_modulus)
+                depths = ball.penetration(loads.values) / body.parameters["radius"]
             found["transform-sphere"] = float(np.min(depths)), float(np.max(depths))
     surface = scene.surface
     rough = surface is not None and not scene.physics and loads.control == "force"

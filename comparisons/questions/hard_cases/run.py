@@ -167,15 +167,14 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
 
 
 def solve_warned(task: Task) -> Solution:
-    """Solve a task for its curves; numerical warnings are flaws, and reasons of no load step."""
+    """Solve a task for its curves; numerical warnings are flaws, and kept with them."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
         solution = execute(task)
     solution.fields.clear()
-    arithmetic = [warned for warned in caught if issubclass(warned.category, RuntimeWarning)]
-    for number, warned in enumerate(arithmetic, start=1):
-        solution.reasons[0, -number] = f"{WARNED}{warned.message}"
+    arithmetic = (warned for warned in caught if issubclass(warned.category, RuntimeWarning))
+    solution.warnings = tuple(f"{WARNED}{warned.message}" for warned in arithmetic)
     return solution
 
 
@@ -205,8 +204,7 @@ def _measured(
     solution: Solution,
 ) -> OutcomeRecord:
     lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
-    reasons = dict.fromkeys(solution.reasons.values())
-    reason = "; ".join(sorted(reasons, key=lambda text: text.startswith(WARNED)))
+    reason = "; ".join(dict.fromkeys((*solution.reasons.values(), *solution.warnings)))
     common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
     if not solution.converged.any():
         expected = case.expected.get(name)

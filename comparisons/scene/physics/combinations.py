@@ -49,7 +49,23 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             if partner in tables:
                 yield f"{table}: expected no [{partner}] beside it: {reason}"
     if tables:
-        yield from _bodies(data, tables)
+        cause = _either(tables)
+        if "body" in data:
+            yield f"body: expected no {cause}: meshed bodies are elastic and frictionless"
+        one_body = [name for name in tables if TABLES[name].one_body]
+        if "counter_body" in data and one_body:
+            yield (
+                f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
+                "frictionless elastic bodies add up to one"
+            )
+        half_space = data.get("half_space")
+        for key in DEPTH_KEYS:
+            if isinstance(half_space, dict) and key in half_space:
+                yield f"half_space.{key}: expected no {cause} beside it: no method here has both"
+        if isinstance(half_space, dict) and "effective_modulus" in half_space:
+            for name in tables:
+                if TABLES[name].two_constants:
+                    yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
     yield from _loads(data, tables)
     compare = data.get("compare")
     names = compare.get("quantities") if isinstance(compare, dict) else None
@@ -59,26 +75,6 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
             yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
         if name in DISTRIBUTIONS and (tables or "surface" not in data):
             yield f"compare.quantities: {name}: expected an elastic, frictionless rough [surface]"
-
-
-def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
-    cause = _either(tables)
-    if "body" in data:
-        yield f"body: expected no {cause}: meshed bodies are elastic and frictionless"
-    one_body = [name for name in tables if TABLES[name].one_body]
-    if "counter_body" in data and one_body:
-        yield (
-            f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
-            "frictionless elastic bodies add up to one"
-        )
-    half_space = data.get("half_space")
-    for key in DEPTH_KEYS:
-        if isinstance(half_space, dict) and key in half_space:
-            yield f"half_space.{key}: expected no {cause} beside it: no method here has both"
-    if isinstance(half_space, dict) and "effective_modulus" in half_space:
-        for name in tables:
-            if TABLES[name].two_constants:
-                yield f"half_space: expected E or G with nu: {TABLES[name].two_constants}"
 
 
 # Loads that only some tables of physics have a use for, and why.

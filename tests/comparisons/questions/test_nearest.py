@@ -82,6 +82,15 @@ def test_beyond_all_that_was_measured_nothing_is_within():
     assert shallow.word != WITHIN
 
 
+def test_a_ball_under_a_force_stands_where_hertz_sinks_it():
+    """To lowest order F = 4/3 E* sqrt(R) d^(3/2)."""
+    scene = load_scene("sphere")
+    radius, modulus = scene.indenter.radius, scene.effective_modulus
+    depth = 1e-4 * radius
+    pressed = known("sphere", loading={"force": 4 / 3 * modulus * np.sqrt(radius) * depth**1.5})
+    np.testing.assert_allclose(pressed["force"].here, 1e-4, rtol=1e-4)
+
+
 def test_areas_at_equal_force_say_nothing_of_a_prescribed_penetration():
     assert "contact_area" not in known("ellipsoid-2")
     force = {"loading": {"force": [1.0, 10.0]}}
