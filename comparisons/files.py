@@ -1,4 +1,4 @@
-"""How files are written: whole or not at all, and never in place of what is no file.
+"""How files are written, whole or not at all, never in place of what is no file; TOML is read.
 
 In a results folder a name is ours: whatever stands there is replaced, a link as well, since results
 come from strangers and must not lead out of their folder. A name that a user gives is theirs: a
@@ -11,9 +11,11 @@ from __future__ import annotations
 import errno
 import math
 import os
+import re
 import stat
 import sys
 import tempfile
+import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -176,3 +178,30 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+LARGEST_FILE = 10_000_000
+# The parser's time and memory grow with the square of the parts of a dotted key.
+DEEPEST_KEY = 20
+KEYS = re.compile(r"^[ \t]*\[{0,2}((?:[\w\"'-]+[ \t]*\.[ \t]*)+)", re.MULTILINE)
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """Read the tables of a file; ValueError where it is too large, no text, or no TOML."""
+    try:
+        if file.stat().st_size > LARGEST_FILE:
+            raise ValueError(f"expected at most {LARGEST_FILE} bytes")
+        text = file.read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"not a readable text file ({error})") from error
+    return parse_toml(text)
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Read tables from text."""
+    if any(key.count(".") > DEEPEST_KEY for key in KEYS.findall(text)):
+        raise ValueError(f"expected keys of at most {DEEPEST_KEY + 1} parts")
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"not valid TOML: {error}") from error

@@ -24,35 +24,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from comparisons.errors import InputError
     from comparisons.methods.function import method
-    from roughline.changes import Changes, compare_runs
     from roughline.claims import ClaimVerdict, check_claim, list_claims
     from roughline.comparing import Comparison, compare
-    from roughline.methods import add_method, list_methods
     from roughline.scenes import Plan, list_scenes, load_scene, plan
-    from roughline.solving import Solution, solve
-    from roughline.studies import Results, Study, load_results
+    from roughline.solving import Solution, add_method, list_methods, solve
+    from roughline.studies import Changes, Results, Study, compare_runs, load_results
 
 _HOMES = {
-    "InputError": "comparisons.errors",
-    "method": "comparisons.methods.function",
-    "Changes": "roughline.changes",
-    "compare_runs": "roughline.changes",
-    "ClaimVerdict": "roughline.claims",
-    "check_claim": "roughline.claims",
-    "list_claims": "roughline.claims",
-    "Comparison": "roughline.comparing",
-    "compare": "roughline.comparing",
-    "add_method": "roughline.methods",
-    "list_methods": "roughline.methods",
-    "Plan": "roughline.scenes",
-    "list_scenes": "roughline.scenes",
-    "load_scene": "roughline.scenes",
-    "plan": "roughline.scenes",
-    "Solution": "roughline.solving",
-    "solve": "roughline.solving",
-    "Results": "roughline.studies",
-    "Study": "roughline.studies",
-    "load_results": "roughline.studies",
+    name: home
+    for home, names in {
+        "comparisons.errors": ("InputError",),
+        "comparisons.methods.function": ("method",),
+        "roughline.claims": ("ClaimVerdict", "check_claim", "list_claims"),
+        "roughline.comparing": ("Comparison", "compare"),
+        "roughline.scenes": ("Plan", "list_scenes", "load_scene", "plan"),
+        "roughline.solving": ("Solution", "add_method", "list_methods", "solve"),
+        "roughline.studies": ("Changes", "Results", "Study", "compare_runs", "load_results"),
+    }.items()
+    for name in names
 }
 
 __all__ = [

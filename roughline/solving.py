@@ -1,4 +1,4 @@
-"""Solution of one scene by one method, as arrays and as a table."""
+"""Solution of one scene by one method, as arrays and as a table; the methods that there are."""
 
 from __future__ import annotations
 
@@ -12,11 +12,16 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
+from comparisons.methods.registry import add_class
+from comparisons.methods.solver import Solver
+from comparisons.methods.user.external import add_methods, names_in
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.planning import Source
 from reports.plots.curves import pressure_figure, solution_figure
+from reports.tables import lists
 from reports.tables.runs import load_steps, shown_columns
+from reports.tables.written import frame
 from roughline import notebook
 from roughline.scenes import load_scene
 
@@ -286,3 +291,40 @@ def solve(
     overrides = {f"methods.{method}.{key}": value for key, value in options.items()}
     solution = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
     return Solution(solution)
+
+
+def list_methods() -> pd.DataFrame:
+    """Return all methods with their titles, and whether they solve a line or the 3-D contact.
+
+    Examples
+    --------
+    >>> list_methods().loc["reduced", "solves"]
+    'a line'
+    """
+    return frame(lists.methods()).set_index("name")
+
+
+def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
+    """Add your own method, to be tested like the built-in ones; return the names added.
+
+    Parameters
+    ----------
+    method : class, str or Path
+        The result of the decorator `method`, or a class derived from
+        ``comparisons.methods.Solver``, known in this process only. Or a Python file with methods:
+        each call then runs in a separate process with limits on time and memory, and is also
+        available to the worker processes of a `Study`.
+
+    Raises
+    ------
+    InputError
+        If the file or class does not define a method, or a built-in method has the same name.
+
+    Notes
+    -----
+    A user-supplied method never serves as the reference, whatever its dimension.
+    """
+    if not isinstance(method, (str, Path)):
+        return [add_class(method)]
+    add_methods([method])
+    return names_in(method)

@@ -17,8 +17,7 @@ from comparisons.geometry.map_files.heights import (
     stated_problems,
 )
 from comparisons.geometry.reading import FileError
-from comparisons.scene.surface import MeasuredMap
-from comparisons.scene.trends import TRENDS, subtracted, trend_of
+from comparisons.scene.surface import TRENDS, MeasuredMap, subtracted, trend_of
 
 Array = NDArray[np.float64]
 

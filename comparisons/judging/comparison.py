@@ -15,8 +15,7 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis,
 from comparisons.judging.distributions import distribution_rows, field_bar, field_measures
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
-from comparisons.judging.proofs import Verification, verified
-from comparisons.judging.reference import Bar
+from comparisons.judging.reference import Bar, Verification, verified
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import LAST_LOAD, NEVER, Verdict, judged

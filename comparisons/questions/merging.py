@@ -40,8 +40,7 @@ from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.plan import Plan
 from comparisons.solving.plan_record import MethodPlan
 from comparisons.solving.planning import plan_from
-from comparisons.tasks.archive import load_solution
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, load_solution
 from comparisons.tasks.task import Task
 
 # Keys that may differ between the scenes of two runs: methods and resolutions.

@@ -33,9 +33,8 @@ from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Effort, Plan
 from comparisons.solving.plan_record import PlanRecord
-from comparisons.tasks.archive import PREFIX, save_solution
 from comparisons.tasks.shown_loads import SHOWN_ONLY, shown
-from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+from comparisons.tasks.solution import PREFIX, REALISATIONS, Solution, Solved, save_solution
 from comparisons.tasks.task import Task
 
 _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick effort

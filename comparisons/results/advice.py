@@ -26,8 +26,11 @@ from comparisons.judging.verdicts import (
     worst,
 )
 from comparisons.results import selection
-from comparisons.results.decisions import (
+from comparisons.results.run_comparison import SLOWER
+from comparisons.results.selection import (
+    Cost,
     by_chance,
+    cost,
     equal_at,
     finest,
     judged_methods,
@@ -36,8 +39,6 @@ from comparisons.results.decisions import (
     unanswered,
     verdicts,
 )
-from comparisons.results.run_comparison import SLOWER
-from comparisons.results.selection import Cost, cost
 from comparisons.results.store import SceneRecord, once
 
 # Its errors are against a finer grid of its own.
@@ -242,7 +243,7 @@ def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 
     A setting meets the tolerance t where |e| + u <= t in every quantity and at every load step,
-    with u the bar (`comparisons.results.decisions`). The truth itself is a setting too: it meets
+    with u the bar (`comparisons.results.selection`). The truth itself is a setting too: it meets
     what its own bar is within.
     """
     nothing = unanswered(record)

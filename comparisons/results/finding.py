@@ -16,7 +16,7 @@ from comparisons.facts.methods import CLOSED_FORM, MODEL, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, Verdict, worst
 from comparisons.results.advice import Setting, advise
-from comparisons.results.decisions import by_chance, depends_on_depth, judged_methods, verdicts
+from comparisons.results.selection import by_chance, depends_on_depth, judged_methods, verdicts
 from comparisons.results.store import SceneRecord, once
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.indenters.indenter import Indenter

@@ -18,8 +18,8 @@ from comparisons.judging.truth import Truth
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.decisions import NOBODY, equal_at, levels, not_asked
 from comparisons.results.rows import Rows
+from comparisons.results.selection import NOBODY, equal_at, levels, not_asked
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.plan import Plan

@@ -26,7 +26,7 @@ from pydantic import (
 from comparisons.errors import InputError
 from comparisons.facts.methods import is_known
 from comparisons.facts.quantities import COMPARABLE, DEFAULT
-from comparisons.files import plain
+from comparisons.files import parse_toml, plain, read_toml
 from comparisons.reasons import in_kind, near
 from comparisons.scene.body import Body, with_material
 from comparisons.scene.fields import KnownMethod, Positive, SceneTable, fail
@@ -41,7 +41,6 @@ from comparisons.scene.physics.combinations import (
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.problems import in_file, missing_files, table_problems
 from comparisons.scene.surface import SelfAffine, Surface
-from comparisons.scene.toml_files import parse_toml, read_toml
 
 MOST_PROBLEMS = 50
 MOST_SWEPT = 100

@@ -20,7 +20,7 @@ from comparisons.methods import registry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
-from comparisons.tasks.archive import arrays_of
+from comparisons.tasks.solution import arrays_of
 from comparisons.tasks.task import Task
 
 

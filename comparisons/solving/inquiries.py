@@ -28,8 +28,7 @@ from comparisons.solving.jobs import (
     SerialExecutor,
 )
 from comparisons.solving.plan import Plan
-from comparisons.tasks.archive import load_solution, save_solution
-from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved, load_solution, save_solution
 from comparisons.tasks.task import Task
 
 A = TypeVar("A")

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import Geometry, RoughGeometry, prepare
 from comparisons.scene.scene import PREPARATION, Scene, load_scene, member, validated
-from comparisons.scene.surface import MeasuredMap
-from comparisons.scene.trends import TRENDS, trend_of, trend_problem
+from comparisons.scene.surface import TRENDS, MeasuredMap, trend_of, trend_problem
 
 Crop = tuple[int, int, int, int]
 DENSE = "bem_dense"

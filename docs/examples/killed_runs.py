@@ -26,7 +26,7 @@ from comparisons.errors import ResultsError
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.archive import load_solution
+from comparisons.tasks.solution import load_solution
 
 SCENE = """
 name = "killed"

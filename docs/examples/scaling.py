@@ -24,8 +24,7 @@ from comparisons.solving.jobs import Job, executor_for
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.solving.processes import ProcessExecutor
-from comparisons.tasks.archive import save_solution
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, save_solution
 from comparisons.tasks.task import Task
 
 SCENE = {

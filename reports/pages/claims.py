@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 from comparisons.errors import ResultsError
 from comparisons.questions.claims.record import (
@@ -21,31 +23,16 @@ from reports.pages.page import render
 from reports.plots.claims import along, boundary_map, evidence
 from reports.plots.figure import Figure
 from reports.tables.claims import beyond, measurements
-from reports.tables.table import Table
 
 # Of more claims the page shows how many have which verdict; a click, a link or a search opens them.
 MOST_UNFOLDED = 12
 FOLDER = "claims"  # where `roughline claims` writes, beside the folders of studies
 
 
-@dataclass(frozen=True)
-class ClaimView:
-    """The data that the template shows for one claim; its largest error decides."""
-
-    record: ClaimRecord
-    anchor: str
-    text: str
-    error: float
-    uncertainty: float
-    figures: tuple[Figure, ...]
-    measurements: Table
-    openness: Table | None
-
-
 def claims_page(record: ClaimsRecord) -> str:
     """Return the verdicts and their evidence as one HTML page."""
     views = [_view(claim) for claim in record.claims]
-    by_voice: dict[str, list[ClaimView]] = {}
+    by_voice: dict[str, list[SimpleNamespace]] = {}
     for view in views:
         by_voice.setdefault(view.record.voice, []).append(view)
     drawn = {f"{view.anchor}-{figure.key}": figure for view in views for figure in view.figures}
@@ -67,18 +54,19 @@ def _tally(claims: Iterable[ClaimRecord]) -> list[tuple[str, int]]:
     return [(word, counts[word]) for word in VERDICTS if counts[word]]
 
 
-def _view(claim: ClaimRecord) -> ClaimView:
+def _view(claim: ClaimRecord) -> SimpleNamespace:
+    """Return what the template shows of one claim; its largest error decides."""
     largest = max(claim.measured, key=lambda p: -1.0 if p.error is None else abs(p.error))
     figures = [evidence(claim), boundary_map(claim), *(along(claim, n) for n in claim.nuisances)]
-    return ClaimView(
-        claim,
-        f"claim-{claim.id}",
-        error_text(largest, claim.factor),
-        float("nan") if largest.error is None else largest.error,
-        float("nan") if largest.uncertainty is None else largest.uncertainty,
-        tuple(figure for figure in figures if figure is not None),
-        measurements(claim),
-        beyond(claim) if claim.nuisances else None,
+    return SimpleNamespace(
+        record=claim,
+        anchor=f"claim-{claim.id}",
+        text=error_text(largest, claim.factor),
+        error=math.nan if largest.error is None else largest.error,
+        uncertainty=math.nan if largest.uncertainty is None else largest.uncertainty,
+        figures=[figure for figure in figures if figure is not None],
+        measurements=measurements(claim),
+        openness=beyond(claim) if claim.nuisances else None,
     )
 
 

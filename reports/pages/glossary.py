@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.results.decisions import WHERE
+from comparisons.results.selection import WHERE
 
 TERMS = {
     "reduced": (

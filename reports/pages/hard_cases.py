@@ -9,9 +9,8 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from reports.pages.page import render
-from reports.plots.axes import error_axis, log_axis
+from reports.plots.axes import FOOT_NOTE, error_axis, failed, log_axis, parted, with_foot
 from reports.plots.figure import Figure, Level, Series
-from reports.plots.marks import FOOT_NOTE, failed, parted, with_foot
 from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
 KINDS = ("accurate", "degraded", "refused", "not for", "left out", "lost")

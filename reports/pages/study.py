@@ -1,31 +1,39 @@
 """The report of a study: one self-contained HTML page.
 
-The parts common to all pages (embedding, escaping, scripts) are in `reports.pages.page`.
+The parts common to all pages (embedding, escaping, scripts) are in `reports.pages.page`. The page
+judges anew for another question: it gets the ends of what every error may be, |e| - u and |e| + u
+(`judging`), and applies the one rule of `comparisons.judging.verdicts` to another tolerance or to
+fewer quantities.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import CLOSED_FORM, MODEL, ours
+from comparisons.facts.methods import CLOSED_FORM, MODEL, ours, title_of
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting, advise, truth_known_to
-from comparisons.results.decisions import confidence, judged_methods, second_rows, verdicts
-from comparisons.results.finding import deciding, family, methods_of
-from comparisons.results.selection import spent
+from comparisons.results.finding import answers, deciding, family, largest_error, methods_of, symbol
+from comparisons.results.selection import (
+    confidence,
+    finest,
+    judged_methods,
+    second_rows,
+    spent,
+    verdicts,
+)
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims import FOLDER, claims_beside
-from reports.pages.judging import judging, others
 from reports.pages.page import render
 from reports.pictures import pictures
 from reports.plots import curves, errors, physics, pressure, speed, stored, surfaces
@@ -60,50 +68,6 @@ EVIDENCE: tuple[tuple[str, str, Callable[[SceneRecord], list[Figure]]], ...] = (
 )
 
 
-@dataclass(frozen=True)
-class SceneView:
-    """The data that the template shows for one scene.
-
-    Attributes
-    ----------
-    verdicts : dict
-        Quantity -> verdict on the method that the page leads with, which decides.
-    judged, others : dict
-        Label -> verdicts on each judged method (the model has no label where it leads), and on the
-        other solvers.
-    fastest : tuple of Setting
-        The cheapest settings within the tolerance, of different methods.
-    truth : str
-        The reference and what it is known to.
-    """
-
-    record: SceneRecord
-    anchor: str
-    title: str
-    family: str
-    confidence: str
-    verdicts: dict[str, Verdict]
-    judged: dict[str, dict[str, Verdict]]
-    others: dict[str, dict[str, Verdict]]
-    decisive: Verdict | None
-    at_other_load: list[Verdict]
-    advice: Advice
-    fastest: tuple[Setting, ...]
-    truth: str
-    card: list[tuple[str, str]]
-    unknown: str
-    plan: list[dict[str, Any]]
-    figures: dict[str, list[Figure]]
-    loads: stored.SliderSteps
-    values: Table | None
-    settings: Table
-    times: Table
-    stability: Table
-    steps: Table
-    seconds: float
-    picture: pictures.Picture = field(default_factory=pictures.Picture)
-
-
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
     """Write a study as one HTML file.
 
@@ -136,7 +100,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     for number, figure in enumerate(claims.figures if claims else (), start=1):
         if figure:
             drawn[f"claim-{number}-evidence"] = figure
-    families: dict[str, list[SceneView]] = {}  # in the order in which they first appear
+    families: dict[str, list[SimpleNamespace]] = {}  # in the order in which they first appear
     for view in views:
         families.setdefault(view.family, []).append(view)
     words = Counter(view.decisive.word for view in views if view.decisive)
@@ -175,8 +139,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     )
 
 
-def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
-    drawn = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
+def _views(record: StudyRecord, with_pictures: bool) -> list[SimpleNamespace]:
     # Rendering waits for a process of its own, and the plots need not wait for it.
     with ThreadPoolExecutor(1) as beside:
         images = (
@@ -186,18 +149,16 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
             scene_view(scene, f"scene-{number}")
             for number, scene in enumerate(record.scenes, start=1)
         ]
-        if images is not None:
-            drawn = images.result()
-    return [
+        off = pictures.Picture(note="Pictures are switched off.")
+        drawn = images.result() if images else [off] * len(views)
+    for view, picture in zip(views, drawn, strict=True):
         # Where there is none, the model's own figure is picture enough.
-        view
-        if view.figures["model"] and picture.note == pictures.NOTHING
-        else replace(view, picture=picture)
-        for view, picture in zip(views, drawn, strict=True)
-    ]
+        if not (view.figures["model"] and picture.note == pictures.NOTHING):
+            view.picture = picture
+    return views
 
 
-def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
+def scene_view(scene: SceneRecord, anchor: str) -> SimpleNamespace:
     """Return what the page shows of a scene, but for its picture."""
     judged = {
         "" if name == MODEL else look(name).label: {
@@ -210,14 +171,14 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
     reduced = None if failing else reduced_picture(scene)
     advice = advise(scene)
     drawn = {name: draw(scene) for name, _, draw in EVIDENCE}
-    return SceneView(
+    return SimpleNamespace(
         record=scene,
         anchor=anchor,
         title=scene.title or scene.name,
         family=family(scene),
         confidence=confidence(scene),
-        verdicts=next(iter(judged.values())),
-        judged=judged,
+        verdicts=next(iter(judged.values())),  # on the method that the page leads with
+        judged=judged,  # label (none where the model leads) -> quantity -> verdict
         others=others(scene),
         decisive=deciding(scene),
         at_other_load=second_rows(scene),
@@ -240,6 +201,7 @@ def scene_view(scene: SceneRecord, anchor: str) -> SceneView:
         stability=tables.stability(scene),
         steps=tables.load_steps(scene),
         seconds=spent(scene),
+        picture=pictures.Picture(),
     )
 
 
@@ -300,3 +262,91 @@ def _time_cell(setting: Setting | None) -> Cell:
     star = "*" if setting.judges_itself and not setting.is_truth else ""
     text = f"{fmt.duration(setting.seconds)}{star} (N = {setting.resolution})"
     return cells.number(text, setting.seconds)
+
+
+# Tolerances that the slider offers; in the middle of a decade 2 and 5, as on every axis.
+STEPS = (*(float(f"{step}e{power}") for power in range(-5, 0) for step in (1, 2, 5)), 1.0)
+
+
+def judging(scenes: Sequence[tuple[str, SceneRecord, Advice]]) -> dict[str, Any]:
+    """Return what the page needs to judge scenes (anchor, record, advice) anew.
+
+    Of the judged methods the page leads with the first.
+    """
+    return {
+        "tolerances": STEPS,
+        "labels": [fmt.tolerance(step) for step in STEPS],
+        "exact": f"{title_of(CLOSED_FORM)} (exact)",
+        "scenes": [
+            {
+                "anchor": anchor,
+                "name": scene.name,
+                "family": family(scene),
+                "order": in_order(scene.quantities),
+                "tolerance": scene.tolerance,
+                "judged": {
+                    method: [_verdict(scene, verdict) for verdict in verdicts(scene, method)]
+                    for method in judged_methods(scene)
+                },
+                "others": [
+                    [_ends(verdict) for verdict in known.values()]
+                    for known in others(scene).values()
+                ],
+                "lucky": sorted(advice.lucky),
+                "settings": [_setting(setting, advice) for setting in advice.settings],
+            }
+            for anchor, scene, advice in scenes
+        ],
+    }
+
+
+def others(scene: SceneRecord) -> dict[str, dict[str, Verdict]]:
+    """Return the verdicts on the solvers that are not judged themselves, by their labels."""
+    names = [name for name in selection.methods(scene) if name not in judged_methods(scene)]
+    known = {name: verdicts(scene, name) for name in names if finest(scene, name) is not None}
+    return {
+        look(name, scene).label: {verdict.quantity: verdict for verdict in several}
+        for name, several in known.items()
+        if any(verdict.word != NO_RESULT for verdict in several)
+    }
+
+
+def _verdict(scene: SceneRecord, verdict: Verdict) -> dict[str, Any]:
+    return _ends(verdict) | {
+        "counts": answers(scene, verdict),
+        "symbol": symbol(verdict.quantity),
+        "text": verdict.text,
+        "largest": largest_error(scene, verdict),
+    }
+
+
+def _ends(verdict: Verdict) -> dict[str, Any]:
+    return {
+        "quantity": verdict.quantity,
+        "low": verdict.low,
+        "high": verdict.high,
+        "error": abs(verdict.error),
+        "missing": verdict.word == NO_RESULT,
+        "counts": verdict.counts,
+    }
+
+
+def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
+    deepest = advice.finest.get(setting.method, -1)
+    return {
+        "method": setting.method,
+        "title": setting.starred,
+        "text": setting.brief,
+        "time": fmt.duration(setting.seconds),
+        "colour": look(setting.method).colour,
+        "n": setting.resolution,
+        "seconds": setting.seconds,
+        "truth": setting.is_truth,
+        # Beyond the finest grid that solved the most steps, a grid is no evidence.
+        "judged": not setting.is_truth
+        and setting.resolution <= deepest
+        and setting.method not in advice.lucky,
+        "finest": setting.resolution == deepest,
+        "ranked": setting.method != CLOSED_FORM,
+        "verdicts": [_ends(verdict) for verdict in setting.verdicts],
+    }

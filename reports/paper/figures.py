@@ -15,8 +15,8 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import ours
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
-from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.finding import deciding
+from comparisons.results.selection import judged_methods, verdicts
 from comparisons.results.store import SceneRecord
 from reports.paper.style import (
     COLUMN,
@@ -29,11 +29,10 @@ from reports.paper.style import (
     literal,
     new_figure,
 )
-from reports.plots.axes import log_axis, log_ticks
+from reports.plots.axes import DOWN, log_axis, log_ticks
 from reports.plots.curves import printed_curves
 from reports.plots.errors import errors
 from reports.plots.figure import Axis, Figure, Guide, Series
-from reports.plots.marks import DOWN
 from reports.plots.pressure import pressures
 from reports.plots.speed import speed
 from reports.plots.style import CROSS, INK, Look, Marker, look

@@ -25,7 +25,7 @@ from reports.paper.figures import (
     verdict_figure,
 )
 from reports.paper.style import FORMATS, PAGE, PaperFigure
-from reports.plots.marks import FOOT_NOTE
+from reports.plots.axes import FOOT_NOTE
 from reports.tables.judged import finding_table, printed_verdicts
 from reports.tables.scene import printed_settings
 from reports.tables.values import values

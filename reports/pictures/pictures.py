@@ -236,7 +236,6 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     stress = np.asarray(fields["mesh_von_mises"], dtype=float)
     # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
     highest = float(np.quantile(stress[near], 0.995))
-    scale = fmt.prefix_for(highest, "Pa")
     arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
     arrays |= {
         "kind": np.array("body"),
@@ -251,9 +250,7 @@ def _body_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         f"contact boundary. {_exaggerated('Displacements', exaggeration)} The part shown is "
         f"{fmt.with_unit(2 * reach, 'm')} wide."
     )
-    top = fmt.number(highest * scale.factor)
-    bar = ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis")
-    return Job(arrays, caption, bar)
+    return Job(arrays, caption, _from_zero("von Mises stress", highest))
 
 
 def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -279,7 +276,6 @@ def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
     exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
     stress = np.asarray(fields["particle_von_mises"], dtype=float)[near]
     highest = float(np.quantile(stress, 0.999))
-    scale = fmt.prefix_for(highest, "Pa")
     arrays = {
         "kind": np.array("particles"),
         "places": (places[near] + exaggeration * shift) / reach,
@@ -292,8 +288,7 @@ def particle_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         f"quarter of them taken away. {_exaggerated('Displacements', exaggeration)} The part shown "
         f"is {fmt.with_unit(2 * reach, 'm')} wide."
     )
-    top = fmt.number(highest * scale.factor)
-    return Job(arrays, caption, ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis"))
+    return Job(arrays, caption, _from_zero("von Mises stress", highest))
 
 
 def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
@@ -303,7 +298,6 @@ def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         return None
     x, y, p = (np.ravel(fields[f"pressure{end}"]).reshape(sides) for end in ("_x", "_y", ""))
     highest = float(min(np.max(p), 4 * np.mean(p[p > 0])))
-    scale = fmt.prefix_for(highest, "Pa")
     arrays = {
         "kind": np.array("hill"),
         "x": x,
@@ -312,8 +306,13 @@ def _hill_job(source: str, fields: dict[str, np.ndarray]) -> Job | None:
         "highest": np.array(highest),
     }
     caption = f"The contact pressure at the last load as a surface ({source})."
+    return Job(arrays, caption, _from_zero("pressure p", highest))
+
+
+def _from_zero(label: str, highest: float) -> ColourBar:
+    scale = fmt.prefix_for(highest, "Pa")
     top = fmt.number(highest * scale.factor)
-    return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))
+    return ColourBar(f"{label} / {scale.unit}", "0", top, "viridis")
 
 
 def _rounded(factor: float) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
 VIEW = np.array([1.0, -1.25, 0.95])  # the common camera: front right, from above
+PLAIN: dict[str, Any] = {"show_scalar_bar": False, "specular": 0.0}
 Job = dict[str, np.ndarray]
 Frame = tuple[tuple[float, float, float], float]  # the centre of a picture, and half its height
 
@@ -36,10 +37,9 @@ def _rough(plotter: Plotter, job: Job) -> Frame:
         cmap="cividis",
         clim=[job["heights"].min(), job["heights"].max()],
         nan_color=CONTACT,
-        show_scalar_bar=False,
         smooth_shading=True,
         interpolate_before_map=False,
-        specular=0.0,
+        **PLAIN,
     )
     width, depth = job["size"] / job["size"].max()
     return (width / 2, depth / 2, 0.0), 0.53
@@ -54,8 +54,7 @@ def _hill(plotter: Plotter, job: Job) -> Frame:
         scalars=p.ravel(order="F"),
         cmap="viridis",
         clim=[0, 1],
-        show_scalar_bar=False,
-        specular=0.0,
+        **PLAIN,
     )
     return (0.0, 0.0, 0.12), 0.53
 
@@ -107,10 +106,9 @@ def _particles(plotter: Plotter, job: Job) -> Frame:
         scalars="stress",
         cmap="viridis",
         clim=[0, float(job["highest"])],
-        show_scalar_bar=False,
         smooth_shading=True,
         ambient=0.5,
-        specular=0.0,
+        **PLAIN,
     )
     return (0.0, 0.0, -0.36), 1.32
 

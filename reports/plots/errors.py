@@ -11,21 +11,25 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.judging.metrics import at_equal
 from comparisons.results import selection
-from comparisons.results.decisions import finest, judged_methods, verdicts
 from comparisons.results.rows import Rows
+from comparisons.results.selection import finest, judged_methods, verdicts
 from comparisons.results.store import SceneRecord
-from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
-from reports.plots.curves import TRUTH_BAR
-from reports.plots.figure import Band, Figure, Guide, Series, Stretch
-from reports.plots.marks import (
+from reports.plots.axes import (
     FOOT_NOTE,
     SIGN_NOTE,
+    error_axis,
+    error_range,
     failed,
     parted,
     refusal,
     sign_marks,
+    tolerance_line,
+    value_axis,
+    wants_log,
     with_foot,
 )
+from reports.plots.curves import TRUTH_BAR
+from reports.plots.figure import Band, Figure, Guide, Series, Stretch
 from reports.plots.style import CIRCLE, INK, drawing_order, look
 
 CAPTION = (

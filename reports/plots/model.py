@@ -13,8 +13,19 @@ from comparisons.facts.quantities import NORMAL
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import log_axis, padded, value_axis, wants_log
-from reports.plots.figure import Axis, Band, Figure, Level, Map, Series, line, moving
-from reports.plots.maps import coarsened, map_figure, outer
+from reports.plots.figure import (
+    Axis,
+    Band,
+    Figure,
+    Level,
+    Map,
+    Series,
+    coarsened,
+    line,
+    map_figure,
+    moving,
+    outer,
+)
 from reports.plots.pressure import Field, leading_map, pressure_fields
 from reports.plots.stored import SliderSteps, slider_steps, stored_fields
 from reports.plots.style import CIRCLE, CONTACT, DASHED, DOTTED, INK, MUTED, Look, look

@@ -17,8 +17,7 @@ from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import SLIP, at_step, stored_steps
 from reports.plots.axes import log_axis
-from reports.plots.figure import NO_SCALE, Axis, Figure, Map, line
-from reports.plots.maps import coarsened, map_figure, outer
+from reports.plots.figure import NO_SCALE, Axis, Figure, Map, coarsened, line, map_figure, outer
 from reports.plots.stored import Fields, finest_fields, slider_steps
 from reports.plots.style import DASHED, DOTTED, INK, MUTED, Look, look
 

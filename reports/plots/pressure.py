@@ -13,8 +13,17 @@ from comparisons.facts.methods import GRID, ours
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
-from reports.plots.figure import Axis, Figure, Map, Series, moving
-from reports.plots.maps import MOST_PIXELS, coarsened, map_figure, outer
+from reports.plots.figure import (
+    MOST_PIXELS,
+    Axis,
+    Figure,
+    Map,
+    Series,
+    coarsened,
+    map_figure,
+    moving,
+    outer,
+)
 from reports.plots.stored import NO_STEPS, SliderSteps, Stored, slider_steps, stored_fields
 from reports.plots.style import look
 

@@ -15,20 +15,24 @@ from comparisons.judging.metrics import front
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, Setting
-from comparisons.results.decisions import equal_at
-from comparisons.results.selection import Cost, cost
+from comparisons.results.selection import Cost, cost, equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.axes import (
+    SIGN_NOTE,
     error_axis,
     error_range,
+    failed,
     log_axis,
     padded,
+    parted,
+    refusal,
+    sign_marks,
     time_axis,
     tolerance_line,
+    with_foot,
 )
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Guide, Level, Series
-from reports.plots.marks import SIGN_NOTE, failed, parted, refusal, sign_marks, with_foot
 from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))

@@ -9,11 +9,21 @@ import numpy as np
 
 from comparisons.facts.quantities import in_order, quantity
 from comparisons.results import selection
-from comparisons.results.decisions import verdicts
+from comparisons.results.selection import verdicts
 from comparisons.results.store import SceneRecord
-from reports.plots.axes import error_axis, error_range, padded, tolerance_line, wants_log
+from reports.plots.axes import (
+    FOOT_NOTE,
+    SIGN_NOTE,
+    error_axis,
+    error_range,
+    padded,
+    parted,
+    sign_marks,
+    tolerance_line,
+    wants_log,
+    with_foot,
+)
 from reports.plots.figure import Axis, Figure, Series
-from reports.plots.marks import FOOT_NOTE, SIGN_NOTE, parted, sign_marks, with_foot
 from reports.plots.style import drawing_order, look
 
 CAPTION = (

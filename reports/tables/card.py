@@ -14,8 +14,8 @@ from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.questions.claims.nearest import in_words, nearest_to
 from comparisons.results import selection
-from comparisons.results.decisions import by_chance
 from comparisons.results.rows import Rows
+from comparisons.results.selection import by_chance
 from comparisons.results.store import SceneRecord
 from comparisons.scene.fields import WithUnit
 from comparisons.scene.loading import LoadRange

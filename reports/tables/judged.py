@@ -11,9 +11,8 @@ from comparisons.facts.quantities import in_order, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict, worst
 from comparisons.results import selection
 from comparisons.results.advice import ITSELF, Advice, advise
-from comparisons.results.decisions import WHERE, judged_methods, verdicts
 from comparisons.results.finding import finding, symbol
-from comparisons.results.selection import cost
+from comparisons.results.selection import WHERE, cost, judged_methods, verdicts
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
 from reports.tables.card import not_known_here

@@ -11,9 +11,8 @@ from comparisons.facts.quantities import counterpart, quantity
 from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.decisions import confidence, equal_at
 from comparisons.results.rows import Rows
-from comparisons.results.selection import Cost, cost
+from comparisons.results.selection import Cost, confidence, cost, equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 from reports.tables import cells

@@ -11,7 +11,7 @@ from comparisons.facts.methods import CLOSED_FORM
 from comparisons.facts.quantities import quantity
 from comparisons.methods.normal.closed_form import form_of, form_pressure
 from comparisons.results import selection
-from comparisons.results.decisions import judged_methods
+from comparisons.results.selection import judged_methods
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import Scene, SceneError, make_scene
 from comparisons.tasks.shown_loads import at_step, stored_steps

@@ -11,12 +11,11 @@ from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
-from comparisons.results.decisions import asked_in_vain
 from comparisons.results.scene_record import record_scene
+from comparisons.results.selection import asked_in_vain
 from comparisons.solving.plan import Effort, Plan
 from comparisons.tasks.solution import Solved
-from reports.printable import say
-from roughline.commands import terminal
+from roughline.commands import say, terminal
 from roughline.commands.arguments import FINE
 
 NOTHING = "no claim has measured such a scene"

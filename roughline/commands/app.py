@@ -10,7 +10,7 @@ import sys
 
 from cyclopts import App, CycloptsError, Group, Parameter
 
-from reports.printable import say
+from roughline.commands import say
 from roughline.commands.arguments import FINE, INTERRUPTED, WRONG_INPUT
 from roughline.commands.everyday import advise, compare, list_, new, paper, report, run, solve
 from roughline.commands.shared import ensemble, leaderboard, merge, problems, submit

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter, Token
 
-from reports.printable import say
+from roughline.commands import say
 
 if TYPE_CHECKING:
     from comparisons.solving.jobs import Executor

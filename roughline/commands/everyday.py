@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from reports.printable import say
+from roughline.commands import say
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,
@@ -121,8 +121,8 @@ def run(  # noqa: PLR0913 (the options on the command line)
     """
     from comparisons.questions.campaign import WHOLE
     from comparisons.questions.study import Study
-    from comparisons.results.decisions import asked_in_vain
     from comparisons.results.folder import held
+    from comparisons.results.selection import asked_in_vain
     from comparisons.solving.planning import plan_all
     from roughline.commands import terminal
     from roughline.commands.progress import watched

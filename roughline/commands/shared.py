@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reports.printable import say
+from roughline.commands import say
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,

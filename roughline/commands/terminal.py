@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.text import Text
 
-from reports.printable import printable
 from reports.tables.terminal import drawn
+from roughline.commands import printable
 from roughline.commands.progress import COMPILED, compiled
 
 if TYPE_CHECKING:
@@ -72,11 +72,11 @@ def print_study(
     """
     from comparisons.facts.methods import METHODS
     from comparisons.geometry.plausibility import doubtful
-    from comparisons.judging.proofs import tally
+    from comparisons.judging.reference import tally
     from comparisons.results.advice import advise, wide_truth
-    from comparisons.results.decisions import asked_in_vain
     from comparisons.results.finding import methods_of
     from comparisons.results.measured import modulus_sentence
+    from comparisons.results.selection import asked_in_vain
     from reports.tables.judged import finding_table, summary_lines, verdict_table
 
     console = _console()

@@ -6,7 +6,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from reports.printable import say
+from roughline.commands import say
 from roughline.commands.arguments import (
     ALONE,
     DEFAULT_FOLDER,

@@ -17,10 +17,10 @@ from comparisons.errors import InputError
 from comparisons.facts.quantities import quantity
 from comparisons.judging.reference import NO_REFERENCE
 from comparisons.results import selection
-from comparisons.results.decisions import verdicts
 from comparisons.results.finding import deciding
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
+from comparisons.results.selection import verdicts
 from comparisons.results.store import load_study, save_study
 from reports.paper.figures import HIGH, LOW, overview, panels, single, verdict_map
 from reports.paper.files import write_paper

@@ -31,8 +31,7 @@ from comparisons.methods.solver import Refused, Solver
 from comparisons.reasons import in_kind, one_line
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
-from comparisons.tasks.archive import solution_of
-from comparisons.tasks.solution import Solution, curve_of
+from comparisons.tasks.solution import Solution, curve_of, solution_of
 from comparisons.tasks.task import Task
 
 WORK = "comparisons.solving.external_work"

@@ -16,8 +16,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from comparisons.files import read_toml
 from comparisons.formatting import tolerance
-from comparisons.scene.toml_files import read_toml
 
 # Positions of the chapter's sections and figures among its equations.
 _PLACES = {

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 from pydantic import Field, ValidationError
 
 from comparisons.errors import InputError
+from comparisons.files import read_toml
 from comparisons.questions.hard_cases.case import JUDGED, OUTCOME_KEYS, REFUSED, HardCase
 from comparisons.scene.fields import SceneTable
 from comparisons.scene.problems import readable
 from comparisons.scene.scene import SceneError, override
-from comparisons.scene.toml_files import read_toml
 
 FOLDER = Path(__file__).parent
 # Key of an expectation that applies to all methods.

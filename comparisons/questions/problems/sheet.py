@@ -21,10 +21,10 @@ from pydantic import Field, ValidationError, field_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.quantities import CURVES
+from comparisons.files import read_toml
 from comparisons.scene.fields import Positive, SceneTable, excerpt, fail
 from comparisons.scene.problems import in_file
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.scene.toml_files import read_toml
 
 FOLDER = Path(__file__).with_name("sheets")
 Text = Annotated[str, Field(min_length=1, max_length=2000)]

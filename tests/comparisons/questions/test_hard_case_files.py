@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from comparisons.facts.methods import BUILT_IN, METHODS
+from comparisons.files import read_toml
 from comparisons.questions.hard_cases import catalogue as files
 from comparisons.questions.hard_cases.case import JUDGED, HardCase
 from comparisons.questions.hard_cases.catalogue import (
@@ -15,7 +16,6 @@ from comparisons.questions.hard_cases.catalogue import (
     load_cases,
     read_cases,
 )
-from comparisons.scene.toml_files import read_toml
 
 DEEP = """
 [cases.deep]

@@ -14,7 +14,7 @@ from comparisons.results.exports import MEASURES
 from comparisons.results.store import FIELDS, RESULTS, STUDY, load_study
 from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.archive import load_solution, save_solution
+from comparisons.tasks.solution import load_solution, save_solution
 
 pytestmark = pytest.mark.slow
 

@@ -16,10 +16,10 @@ from comparisons.judging.verdicts import Verdict, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise, wide_truth
-from comparisons.results.decisions import asked_in_vain, verdicts
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import explained, record_scene
+from comparisons.results.selection import asked_in_vain, verdicts
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import SUITES, builtin_names, load_scene
 from comparisons.solving.execution import execute

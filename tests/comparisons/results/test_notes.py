@@ -10,10 +10,10 @@ from comparisons.judging.reference import Reference
 from comparisons.questions.problems.sheet import sheet_of
 from comparisons.questions.study import solved_in_memory
 from comparisons.results.advice import advise
-from comparisons.results.decisions import confidence, verdicts
 from comparisons.results.finding import NOT_KNOWN, YES, family, finding
 from comparisons.results.rows import Rows
 from comparisons.results.scene_record import record_scene
+from comparisons.results.selection import confidence, verdicts
 from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan_record import PlanRecord

@@ -12,8 +12,7 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays, write_table
-from comparisons.judging.proofs import Verification
-from comparisons.judging.reference import Bar, Reference
+from comparisons.judging.reference import Bar, Reference, Verification
 from comparisons.judging.verdicts import Verdict
 from comparisons.results.rows import Rows
 from comparisons.results.store import (

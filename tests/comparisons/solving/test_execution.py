@@ -17,8 +17,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks import solution as tasks_solution
-from comparisons.tasks.archive import load_solution, save_solution
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, load_solution, save_solution
 
 SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
 

@@ -7,9 +7,9 @@ import pytest
 
 from comparisons.judging.verdicts import NO_RESULT, word_for, worst
 from comparisons.results.advice import advise
-from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
 from comparisons.results.rows import Rows
+from comparisons.results.selection import verdicts
 from reports.pages.study import write_report
 
 pytestmark = pytest.mark.slow

@@ -20,9 +20,9 @@ from comparisons.formatting import number
 from comparisons.judging.reference import NO_REFERENCE
 from comparisons.judging.verdicts import worst
 from comparisons.results.advice import advise
-from comparisons.results.decisions import second_rows, verdicts
 from comparisons.results.rows import NO_ROWS, Rows
 from comparisons.results.scene_record import explained
+from comparisons.results.selection import second_rows, verdicts
 from comparisons.solving.plan_record import PlanRecord
 from reports.pages import study as html
 from reports.pages.page import embedded_json

@@ -13,9 +13,9 @@ from comparisons.judging.verdicts import judge, worst
 from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.decisions import by_chance, equal_at, verdicts
 from comparisons.results.finding import finding
 from comparisons.results.scene_record import explained, record_scene
+from comparisons.results.selection import by_chance, equal_at, verdicts
 from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.planning import plan_scene

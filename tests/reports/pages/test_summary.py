@@ -132,8 +132,8 @@ def test_fits_of_our_own_have_no_row_of_verdicts_in_a_report_that_loads_no_solve
     """`roughline report` took fits, whose files bring their own rows, for a user's methods."""
     told = python(
         "-c",
-        "from comparisons.results import decisions, selection\n"
+        "from comparisons.results import selection\n"
         "selection.methods = lambda record: ['reduced', 'kogut_etsion']\n"
-        "print(decisions.judged_methods(None))",
+        "print(selection.judged_methods(None))",
     )
     assert told.stdout.strip() == "['reduced']"

@@ -15,10 +15,11 @@ from comparisons.results.rows import Rows
 from comparisons.scene.scene import load_scene
 from comparisons.solving.plan import roughness_of
 from reports.pages.study import page
-from reports.plots import curves, errors, interactive, maps, model, speed
+from reports.plots import curves, errors, interactive, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.axes import error_axis, log_ticks, value_axis
 from reports.plots.claims import validity_map
+from reports.plots.figure import MOST_PIXELS, coarsened
 from reports.plots.interactive import spec
 from reports.plots.style import LOOKS, look
 from reports.plots.surfaces import roughness
@@ -270,9 +271,7 @@ def test_the_difference_of_two_pressures_keeps_its_sign_on_the_page():
     values = np.array([[-3.0, np.nan, 0.0], [2.0, 1e-6, -1.0]])
     shown = decoded(interactive.coded_map(values, signed=True))
     np.testing.assert_allclose(shown, values, atol=3.0 * 2 / 65535)
-    _, _, small = maps.coarsened(
-        np.arange(200.0), np.arange(2.0), np.outer(np.arange(200), [-1, 0])
-    )
+    _, _, small = coarsened(np.arange(200.0), np.arange(2.0), np.outer(np.arange(200), [-1, 0]))
     assert small.min() == -199
 
 
@@ -300,8 +299,8 @@ def test_large_maps_keep_their_peaks():
     rng = np.random.default_rng(3)
     values = rng.random((300, 270))
     side = np.arange(300.0), np.arange(270.0)
-    x, y, small = maps.coarsened(*side, values)
-    assert max(small.shape) <= maps.MOST_PIXELS
+    x, y, small = coarsened(*side, values)
+    assert max(small.shape) <= MOST_PIXELS
     assert small.shape == (len(x), len(y))
     assert small.max() == values.max()
 

@@ -8,9 +8,9 @@ import pytest
 from comparisons.facts.quantities import quantity
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import Study
-from comparisons.results.decisions import verdicts
 from comparisons.results.finding import finding
 from comparisons.results.rows import NO_ROWS
+from comparisons.results.selection import verdicts
 from comparisons.scene.scene import make_scene
 from comparisons.solving.planning import plan_scene
 from roughline.commands import terminal

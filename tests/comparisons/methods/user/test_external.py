@@ -31,8 +31,8 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import outcomes
 from comparisons.questions.single import solve_scene
 from comparisons.questions.study import solved_in_memory
-from comparisons.results.decisions import judged_methods, verdicts
 from comparisons.results.scene_record import record_scene
+from comparisons.results.selection import judged_methods, verdicts
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
@@ -40,8 +40,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import answer_of
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
-from comparisons.tasks.archive import arrays_of
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, arrays_of
 from reports.pages.study import page
 from roughline.commands.app import run_command
 from roughline.commands.terminal import print_study
