@@ -79,7 +79,7 @@ def problem(seed: int):
     return body, gap, Load(control, value), cap
 
 
-@njit
+@njit(cache=True)
 def projected_gauss_seidel(matrix, gap, depth, cap, sweeps):
     """Return the pressures cell by cell, p_i what closes its own clearance, between 0 and cap."""
     pressure = np.zeros(gap.size)

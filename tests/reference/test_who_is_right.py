@@ -40,6 +40,7 @@ def test_half_a_ball_in_a_small_contact_is_hertzs(script):
     assert found["force"] == pytest.approx(4 / 3 * plane * radius**2 * strain**3, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_rigid_rounded_punch_on_a_large_block_is_that_on_the_half_space(script):
     """The block's end is worth a share of a/R in depth, which two blocks show, less in pressure."""
     stress, exact = 1.0, rounded_punch(40.0, 10.0, 70e3 / (1 - 0.3**2))

@@ -167,6 +167,7 @@ resolutions = [64]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("slope", "yields"), [(0.2, True), (0.01, False)])
 def test_rough_contacts_tell_which_steel_yields(of, slope, yields):
     """F/A is near E* h'/2 (Persson 2001: (pi/8)^(1/2) E* h' = 0.63), and the hardness 3 Y."""

@@ -179,6 +179,7 @@ def test_first_yield_lies_below_the_surface():
     assert fields["mesh_von_mises"].max() == pytest.approx(fields["von_mises_highest"][at])
 
 
+@pytest.mark.slow
 def test_stress_below_a_hard_coating_jumps_at_the_interface():
     """Strains along it are continuous, so that a coating 10 times as stiff bears more.
 
