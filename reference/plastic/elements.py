@@ -433,6 +433,7 @@ class OrderedSystem:
             sparse.csc_matrix((data, rows, starts), shape=(self.size, self.size)),
             permc_spec=order,
             relax=1,
+            panel_size=1,
             diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},
         )

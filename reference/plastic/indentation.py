@@ -171,11 +171,10 @@ class Indentation:
             # from where some points touch a force finds its depth
             height = np.sort((self.gap + surface.sunk(unknowns)).ravel())
             depth = float(height[min(2 * self.gap.shape[1], height.size - 1)])
+        balance = self._balance(state, unknowns, depth, lifted=lifted)
         for rounds in range(_ROUNDS):
             # what is out of balance: forces on the unknowns, and the prescribed one
-            residual, overlap, carried, (stress, points, tangent) = self._balance(
-                state, unknowns, depth, lifted=lifted, tangent=True
-            )
+            residual, overlap, carried, (stress, points, tangent) = balance
             lack = force - carried if forced and force is not None else 0.0
             scale = max(carried, force or 0.0, 1e-3 * state.peak)
             size = float(np.hypot(np.linalg.norm(residual), lack))
@@ -189,7 +188,6 @@ class Indentation:
                     residual=history[-1],
                 )
             # Newton's direction, of the unknowns and of the depth
-            assert tangent is not None
             held = self.springs * surface.weight * (overlap > 0)
             solve = mesh.factorised(tangent, held)
             change, deeper = solve(-residual), 0.0
@@ -205,17 +203,12 @@ class Indentation:
             # line search: until the slope of the potential is half of the first at most
             first = float(residual @ change - lack * deeper)
             share, low, high = 1.0, (0.0, first), None
-            for _ in range(_SEARCHES):
-                residual, _, carried, _ = self._balance(
-                    state,
-                    unknowns + share * change,
-                    depth + share * deeper,
-                    lifted=lifted,
-                    tangent=False,
-                )
-                lack = 0.0 if force is None else force - carried
-                slope = float(residual @ change - lack * deeper)
-                if abs(slope) <= 0.5 * abs(first):
+            for search in range(_SEARCHES):
+                tried = unknowns + share * change, depth + share * deeper
+                balance = self._balance(state, *tried, lifted=lifted)
+                lack = 0.0 if force is None else force - balance[2]
+                slope = float(balance[0] @ change - lack * deeper)
+                if abs(slope) <= 0.5 * abs(first) or search == _SEARCHES - 1:
                     break
                 if slope < 0:
                     low = share, slope
@@ -228,15 +221,15 @@ class Indentation:
                 width = high[0] - low[0]
                 share = low[0] - low[1] * width / (high[1] - low[1])
                 share = float(np.clip(share, low[0] + 0.1 * width, high[0] - 0.1 * width))
-            unknowns, depth = unknowns + share * change, depth + share * deeper
+            unknowns, depth = tried
         raise ConvergenceError("an elastic-plastic step does not come to balance", history)
 
     def _balance(
-        self, state: PlasticState, unknowns: Array, depth: float, *, lifted: bool, tangent: bool
-    ) -> tuple[Array, Array, float, tuple[Array, Points, Array | None]]:
+        self, state: PlasticState, unknowns: Array, depth: float, *, lifted: bool
+    ) -> tuple[Array, Array, float, tuple[Array, Points, Array]]:
         """Return unbalanced forces, overlaps with the indenter, its force, and the response."""
         mesh, surface = self.mesh, self.mesh.surface
-        response = respond(self.material, mesh.strain(unknowns), state.points, tangent=tangent)
+        response = respond(self.material, mesh.strain(unknowns), state.points)
         residual = mesh.forces(response[0])
         residual[-1] += mesh.exterior * unknowns[-1]
         overlap = np.zeros(self.gap.shape)

@@ -85,14 +85,12 @@ class Points:
         return cls(np.zeros((*shape, components)), np.zeros(shape))
 
 
-def respond(
-    material: PlasticMaterial, strain: Array, old: Points, *, tangent: bool
-) -> tuple[Array, Points, Array | None]:
+def respond(material: PlasticMaterial, strain: Array, old: Points) -> tuple[Array, Points, Array]:
     """Return stress (..., c), points and tangent (..., c, c) of an implicit step: radial return.
 
     `strain` (..., c) is the total one at the end of the step, `old` the points at its beginning.
-    The step minimises a convex incremental potential; the consistent tangent, where asked for, is
-    its second derivative (Simo & Taylor 1985; Simo & Hughes 1998, box 3.2).
+    The step minimises a convex incremental potential; the consistent tangent is its second
+    derivative (Simo & Taylor 1985; Simo & Hughes 1998, box 3.2).
     """
     shear, bulk = material.elastic.shear_modulus, material.bulk_modulus
     trace = np.where(np.arange(strain.shape[-1]) < 3, 1.0, 0.0)
@@ -110,8 +108,6 @@ def respond(
     normal = trial / np.where(norm > 0, norm, 1.0)[..., None]
     flow = np.sqrt(1.5) * more[..., None] * normal * twice
     points = Points(old.strain + flow, old.amount + more)
-    if not tangent:
-        return stress, points, None
     slope = material.flow_stress(points.amount)[1]
     along = np.where(more > 0, 1 / (1 + slope / (3 * shear)) - (1 - kept), 0.0)
     matrix = 2 * shear * kept[..., None, None] * deviator

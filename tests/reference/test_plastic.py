@@ -51,7 +51,7 @@ def pressed(walk: Walk, *shares: float):
 @pytest.mark.parametrize("material", LAWS)
 def test_radial_return_ends_on_the_yield_surface(material):
     strain = np.array([[0.01, -0.02, 0.003, 0.01], [1e-4, -2e-4, 0.0, 1e-4]])
-    stress, points, _ = respond(material, strain, Points.virgin((2,)), tangent=False)
+    stress, points, _ = respond(material, strain, Points.virgin((2,)))
     flow = material.flow_stress(points.amount)[0]
     assert_allclose(von_mises(stress)[0], flow[0], rtol=1e-12)
     assert points.amount[1] == 0.0
@@ -62,13 +62,11 @@ def test_radial_return_ends_on_the_yield_surface(material):
 @pytest.mark.parametrize("material", LAWS)
 def test_tangent_is_the_derivative_of_the_stress(material):
     strain, before = np.array([[0.01, -0.02, 0.003, 0.01]]), Points.virgin((1,))
-    tangent = respond(material, strain, before, tangent=True)[2]
+    tangent = respond(material, strain, before)[2]
     assert tangent is not None
     step = 1e-7
     for i, turn in enumerate(np.eye(4) * step):
-        up, down = (
-            respond(material, strain + sign * turn, before, tangent=False)[0] for sign in (1, -1)
-        )
+        up, down = (respond(material, strain + sign * turn, before)[0] for sign in (1, -1))
         # central differences: the square of the step over that of the strain
         size = np.abs(tangent).max()
         assert_allclose(tangent[0, :, i] / size, (up - down)[0] / (2 * step * size), atol=1e-7)
@@ -93,7 +91,7 @@ def test_a_plastic_strain_that_is_not_found_is_told(monkeypatch):
     monkeypatch.setattr("reference.plastic.j2._ROUNDS", 2)
     strain = np.array([[0.01, -0.02, 0.003, 0.01]])
     with pytest.raises(ConvergenceError, match="plastic strain of a point"):
-        respond(LAWS[-1], strain, Points.virgin((1,)), tangent=False)
+        respond(LAWS[-1], strain, Points.virgin((1,)))
 
 
 @pytest.mark.parametrize("per_radius", [4, 6])
@@ -292,8 +290,8 @@ def test_radial_return_in_the_plane_and_in_space_are_one():
     law = PlasticMaterial(Material(1.0, NU), Y, 0.2, "power")
     round_ = np.array([[0.01, -0.02, 0.003, 0.01]])
     spatial = np.array([[0.01, -0.02, 0.003, 0.0, 0.0, 0.01]])
-    flat_stress, _, flat = respond(law, round_, Points.virgin((1,)), tangent=True)
-    space_stress, _, space = respond(law, spatial, Points.virgin((1,), 6), tangent=True)
+    flat_stress, _, flat = respond(law, round_, Points.virgin((1,)))
+    space_stress, _, space = respond(law, spatial, Points.virgin((1,), 6))
     keep = [0, 1, 2, 5]
     assert_allclose(space_stress[:, keep], flat_stress, rtol=1e-13)
     assert_allclose(space[0][np.ix_(keep, keep)], flat[0], rtol=1e-12, atol=1e-15)
