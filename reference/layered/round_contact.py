@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,12 +111,13 @@ class RoundContact:
 
         The tolerance is that of the radius. ConvergenceError if no radius has it.
         """
-        low = high = self.at_radius(min(guess, self.edge))
+        at_radius = cache(self.at_radius)
+        low = high = at_radius(min(guess, self.edge))
         for _ in range(200):
             if getattr(low, control) <= value <= getattr(high, control):
                 break
             if getattr(low, control) > value:
-                high, low = low, self.at_radius(low.contact_radius / 2)
+                high, low = low, at_radius(low.contact_radius / 2)
             elif high.contact_radius == self.edge:
                 # the whole face: a flat punch takes what is added
                 depth, force = value, high.force + high.stiffness * (value - high.penetration)
@@ -126,18 +127,19 @@ class RoundContact:
                 return replace(high, penetration=depth, force=force, energy=high.energy + work)
             else:
                 wider = min(2 * high.contact_radius, self.edge)
-                low, high = high, self.at_radius(wider)
+                low, high = high, at_radius(wider)
         else:
             raise ConvergenceError(f"no contact radius has a {control} of {value:g}", [])
         if low is high:
             return low
-        radius = brentq(
-            lambda a: getattr(self.at_radius(a), control) / value - 1,
-            *(low.contact_radius, high.contact_radius),
-            xtol=tolerance * low.contact_radius,
-            rtol=tolerance,
+        # between the two loads go with powers of the radius, nearly
+        first, ratio = low.contact_radius, high.contact_radius / low.contact_radius
+        share = brentq(
+            lambda share: np.log(getattr(at_radius(first * ratio**share), control) / value),
+            *(0.0, 1.0),
+            xtol=tolerance,
         )
-        return self.at_radius(float(radius))
+        return at_radius(first * ratio**share)
 
     @cached_property
     def _excess(self) -> Line:
