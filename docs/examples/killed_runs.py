@@ -40,7 +40,7 @@ points = 64
 rms_slope = 0.1
 realisations = {realisations}
 [loading]
-force = {{ from = 1e-3, to = 1e-1, steps = 15, spacing = "log", relative_to = "E* A0 h'" }}
+force = {{ from = 1e-3, to = 1e-1, steps = 5, spacing = "log", relative_to = "E* A0 h'" }}
 [compare]
 tolerance = 0.5 # few surfaces and lines do
 methods = ["reduced", "bem_fft"]
