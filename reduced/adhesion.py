@@ -215,23 +215,6 @@ def retreat(pieces, k, load):
     return -1, False
 
 
-@njit(cache=True)
-def next_stable(pieces, k, load):
-    """Return the first piece from k on that ends at `load` or above, or the number of pieces."""
-    while k < pieces.cell.size and pieces.load[k + 1] < load:
-        k += 1
-    return k
-
-
-@njit(cache=True)
-def last_stable(pieces, k, load):
-    """Return the last piece before node k that begins at a load of at most `load`, or -1."""
-    k -= 1
-    while k >= 0 and pieces.load[k] > load:
-        k -= 1
-    return k
-
-
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
 _ROUNDS = 200
 _SETTLED = 1e-3
@@ -411,7 +394,8 @@ class _Contact:
             if not self._at_edge:
                 self.place = self.pieces.begin[node]
             before = self._state(level)
-            self._settle(last_stable(self.pieces, node, level), level)
+            below = np.flatnonzero(self.pieces.load[:node] <= level)
+            self._settle(int(below[-1]) if below.size else -1, level)
             self._note("jump" if self.piece >= 0 else "pull_off", before, level)
             fold = self.piece >= 0
         # one that is too small grows
@@ -430,7 +414,8 @@ class _Contact:
 
     def _spread(self, kind: str, before: State, node: int, goal: float) -> None:
         """Jump to the next stable radius beyond a node at the load `goal`."""
-        self._settle(next_stable(self.pieces, node, goal), goal)
+        above = np.flatnonzero(self.pieces.load[node + 1 :] >= goal)
+        self._settle(node + int(above[0]) if above.size else self.pieces.cell.size, goal)
         self._note(kind, before, goal)
 
     def _settle(self, piece: int, goal: float) -> None:

@@ -105,10 +105,6 @@ def entrain(ball: Ball, speed: float, resolution: int) -> LineFilm:
 
     Cells have the width l/resolution. Raises ConvergenceError if the film is too thin for the
     cells.
-
-    >>> film = entrain(Ball(0.01, 1e6, 1.0, 0.2), 1e-2, 32)
-    >>> bool(8e-6 < film.film_central < 14e-6)
-    True
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     reach = 2 * ENTRAINED * ball.viscosity * speed * ball.radius**2 / ball.load

@@ -38,8 +38,7 @@ from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
 from reduced.profiles.section import Profile, bisect
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import LineContact, press
+from reduced.rough.press import LineContact, RoughLines, press
 from reduced.rough.regions import RULES, curvature, regions
 
 Reading = Literal["stress", "elastic_root", "none"]

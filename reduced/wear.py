@@ -27,8 +27,7 @@ from reduced.arguments import count_faults, increasing_faults, positive_faults, 
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.profiles.section import Profile
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import LineContact, press
+from reduced.rough.press import LineContact, RoughLines, press
 from reduced.rough.regions import RULES, line_stress
 
 # k E* ds/dx of a step; twice the one at which steps begin to swing.

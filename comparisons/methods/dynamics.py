@@ -36,14 +36,13 @@ from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.memory.in_time import impact as strike_viscoelastic
 from reduced.memory.row import RelaxingSprings
-from reduced.motion.course import Mass, Motion, Push, move
+from reduced.motion.course import Mass, Motion, Push, Stepping, move
 from reduced.motion.elastic_impact import (
     SpringContact,
     impact_depth,
     spring_contact,
     strike,
 )
-from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs
 from reference import viscoelastic as reference

@@ -33,7 +33,7 @@ from reduced.loads import LoadPath
 from reduced.memory.in_time import graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.rubber.steady import SteadySliding, slide
 from reference import closed_form as closed_forms
 from reference import loads as reference_loads

@@ -25,7 +25,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reduced import wear as worn_springs
 from reduced.loads import Load
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.wear import LineRule, RoundBody, WearingBody, WearingLine, WornLine
 from reference import loads as reference_loads
 from reference.closed_form.worn import WornPunch

@@ -18,9 +18,8 @@ from scipy.integrate import solve_ivp
 
 from reduced.motion import blocks as law
 from reduced.motion.blocks import Blocks, integrate
-from reduced.motion.course import Mass, Push, move
+from reduced.motion.course import Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import impact_depth, spring_contact, strike
-from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import (
     cone,
     cylinder,

@@ -23,8 +23,7 @@ from reduced.profiles.equivalents import (
 )
 from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, line_of, prescribed, sum_rules
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffine, self_affine
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs

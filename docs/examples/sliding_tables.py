@@ -16,8 +16,7 @@ from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of, prescribed
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffine, measured
 from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import slide_as_printed

@@ -27,7 +27,7 @@ from comparisons.judging.verdicts import judge
 from reference.contact.pivot import compliance, pivot
 from reference.contact.slide import slide
 from reference.elasticity import lame_parameters
-from reference.fem.mesh_lines import graded_lines, growing_lines
+from reference.fem.half_space_mesh import graded_lines, growing_lines
 
 Array = NDArray[np.float64]
 PROBLEMS = Path(__file__).with_suffix(".toml")

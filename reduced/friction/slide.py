@@ -29,8 +29,7 @@ import numpy as np
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
 from reduced.loads import Load, LoadPath
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -227,7 +226,9 @@ def _follow(
         shift = accumulate(branch, np.sign(way) * (depth - stuck_depth))
         branch = Branches(shift, branch.start, branch.points)
         given_force, given_displacement = path.values, mu * E / G * shift[branch.points]
-    way, before = np.abs([branch.reach, branch.reach_before])
+    # of each node, and of the preceding one, which is on the same branch
+    preceding = np.concatenate([[0.0], branch.value[:-1]])
+    way, before = np.abs([branch.reach, branch.way_of(preceding)])
     stick = normal("penetration", depth - way)[2][branch.points]
     lost = branch.factor * (dissipated(way) - dissipated(before))
     lost = mu * E / G * mu * E * np.cumsum(np.maximum(lost, 0.0))
@@ -236,21 +237,11 @@ def _follow(
 
 @dataclass(frozen=True)
 class Branches:
-    """A path divided into parts that follow one branch; arrays over the m nodes.
+    """A path divided into parts that follow one branch; arrays over the m nodes."""
 
-    Attributes
-    ----------
-    value : ndarray, shape (m,)
-        The path with inserted points at which loops close.
-    start : ndarray of int, shape (m,)
-        First node of the branch that leads to this node; -1 for the first loading.
-    points : ndarray of int, shape (k,)
-        Nodes of the original points of the path.
-    """
-
-    value: np.ndarray
-    start: np.ndarray
-    points: np.ndarray
+    value: np.ndarray  # (m,), the path with inserted points at which loops close
+    start: np.ndarray  # (m,), first node of the branch that leads here; -1 for the first loading
+    points: np.ndarray  # (k,), nodes of the original points of the path
 
     @property
     def factor(self) -> np.ndarray:
@@ -260,14 +251,10 @@ class Branches:
     @property
     def reach(self) -> np.ndarray:
         """Signed distance from the start of the branch to the node, over the branch's factor."""
-        return self._way(self.value)
+        return self.way_of(self.value)
 
-    @property
-    def reach_before(self) -> np.ndarray:
-        """The same for the preceding node, which is on the same branch."""
-        return self._way(np.concatenate([[0.0], self.value[:-1]]))
-
-    def _way(self, value: np.ndarray) -> np.ndarray:
+    def way_of(self, value: np.ndarray) -> np.ndarray:
+        """Return the same for values on the branches of the nodes."""
         origin = np.append(self.value, 0.0)[self.start]
         return (value - origin) / self.factor
 

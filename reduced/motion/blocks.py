@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.motion.stepping import Stepping
+from reduced.motion.course import Stepping
 
 # Real stability limits: the largest h |lambda| on v' = -|lambda| v.
 STABILITY_LIMITS = {
@@ -128,7 +128,6 @@ class System(NamedTuple):
     limit: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
 class Blocks:
     """n rigid blocks, given by arrays or by numbers (one block, or equal values for all).
 
@@ -137,17 +136,30 @@ class Blocks:
     are numbers, or symmetric (n, n); `frequency` is that of the harmonic load.
     """
 
-    mass: ArrayLike
-    limit: ArrayLike
-    stiffness: ArrayLike = 0.0
-    damping: ArrayLike = 0.0
-    load: ArrayLike = 0.0
-    amplitude: ArrayLike = 0.0
-    frequency: float = 0.0
-    belt: ArrayLike = 0.0
-
-    def __post_init__(self) -> None:
-        parts = self.arrays()._asdict()
+    def __init__(
+        self,
+        mass: ArrayLike,
+        limit: ArrayLike,
+        stiffness: ArrayLike = 0.0,
+        damping: ArrayLike = 0.0,
+        load: ArrayLike = 0.0,
+        amplitude: ArrayLike = 0.0,
+        frequency: float = 0.0,
+        belt: ArrayLike = 0.0,
+    ) -> None:
+        columns = mass, load, amplitude, belt, limit
+        n = max(np.size(column) for column in columns)
+        mass, load, amplitude, belt, limit = (
+            np.array(np.broadcast_to(np.asarray(column, float), n)) for column in columns
+        )
+        stiffness, damping = (
+            np.array(matrix, float) if np.ndim(matrix) else np.asarray(matrix, float) * np.eye(n)
+            for matrix in (stiffness, damping)
+        )
+        self.system = System(
+            *(mass, load, amplitude, float(frequency), stiffness, damping, belt, limit)
+        )
+        parts = self.system._asdict()
         wrong = [
             f"{name} must be finite, got {value!r}"
             for name, value in parts.items()
@@ -158,26 +170,11 @@ class Blocks:
             for name in ("mass", "limit")
             if (parts[name] <= 0).any()
         ]
-        n = parts["mass"].size
         for name in ("stiffness", "damping"):
             matrix = parts[name]
             if matrix.shape != (n, n) or not np.array_equal(matrix, matrix.T):
                 wrong.append(f"{name} must be a symmetric ({n}, {n}) matrix, got {matrix!r}")
         refuse(wrong)
-
-    def arrays(self) -> System:
-        """Return the system as full arrays."""
-        vectors = self.mass, self.load, self.amplitude, self.belt, self.limit
-        size = max(np.size(value) for value in vectors)
-        mass, load, amplitude, belt, limit = (
-            np.array(np.broadcast_to(np.asarray(value, float), size)) for value in vectors
-        )
-        stiffness, damping = (
-            np.array(value, float) if np.ndim(value) else np.asarray(value, float) * np.eye(size)
-            for value in (self.stiffness, self.damping)
-        )
-        frequency = float(self.frequency)
-        return System(mass, load, amplitude, frequency, stiffness, damping, belt, limit)
 
 
 @dataclass(frozen=True)
@@ -194,7 +191,7 @@ class BlockMotion:
 
 
 def integrate(
-    system: Blocks,
+    blocks: Blocks,
     characteristic_speed: float,
     stepping: Stepping,
     scheme: str = "implicit_euler",
@@ -223,7 +220,7 @@ def integrate(
     """
     wrong = positive_faults(characteristic_speed=characteristic_speed)
     wrong += choice_faults("scheme", scheme, SCHEMES)
-    data = system.arrays()
+    data = blocks.system
     size = data.mass.size
     start = tuple(np.array(np.broadcast_to(value, size), float) for value in (position, velocity))
     if not all(np.isfinite(part).all() for part in start):

@@ -24,12 +24,6 @@ def double_exponential(level: int) -> tuple[np.ndarray, np.ndarray]:
 
     Nodes cluster at both ends fast enough for any integrable algebraic or logarithmic singularity
     there (Takahasi & Mori 1974). The even nodes are those of the previous level.
-
-    Examples
-    --------
-    >>> nodes, weights = double_exponential(4)
-    >>> bool(abs((weights / np.sqrt(nodes)).sum() - 2) < 1e-12)
-    True
     """
     count = int(_RANGE * 2**level)
     u = np.arange(-count, count + 1) / 2**level

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -11,14 +10,13 @@ import numpy as np
 from reduced.arguments import count_faults, refuse
 from reduced.loads import Load
 from reduced.rough.line_spectrum import LineSpectrum, synthesise
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import LineContact, press
+from reduced.rough.press import LineContact, RoughLines, press
 
 QUANTITIES = tuple(field.name for field in fields(LineContact))
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Levels of the quantiles."""
 
-_MEMORY = 2**26  # bytes of lines per worker
+_MEMORY = 2**26  # bytes of lines that are pressed at once
 
 
 @dataclass(frozen=True)
@@ -84,14 +82,13 @@ class RandomLines:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Number of lines per surface, seed of `RandomLines`, threads (no effect on the result)."""
+    """Number of lines per surface, and seed of `RandomLines`."""
 
     realisations: int = 100
     seed: int = 0
-    workers: int = 1
 
     def __post_init__(self) -> None:
-        refuse(count_faults(realisations=self.realisations, workers=self.workers))
+        refuse(count_faults(realisations=self.realisations))
 
     def lines(self, spectrum: LineSpectrum, points: int) -> RandomLines:
         """Return lines of a spectrum with at least these points, enough for its highest mode."""
@@ -112,12 +109,11 @@ def press_ensemble(
     *,
     edges: str = "sub_cell",
     quantities: Sequence[str] = QUANTITIES,
-    workers: int = 1,
 ) -> Ensemble:
     """Solve many realisations of a rough line; keep the named fields of `LineContact`.
 
-    Lines are processed in blocks of at most 64 MiB per worker; only the requested curves grow with
-    the number of realisations. The result is independent of workers (threads) and blocks.
+    Lines are processed in blocks of at most 64 MiB; only the requested curves grow with the number
+    of realisations.
 
     Examples
     --------
@@ -128,27 +124,11 @@ def press_ensemble(
     >>> pressed["contact_area"].mean.shape, pressed["contact_area"].quantiles.shape
     ((2,), (5, 2))
     """
-    wrong = count_faults(workers=workers)
     unknown = [name for name in quantities if name not in QUANTITIES]
     if unknown:
-        wrong.append(f"quantities must be among {', '.join(QUANTITIES)}, got {', '.join(unknown)}")
-    refuse(wrong)
-
-    def press_block(block: range) -> dict[str, np.ndarray]:
-        contact = press(lines.draw(block), effective_modulus, load, edges=edges)
-        return {name: getattr(contact, name) for name in quantities}
-
-    blocks = list(_blocks(lines.count, max(1, _MEMORY // (8 * lines.points))))
-    if workers == 1:
-        parts = [press_block(block) for block in blocks]
-    else:
-        # More blocks than workers, for balance; results do not depend on the grouping.
-        blocks = list(_blocks(lines.count, min(len(blocks[0]), -(-lines.count // workers))))
-        with ThreadPoolExecutor(workers) as pool:
-            parts = list(pool.map(press_block, blocks))
-    return Ensemble({name: np.concatenate([part[name] for part in parts]) for name in quantities})
-
-
-def _blocks(count: int, size: int) -> Iterator[range]:
-    for begin in range(0, count, size):
-        yield range(begin, min(begin + size, count))
+        refuse([f"quantities must be among {', '.join(QUANTITIES)}, got {', '.join(unknown)}"])
+    size, parts = max(1, _MEMORY // (8 * lines.points)), []
+    for first in range(0, lines.count, size):
+        block = lines.draw(range(first, min(first + size, lines.count)))
+        parts.append(press(block, effective_modulus, load, edges=edges))
+    return Ensemble({n: np.concatenate([getattr(part, n) for part in parts]) for n in quantities})

@@ -18,8 +18,7 @@ import numpy as np
 from numba import njit
 
 from reduced.rough import walk as line_walk
-from reduced.rough.lines import Ends
-from reduced.rough.walk import walk
+from reduced.rough.walk import Ends, walk
 
 PENETRATION, FORCE, MEAN_GAP = range(3)
 PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)

@@ -39,30 +39,20 @@ CORRECTED = Variant("corrected", "rings", "sub_cell", "one_radius", 8)
 
 @dataclass(frozen=True)
 class Procedure:
-    """Results of section 19.7 for one variant; k loads.
-
-    Attributes
-    ----------
-    surface, radial, line, sums : SurfaceSpectrum, RadialAverage, LineSpectrum, SumRules
-        Steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, and the sum
-        rules.
-    ensemble : Ensemble
-        Step 7: force, area, length, ... of all lines at all loads.
-    contact_sizes, pressures : tuple of ndarray, one per load
-        Lengths l_j of all contacts of all lines, and stresses at all their contact points at which
-        the rule has a real value: the distributions.
-    undefined_share, mean_pressure : ndarray, shape (k,)
-        Fraction of contact points at which it has none; F/A as a mean over the lines.
-    """
+    """Results of section 19.7 for one variant; k loads."""
 
     variant: Variant
+    # steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, sum rules
     surface: SurfaceSpectrum
     radial: RadialAverage
     line: LineSpectrum
     sums: SumRules
-    ensemble: Ensemble
+    ensemble: Ensemble  # step 7: force, area, length, ... of all lines at all loads
+    # distributions, one per load: lengths l_j of all contacts of all lines, and stresses at all
+    # their contact points at which the rule has a real value
     contact_sizes: tuple[np.ndarray, ...]
     pressures: tuple[np.ndarray, ...]
+    # (k,): fraction of contact points at which it has none; F/A as a mean over the lines
     undefined_share: np.ndarray
     mean_pressure: np.ndarray
 
@@ -92,11 +82,8 @@ def calculate(
     """
     line = line_of(surface, variant.spectrum)
     lines = sampling.lines(line, variant.refinement * max(surface.power.shape))
-    ensemble = press_ensemble(
-        *(lines, effective_modulus, Load("force", force)),
-        edges=variant.edges,
-        workers=sampling.workers,
-    )
+    load = Load("force", force)
+    ensemble = press_ensemble(lines, effective_modulus, load, edges=variant.edges)
     penetrations = ensemble.samples["penetration"]
     # contact lengths and stresses of all lines by load, and the points without a stress
     steps = penetrations.shape[1]

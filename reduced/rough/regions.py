@@ -8,24 +8,18 @@ import numpy as np
 
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.loads import EDGES
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 
 RULES = ("own_curvature", "one_radius")
 
 
 @dataclass(frozen=True)
 class Regions:
-    """Contact of one line at one penetration, region by region and point by point.
+    """Contact of one line at one penetration, region by region and point by point."""
 
-    Attributes
-    ----------
-    lengths : ndarray, shape (regions,)
-        Lengths l_j; (pi/4) l_j^2 is the area of a region (19.29).
-    points, region, deflection : ndarray, shape (m,)
-        Indices of the points in contact, their regions, and spring deflections delta there.
-    """
-
-    lengths: np.ndarray
+    lengths: np.ndarray  # (regions,), lengths l_j; (pi/4) l_j^2 is the area of a region (19.29)
+    # points, region, deflection: (m,), indices of the points in contact, their regions, and
+    # spring deflections delta there
     points: np.ndarray
     region: np.ndarray
     deflection: np.ndarray

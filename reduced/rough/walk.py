@@ -12,16 +12,27 @@ Lengths are in units of the spacing. Free lines end half a cell beyond their out
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
-
-from reduced.rough.lines import Ends
 
 FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
 # Per level: the beginning of the current contact, its extent beyond that point, and the number,
 # heights and squares of the whole cells counted at this level.
 _BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(6, 11)
 ROOM = 11
+
+
+class Ends(NamedTuple):
+    """Ends of contacts and of lines.
+
+    With `sub_cell` the line is linear between points and contacts end inside cells, else they are
+    whole springs; with `periodic` the last point is a neighbour of the first.
+    """
+
+    sub_cell: bool
+    periodic: bool
 
 
 @njit(cache=True, error_model="numpy")

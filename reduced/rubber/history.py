@@ -34,8 +34,7 @@ from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.memory.materials import Prony
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rubber.steady import kelvin_voigt_faults
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
@@ -49,27 +48,19 @@ _ROUNDING = 1e-14  # error of a contact position, relative to the step
 
 @dataclass(frozen=True)
 class SlidingHistory:
-    """Sliding of m lines in k steps; arrays have shape (m, k), `distance` (at the ends) (k,).
-
-    Attributes
-    ----------
-    level : ndarray
-        Z0 during the step, relative to the zero of the heights.
-    force, tangential_force : ndarray
-        Means over the step; F_x is the work over the distance.
-    contact_count, contact_length : ndarray
-        Springs in contact at the end of the step; mean over the step of dx times their number.
-    dissipation, stored : ndarray
-        Energy dissipated in the step by sliding (without shifts of the level), and the elastic
-        energy at its end.
-    """
+    """Sliding of m lines in k steps; arrays have shape (m, k), `distance` (at the ends) (k,)."""
 
     distance: np.ndarray
-    level: np.ndarray
+    level: np.ndarray  # Z0 during the step, relative to the zero of the heights
+    # force, tangential_force: means over the step; F_x is the work over the distance
     force: np.ndarray
     tangential_force: np.ndarray
+    # contact_count, contact_length: springs in contact at the end of the step; mean over the
+    # step of dx times their number
     contact_count: np.ndarray
     contact_length: np.ndarray
+    # dissipation, stored: energy dissipated in the step by sliding (without shifts of the
+    # level), and the elastic energy at its end
     dissipation: np.ndarray
     stored: np.ndarray
     period: float
@@ -120,14 +111,6 @@ def slide_in_time(
 
     The spring at x is under h(x + v t) and carries f = 4 dx (G w + eta dw/dt) (19.30); the force is
     that on every line. `step_length` is v dt, of any length, by default dx.
-
-    Examples
-    --------
-    >>> from reduced.memory.materials import kelvin_voigt
-    >>> line = RoughLines(0.01 * np.cos(2 * np.pi * np.arange(64) / 64), 1 / 64)
-    >>> sliding = slide_in_time(line, kelvin_voigt(1.0, 1e-3), 1.0, 0.01, steps=192)
-    >>> bool(abs(sliding.energy_error()[0]) < 1e-6)
-    True
     """
     heights, spacing = lines.heights, lines.spacing
     way = spacing if step_length is None else step_length

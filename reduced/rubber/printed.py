@@ -14,7 +14,7 @@ from numba import njit
 from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.memory.materials import Prony
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.rubber.steady import kelvin_voigt_faults
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
@@ -26,36 +26,23 @@ _FRICTION, _CONJUGATE, _LEVEL, _COUNT, _NEGATIVE = range(5)
 
 @dataclass(frozen=True)
 class PrintedSliding:
-    """Results of the printed scheme up to its end; arrays have shape (steps done,).
+    """Results of the printed scheme up to its end; arrays have shape (steps done,)."""
 
-    Attributes
-    ----------
-    outcome : {"completed", "no contact", "diverged"}
-        "no contact": N = 0, the divisor in step 12. "diverged": a spring or the level is 2^20
-        times the line's range away.
-    tangential_force : ndarray
-        F_x of step 13, forces times the central difference.
-    conjugate_force : ndarray
-        The same forces times dz/dx of their springs: their work over the distance.
-    level, contact_count : ndarray
-        Z0 and N.
-    tensile_count : ndarray of int
-        Springs in tension after the shift of the level, as the contact set is that of the old one.
-    relaxation_number : float
-        G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above 1
-        and diverge above 2.
-    force : float
-        F_N, met by construction.
-    """
-
+    # "completed", "no contact", "diverged". "no contact": N = 0, the divisor in step 12.
+    # "diverged": a spring or the level is 2^20 times the line's range away
     outcome: str
-    tangential_force: np.ndarray
+    tangential_force: np.ndarray  # F_x of step 13, forces times the central difference
+    # the same forces times dz/dx of their springs: their work over the distance
     conjugate_force: np.ndarray
+    # level, contact_count: Z0 and N
     level: np.ndarray
     contact_count: np.ndarray
+    # springs in tension after the shift of the level, as the contact set is that of the old one
     tensile_count: np.ndarray
+    # G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above
+    # 1 and diverge above 2
     relaxation_number: float
-    force: float
+    force: float  # F_N, met by construction
 
     def friction_coefficient(self, steps: int | None = None) -> float:
         """Return step 14: mean of F_x/F_N over the last steps; the print includes the transient.

@@ -25,7 +25,7 @@ from reduced.errors import ConvergenceError
 from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
 from reduced.memory.row import catch, law_of, let_go, recover
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 
 CONTROLS = ("force", "penetration")
 FORCE, WORK, LOSS, LENGTH, SQUARES, COUNT = range(6)
@@ -98,7 +98,11 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     1.0
     """
     speeds = LoadPath("speed", speed).values
-    wrong = solid_faults(material)
+    wrong = []
+    if not material.long_term > 0:
+        wrong.append("material must be a solid, G_inf > 0: a fluid sinks without limit")
+    if not material.steady_viscosity > 0:
+        wrong.append("material must have a dashpot: an elastic foundation has no friction")
     for name, values in (("speed", speeds), (load.control, load.values)):
         if not np.all(values > 0):
             wrong.append(f"{name} must be positive, got {values}")
@@ -210,16 +214,6 @@ class _Line:
         precision = 4 * np.finfo(float).eps
         depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
         return float(depth), self.settled(depth)
-
-
-def solid_faults(material: Prony) -> list[str]:
-    """Return messages if the material cannot carry a static load, or has no dissipation."""
-    wrong = []
-    if not material.long_term > 0:
-        wrong.append("material must be a solid, G_inf > 0: a fluid sinks without limit")
-    if not material.steady_viscosity > 0:
-        wrong.append("material must have a dashpot: an elastic foundation has no friction")
-    return wrong
 
 
 def kelvin_voigt_faults(material: Prony) -> list[str]:

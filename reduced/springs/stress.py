@@ -97,11 +97,6 @@ def one_radius_rule(
     inverted). The rule then has a real value everywhere in the contact, is exact for the
     paraboloid, and for the flat punch gives the uniform mean pressure 2 E* d/(pi a); the chapter
     does not say which radius applies if the curvature varies.
-
-    >>> from reduced.profiles.equivalents import cylinder
-    >>> p = one_radius_rule(cylinder(1.0), 1.0, 0.5, np.array([0.3]))
-    >>> bool(abs(p[0] - 1 / np.pi) < 1e-15)
-    True
     """
     r, a = _check(profile, effective_modulus, penetration, r)
     inside = r < a

@@ -29,7 +29,7 @@ from skfem.helpers import dot, grad
 from reference.bounds.interval import EPSILON
 from reference.bounds.outlines import Outline, nested
 from reference.fem.condensation import Front, LinearSystem, Shift, condense, expand
-from reference.fem.mesh_lines import power_lines
+from reference.fem.half_space_mesh import power_lines
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -25,7 +25,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,18 +89,6 @@ class Ellipse:
         return replace(self, a=factor * self.a, b=factor * self.b)
 
 
-class MeanGap(Protocol):
-    """A gap that can be averaged over the pressure of an elliptic punch."""
-
-    def within(self, ellipse: Ellipse) -> Ellipse:
-        """Return the ellipse, scaled to lie where there is material; to nothing if none."""
-        ...
-
-    def above(self, ellipse: Ellipse) -> float:
-        """Upper bound of <g> for an ellipse that `within` returned."""
-        ...
-
-
 def force_of_ellipse(gap: MeanGap, ellipse: Ellipse, penetration: float) -> float:
     """Lower bound k (d - <g>) of the force for E* = 1, with the ellipse as `within` returns it."""
     missing = penetration - above(gap.above(ellipse), 4)
@@ -113,14 +100,35 @@ def best_ellipse(
 ) -> tuple[Ellipse, float]:
     """Return the ellipse that proves most, over axes, place and angle, and the force for E* = 1.
 
-    From each of the starts searches (Nelder & Mead) follow one another: wherever they end, the
-    bound holds.
+    From each of the starts searches (Nelder & Mead) follow one another, each on a simplex about the
+    end of the last: wherever they end, the bound holds.
     """
+
+    def moved(ellipse: Ellipse, p: Array) -> Ellipse:
+        # at most a factor of a million either way
+        size = math.sqrt(ellipse.a * ellipse.b)
+        a, b = (math.exp(float(np.clip(x, -14, 14))) for x in p[:2])
+        x, y = ellipse.x + size * float(p[2]), ellipse.y + size * float(p[3])
+        turned = Ellipse(x, y, ellipse.a * a, ellipse.b * b, ellipse.angle + float(p[4]))
+        return gap.within(turned)
+
+    def less(p: Array, about: Ellipse) -> float:
+        ellipse = moved(about, p)
+        # below zero, too, so that the search knows where to go
+        return -ellipse.stiffness * (penetration - gap.above(ellipse))
+
+    simplex = np.concatenate([np.zeros((1, 5)), np.diag([0.3, -0.3, 0.2, 0.2, 0.3])])
+    options = {"initial_simplex": simplex, "xatol": 1e-4, "maxfev": 400}
     best, most = starts[0], 0.0
     for start in starts:
         ellipse, force = start, 0.0
         for _ in range(_SEARCHES):
-            again = _better(gap, penetration, ellipse)
+            again = ellipse
+            if min(ellipse.a, ellipse.b) > 0:
+                options["fatol"] = 1e-7 * ellipse.stiffness * penetration
+                zero = np.zeros(5)
+                search = minimize(less, zero, ellipse, method="Nelder-Mead", options=options)
+                again = moved(ellipse, search.x)
             gained = force_of_ellipse(gap, again, penetration)
             enough = gained <= force * (1 + 1e-5)
             if gained > force:
@@ -130,29 +138,6 @@ def best_ellipse(
         if force > most:
             best, most = ellipse, force
     return best, most
-
-
-def _better(gap: MeanGap, penetration: float, start: Ellipse) -> Ellipse:
-    """Return an ellipse that proves more than the start, by one search on a simplex about it."""
-    size = math.sqrt(start.a * start.b)
-    if not size > 0:
-        return start
-
-    def made(p: Array) -> Ellipse:
-        # at most a factor of a million either way
-        a, b = (math.exp(float(np.clip(x, -14, 14))) for x in p[:2])
-        x, y = start.x + size * float(p[2]), start.y + size * float(p[3])
-        return gap.within(Ellipse(x, y, start.a * a, start.b * b, start.angle + float(p[4])))
-
-    def less(p: Array) -> float:
-        ellipse = made(p)
-        # below zero, too, so that the search knows where to go
-        return -ellipse.stiffness * (penetration - gap.above(ellipse))
-
-    simplex = np.concatenate([np.zeros((1, 5)), np.diag([0.3, -0.3, 0.2, 0.2, 0.3])])
-    enough = 1e-7 * start.stiffness * penetration
-    options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": enough, "maxfev": 400}
-    return made(minimize(less, np.zeros(5), method="Nelder-Mead", options=options).x)
 
 
 def force_of_ellipses(gap: MeanGap, ellipses: Sequence[Ellipse], penetration: float) -> float:
@@ -332,6 +317,11 @@ class WavyGap:
         """Return the mean, with rounding."""
         mean = self._waves.mean_under(np.array([ellipse.x, ellipse.y]), ellipse.axes)
         return self._top - mean + 4 * self._waves.rounding + 4 * EPSILON * abs(self._top)
+
+
+# What can be averaged over the pressure of an elliptic punch: `within` scales an ellipse to lie
+# where there is material, to nothing if none; `above` is an upper bound of <g> on such a one.
+MeanGap = Face | ConvexGap | WavyGap
 
 
 def ellipses_below(waves: Waves, top: float, corners: Corners, penetration: float) -> float:

@@ -154,12 +154,6 @@ def complete(complement: Array | float, cosine: float, sine: Array | float) -> t
 
     A and B, the `cosine` and `sine`, are nowhere negative; B and 1 - k^2, in (0, 1], may err by
     six roundings.
-
-    Examples
-    --------
-    >>> lower, upper = complete(1.0, 1.0, 1.0)
-    >>> bool(lower <= np.pi / 2 <= upper), bool(upper - lower < 1e-13)
-    (True, True)
     """
     a: Array | float = cosine
     b: Array | float = sine

@@ -28,7 +28,7 @@ from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.dirichlet import Prisms, rings
 from reference.bounds.duality import Rings, energy_above, energy_below, towards_edge
 from reference.bounds.interval import EPSILON, Interval, above, below
-from reference.fem.mesh_lines import power_lines
+from reference.fem.half_space_mesh import power_lines
 
 Array = NDArray[np.float64]
 Law = Callable[[Array], Array]

@@ -57,11 +57,6 @@ def transform_rounding(*counts: int) -> float:
 
     Trusted: that scipy's transforms (pocketfft) are such passes, and that their factors are known
     to mu = 4 u, which tests hold against 30 digits.
-
-    Examples
-    --------
-    >>> transform_rounding(1024, 1024) < 4e-14
-    True
     """
     total = 0.0
     for count in counts:

@@ -211,28 +211,6 @@ class MaugisForm:
         length = float(np.cbrt(math.pi * w / K * R * R))
         return length, math.pi * w * R, length / R * length
 
-    def tension_radius(self, contact_radius: ArrayLike) -> Array:
-        """Return c(a), the radius up to which the tension acts."""
-        unit, strength = self.units()[0], self.parameter
-        scaled = np.asarray(contact_radius, dtype=float) / unit
-        if not (scaled >= 0).all():
-            raise ValueError(f"contact radius must not be negative, not {contact_radius!r}")
-
-        def edge(a: float) -> float:
-            # Maugis' condition increases with c = m a, from 0 at c = a
-            def excess(c: float) -> float:
-                s = math.sqrt((c - a) * (c + a))
-                q = math.atan2(s, a)
-                near = 0.5 * strength * (a * s + (c * c - 2 * a * a) * q)
-                return near + 4 / 3 * strength**2 * (s * q - c + a) - 1
-
-            high = max(2 * a, 1.0)
-            while excess(high) < 0:
-                high *= 2
-            return float(brentq(excess, a, high, **_TO_ROUNDING))
-
-        return unit * np.vectorize(edge, otypes=[float])(scaled)
-
     def force(self, contact_radius: ArrayLike) -> Array:
         """Return F(a)."""
         a, c, s = self._scaled(contact_radius)
@@ -257,7 +235,22 @@ class MaugisForm:
 
     def _scaled(self, contact_radius: ArrayLike) -> tuple[Array, Array, Array]:
         """Return a, c and sqrt(c^2 - a^2) in Maugis' units."""
-        unit = self.units()[0]
-        a = np.asarray(contact_radius, dtype=float) / unit
-        c = self.tension_radius(contact_radius) / unit
-        return a, c, np.sqrt(np.maximum(c - a, 0.0) * (c + a))
+        scaled, strength = np.asarray(contact_radius, dtype=float) / self.units()[0], self.parameter
+        if not (scaled >= 0).all():
+            raise ValueError(f"contact radius must not be negative, not {contact_radius!r}")
+
+        def edge(a: float) -> float:
+            # Maugis' condition increases with c = m a, from 0 at c = a
+            def excess(c: float) -> float:
+                s = math.sqrt((c - a) * (c + a))
+                q = math.atan2(s, a)
+                near = 0.5 * strength * (a * s + (c * c - 2 * a * a) * q)
+                return near + 4 / 3 * strength**2 * (s * q - c + a) - 1
+
+            high = max(2 * a, 1.0)
+            while excess(high) < 0:
+                high *= 2
+            return float(brentq(excess, a, high, **_TO_ROUNDING))
+
+        c = np.vectorize(edge, otypes=[float])(scaled)
+        return scaled, c, np.sqrt(np.maximum(c - scaled, 0.0) * (c + scaled))

@@ -11,22 +11,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import positive_faults, refuse
+
 Array = NDArray[np.float64]
 Law = Callable[[Array], Array]
 
 
 def require_positive(shape: str, **parameters: float) -> None:
     """Raise one ValueError that lists every parameter that is not a finite positive number."""
-    problems = []
-    for name, value in parameters.items():
-        try:
-            good = math.isfinite(value) and value > 0 and not isinstance(value, bool)
-        except TypeError:
-            good = False
-        if not good:
-            problems.append(f"{name} must be a finite positive number, not {value!r}")
-    if problems:
-        raise ValueError(f"{shape}: " + "; ".join(problems))
+    refuse([f"{shape}: {fault}" for fault in positive_faults(**parameters)])
 
 
 def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: str = "") -> Array:

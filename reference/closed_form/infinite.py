@@ -34,9 +34,6 @@ def boussinesq_energy(
     energy density of Boussinesq's field (Johnson 1985, (3.18) and (3.19)) integrated over the
     half-space outside a hemisphere. For r >> D, a flat punch of diameter D therefore has the
     fraction s D/r of its energy E* D d^2/2 farther than r.
-
-    >>> round(float(boussinesq_energy(1.0, 1.0, 1.0, 0.5)), 12) == round(1 / math.pi, 12)
-    True
     """
     require_positive("boussinesq_energy", force=force, effective_modulus=effective_modulus)
     refuse([f"boussinesq_energy: {fault}" for fault in poisson_faults(poisson_ratio)])

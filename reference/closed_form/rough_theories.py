@@ -314,14 +314,7 @@ def _pressure_below(pressure: float, limits: ArrayLike, width: float) -> Array:
 
 
 class Persson(WaveRings):
-    """The theory for one surface.
-
-    Examples
-    --------
-    >>> theory = Persson(np.array([1.0, 10.0]), np.array([1.0, 0.01]))
-    >>> round(theory.area(0.1), 6) == round(math.erf(math.sqrt(2) * 0.1 / math.sqrt(2)), 6)
-    True
-    """
+    """The theory for one surface."""
 
     # Share of the elastic energy of waves that are not in contact everywhere (Almqvist et al. 2011)
     gamma = 0.45

@@ -190,37 +190,29 @@ def sweep(
         raise ValueError(f"start has shape {start.pressure.shape}, the operator {body.shape}")
     if by == "pivot":
         return _pivot(body, gap, load, start, max_iterations)
-    return _descend_all(body, gap, load, start, cap, tolerance, max_iterations)
 
+    def descend_all() -> Iterator[Contact]:
+        earlier: Field | None = None
+        last = None if start is None else np.asarray(start.pressure, np.float64)
+        loads = load.values
+        for step, value in enumerate(loads):
+            begin = None if last is None else last.copy()
+            if last is not None and earlier is not None:
+                guess = last - earlier
+                guess *= (value - loads[step - 1]) / (loads[step - 1] - loads[step - 2])
+                guess += last
+                begin = np.maximum(guess, 0.0, out=guess) if (guess > 0).any() else begin
+                del guess
+            earlier = last if step else None  # the one before is not needed during the solve
+            contact = _descend(
+                body, gap, load.control, float(value), begin, cap, tolerance, max_iterations
+            )
+            last = contact.pressure
+            yield contact
+            contact.forget_displacement()  # whoever has it: the next load needs the memory
+            del contact, begin
 
-def _descend_all(
-    body: ElasticBody,
-    gap: Field,
-    load: Load,
-    first: Contact | None,
-    cap: float,
-    tolerance: float,
-    max_iterations: int,
-) -> Iterator[Contact]:
-    earlier: Field | None = None
-    last = None if first is None else np.asarray(first.pressure, np.float64)
-    loads = load.values
-    for step, value in enumerate(loads):
-        start = None if last is None else last.copy()
-        if last is not None and earlier is not None:
-            guess = last - earlier
-            guess *= (value - loads[step - 1]) / (loads[step - 1] - loads[step - 2])
-            guess += last
-            start = np.maximum(guess, 0.0, out=guess) if (guess > 0).any() else start
-            del guess
-        earlier = last if step else None  # the one before is not needed during the solve
-        contact = _descend(
-            body, gap, load.control, float(value), start, cap, tolerance, max_iterations
-        )
-        last = contact.pressure
-        yield contact
-        contact.forget_displacement()  # whoever has the contact: the next load needs the memory
-        del contact, start
+    return descend_all()
 
 
 # overflows are detected in the result and reported
@@ -432,7 +424,7 @@ def overlap_pressure(body: ElasticBody, gap: Field, depth: float) -> Field:
 
     Zero where no cell overlaps, as at a depth that round-off loses:
 
-    >>> from reference.halfspace.operators import FreeOperator
+    >>> from reference.halfspace.kernels import FreeOperator
     >>> overlap_pressure(FreeOperator((1, 2), (1.0, 1.0), 1.0), np.ones((1, 2)), 1.0)
     array([[0., 0.]])
     """

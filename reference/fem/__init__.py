@@ -11,7 +11,7 @@ True
 """
 
 from reference.elasticity import Material
-from reference.fem.condensed_body import CondensedBody, half_space_body
+from reference.fem.condensed_body import CondensedBody, Fields, half_space_body, recover
 from reference.fem.contact import (
     Enforcement,
     NodalContact,
@@ -19,9 +19,7 @@ from reference.fem.contact import (
     contact_radius,
     press,
 )
-from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
-from reference.fem.mesh_lines import graded_lines
-from reference.fem.recovery import Fields, recover
+from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh, graded_lines
 from reference.fem.single_contact import indent
 
 __all__ = [

@@ -16,9 +16,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
+from skfem import MeshTet
+from skfem.element import ElementHex1, ElementHex2
 
 from reference.arguments import choice_faults, refuse
-from reference.elasticity import LARGEST_POISSON_RATIO, Material
+from reference.elasticity import (
+    LARGEST_POISSON_RATIO,
+    Material,
+    lame_parameters,
+    largest_shear,
+    von_mises,
+)
 from reference.fem import pardiso
 from reference.fem.condensation import (
     Front,
@@ -30,15 +38,19 @@ from reference.fem.condensation import (
     stiffness_matrix,
 )
 from reference.fem.element_stiffness import (
+    element_order,
     facet_nodes,
     facet_quadrature,
+    gauss_rule,
+    mean_stress_modes,
     mixed_matrices,
+    shape_gradients,
+    simplex_points,
     stiffness_matrices,
 )
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.half_space_mesh import GradedMesh, RingMesh, TensorMesh
-from reference.fem.matrix_free import IterativeFlexibility
-from reference.fem.multigrid import MultigridFlexibility
+from reference.fem.matrix_free import IterativeFlexibility, MultigridFlexibility
 from reference.fem.solid_mesh import SupportedMesh, contact_nodes, tributary_areas
 
 Array = NDArray[np.float64]
@@ -95,59 +107,31 @@ class CondensedBody:
 
     Scaled quantities have unit Young's modulus and lengths in units of `length`; the properties
     return consistent units.
-
-    Attributes
-    ----------
-    length, youngs_modulus : float
-        The units of the scaled quantities.
-    scaled_points : (n, 2)
-        Candidate positions on the surface / length.
-    scaled_weights : (n,)
-        Tributary area of the candidates / length^2 (of the meshed part).
-    nodes : (n,)
-        Mesh nodes of the candidates.
-    flexibility
-        Normal displacements for normal forces on the candidates, of the meshed part, in scaled
-        quantities.
-    symmetry : int
-        Number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half.
-    offset : (2,)
-        `scaled_points` minus the mesh coordinates (the mesh is centred).
-    spacing_scaled : float
-        Size of the surface elements in the contact / length.
-    ring : float or None
-        Radius of the mesh circle / length before stretching; None for a tensor body.
-    stretch : (float, float)
-        Semi-axes of the mesh ellipse over the radius of the circle.
-    unknowns : int
-        Number of free displacements of the mesh and far-field unknowns.
-    seconds : dict
-        Time spent on "mesh", "assembly", "condensation".
-    system : LinearSystem
-        Equations of the mesh.
-    nodal : CondensedBody or None
-        The body with its nodes as candidates, if the candidates are other points.
-    interpolation : (n, nodes) or None
-        Shape functions of those nodes at the candidates.
     """
 
+    # the units of the scaled quantities
     length: float
     youngs_modulus: float
     poisson_ratio: float
-    scaled_points: Array
-    scaled_weights: Array
-    nodes: NDArray[np.int64]
+    scaled_points: Array  # (n, 2), candidate positions on the surface / length
+    scaled_weights: Array  # (n,), tributary area of the candidates / length^2 (of the meshed part)
+    nodes: NDArray[np.int64]  # (n,), mesh nodes of the candidates
+    # normal displacements for normal forces on the candidates, of the meshed part, scaled
     flexibility: DenseFlexibility | IterativeFlexibility | MultigridFlexibility
+    # number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half
     symmetry: int
-    offset: Array
-    spacing_scaled: float
+    offset: Array  # (2,), `scaled_points` minus the mesh coordinates (the mesh is centred)
+    spacing_scaled: float  # size of the surface elements in the contact / length
+    # radius of the mesh circle / length before stretching; None for a tensor body
     ring: float | None
-    stretch: tuple[float, float]
-    unknowns: int
-    seconds: dict[str, float]
+    stretch: tuple[float, float]  # semi-axes of the mesh ellipse over the radius of the circle
+    unknowns: int  # number of free displacements of the mesh and far-field unknowns
+    seconds: dict[str, float]  # time spent on "mesh", "assembly", "condensation"
     grid: GradedMesh
-    system: LinearSystem
+    system: LinearSystem  # equations of the mesh
+    # the body with its nodes as candidates, if the candidates are other points
     nodal: CondensedBody | None = None
+    # (n, nodes), shape functions of those nodes at the candidates
     interpolation: Array | None = None
 
     @property
@@ -391,4 +375,108 @@ def supported_body(
         seconds=seconds,
         grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64)),
         system=system,
+    )
+
+
+# corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
+VTK_CORNERS = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Fields:
+    """Nodal fields of the meshed part, in consistent units."""
+
+    points: Array  # (m, 3), z points into the half-space
+    # (k, 8) or (k, 4), corners in VTK order of hexahedra (eight of a 27-node one) or tetrahedra
+    cells: NDArray[np.int64]
+    displacement: Array  # (m, 3)
+    stress: Array  # (m, 6), xx, yy, zz, yz, xz, xy; tension positive
+    # (m,), the latter is half the difference of the extreme principal stresses
+    von_mises: Array
+    largest_shear: Array
+
+
+def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
+    """Return displacement and stress at all mesh nodes for given nodal contact forces (n,).
+
+    The elimination is repeated, keeping its factors (at the cost of the first condensation, and the
+    memory of the factors). Stresses are evaluated at the reduced Gauss points, where they are most
+    accurate (Barlow 1976), extrapolated to the nodes and averaged by volume.
+    """
+    body, reactions = body.at_nodes(reactions)
+    mesh, elements = body.grid.mesh, body.grid.mesh.dofs.element_dofs.T
+    values = body.flexibility.interior(
+        reactions / (body.youngs_modulus * body.length * body.length)
+    )
+    numbers = np.full((mesh.p.shape[1], 3), -1, dtype=np.int64)
+    unknowns = body.system.unknowns[:, : 3 * elements.shape[1]]
+    numbers[elements] = unknowns.reshape(*elements.shape, 3)
+    displacement = np.where(numbers >= 0, values[numbers], 0.0)
+
+    # stress at the Gauss points, over Young's modulus
+    per_direction = element_order(mesh) + isinstance(mesh, MeshTet)
+    gradients, volumes = shape_gradients(mesh, per_direction)
+    gradient = np.einsum("eqaj,eai->eqij", gradients, displacement[elements], optimize=True)
+    strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+    if len(body.system.mean_stresses):
+        shear = 0.5 / (1.0 + body.poisson_ratio)
+        modes = mean_stress_modes(mesh, per_direction)
+        mean = np.einsum("eqj,ej->eq", modes, values[body.system.mean_stresses])
+    else:
+        lame, shear = lame_parameters(body.poisson_ratio)
+        mean = lame * np.trace(strain, axis1=-2, axis2=-1)
+    tensor = 2.0 * shear * strain + mean[..., None, None] * np.eye(3)
+    at_points = tensor[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
+
+    # its mean, linear or tensor Lagrange interpolation at the nodes of the elements
+    locations = mesh.elem.doflocs
+    if element_order(mesh) == 1:
+        extrapolation = np.ones((len(locations), 1))
+    elif isinstance(mesh, MeshTet):
+        at_gauss, at_all = (
+            np.column_stack([1.0 - points.sum(axis=1), points])
+            for points in (simplex_points(2)[0].T, locations)
+        )
+        extrapolation = np.linalg.solve(at_gauss.T, at_all.T).T
+    else:
+        line = gauss_rule(2, 1)[0][0]
+        toward = (locations - line[0]) / (line[1] - line[0])
+        x, y, z = np.stack([1.0 - toward, toward], axis=1).transpose(2, 0, 1)
+        extrapolation = np.einsum("ni,nj,nk->nijk", x, y, z).reshape(len(locations), -1)
+    at_nodes = np.einsum("nq,eqs->ens", extrapolation, at_points)
+    weights = np.broadcast_to(volumes.sum(axis=1)[:, None], elements.shape).ravel()
+    total = np.bincount(elements.ravel(), weights)
+    columns = [
+        np.bincount(elements.ravel(), weights * at_nodes[..., s].ravel()) / total for s in range(6)
+    ]
+    stress = np.stack(columns, axis=1) * body.youngs_modulus
+
+    # elements, or the eight sub-cells of 27-node ones, as VTK cells of positive volume
+    if isinstance(mesh, MeshTet):
+        cells, spanning, mirror = elements[:, :4].copy(), [1, 2, 3], [0, 2, 1, 3]
+    else:
+        order = element_order(mesh)
+        lattice = np.empty((len(elements),) + (order + 1,) * 3, dtype=np.int64)
+        i, j, k = np.round(order * (ElementHex1, ElementHex2)[order - 1].doflocs.T).astype(int)
+        lattice[:, i, j, k] = elements
+        blocks = []
+        for start in np.ndindex(order, order, order):
+            i, j, k = (np.array(start) + VTK_CORNERS).T
+            blocks.append(lattice[:, i, j, k])
+        cells, spanning, mirror = np.concatenate(blocks), [1, 3, 4], [4, 5, 6, 7, 0, 1, 2, 3]
+    corners = mesh.p.T[cells]
+    inverted = np.linalg.det(corners[:, spanning] - corners[:, [0]]) < 0.0
+    cells[inverted] = cells[inverted][:, mirror]
+
+    points = mesh.p.T.copy()
+    points[:, :2] += body.offset
+    return Fields(
+        points=points * body.length,
+        cells=cells,
+        displacement=displacement * body.length,
+        stress=stress,
+        von_mises=von_mises(stress),
+        largest_shear=largest_shear(stress),
     )

@@ -25,40 +25,26 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class NodalContact:
-    """One converged load step: forces, area and energy are those of all symmetric parts.
-
-    Attributes
-    ----------
-    reactions, pressure, displacement : (n,)
-        Normal forces on the candidates of the meshed part, over their areas; u into the body.
-    active : (n,) bool
-        Candidates that carry a force.
-    stiffness : float
-        dF/dd on the fixed contact set.
-    energy : float
-        Elastic energy ``1/2 sum R u``.
-    contact_area, contact_area_raw : float
-        Best estimate (`best_area`); tributary area of the active points.
-    violation : float
-        Largest overlap over the penetration from first touch of a point; with a penalty also that
-        inside the contact.
-    history : list of int
-        Number of wrong points by iteration.
-    """
+    """One converged load step: forces, area and energy are those of all symmetric parts."""
 
     penetration: float
     force: float
+    # (n,), normal forces on the candidates of the meshed
+    # part, over their areas; u into the body
     reactions: Array
     pressure: Array
     displacement: Array
-    active: Mask
-    stiffness: float
-    energy: float
+    active: Mask  # (n,) bool, candidates that carry a force
+    stiffness: float  # dF/dd on the fixed contact set
+    energy: float  # elastic energy ``1/2 sum R u``
+    # best estimate; tributary area of the active points
     contact_area: float
     contact_area_raw: float
     iterations: int
+    # largest overlap over the penetration from first touch of a point; with a penalty also
+    # that inside the contact
     violation: float
-    history: list[int] = field(default_factory=list)
+    history: list[int] = field(default_factory=list)  # number of wrong points by iteration
 
 
 @dataclass(frozen=True)
@@ -193,6 +179,14 @@ def press(
             force = float(value) if by_force else float(body.symmetry * unit * reactions.sum())
             reactions, displacement = reactions * unit, displacement * length
             touching = reactions > 0.0
+            # area: of the mesh circle if exactly its nodes touch and the shape ends there, of one
+            # round or elliptic contact by its radius, else of the nodes, to half a spacing
+            raw = area = float(body.symmetry * body.weights[touching].sum())
+            if body.ring is not None and touching.any():
+                radius = contact_radius(body, reactions, touching)
+                if not np.isfinite(gap).all() and np.array_equal(touching, body.inside_ring):
+                    radius = body.ring * length
+                area = raw if radius is None else _ellipse(body, radius)
             with np.errstate(over="ignore", invalid="ignore"):
                 energy = float(0.5 * body.symmetry * reactions @ displacement)
             if not np.isfinite(energy):
@@ -208,8 +202,8 @@ def press(
                 active=touching,
                 stiffness=slope * body.symmetry * body.youngs_modulus * length,
                 energy=energy,
-                contact_area=best_area(body, reactions, touching, sharp=not np.isfinite(gap).all()),
-                contact_area_raw=float(body.symmetry * body.weights[touching].sum()),
+                contact_area=area,
+                contact_area_raw=raw,
                 iterations=len(history),
                 violation=violation,
                 history=history,
@@ -257,23 +251,6 @@ def at_quadrature_points(body: CondensedBody) -> CondensedBody:
         nodal=body,
         interpolation=interpolation,
     )
-
-
-def best_area(body: CondensedBody, reactions: Array, active: Mask, *, sharp: bool) -> float:
-    """Return the best estimate of the total contact area on a fixed mesh.
-
-    - Contact at exactly the nodes of the mesh circle, with the shape ending there (`sharp`): the
-      area of the circle.
-    - One round or elliptic contact: from `contact_radius`.
-    - Else the tributary area of the active nodes, uncertain by half a node spacing along the edge.
-    """
-    raw = float(body.symmetry * body.weights[active].sum())
-    if body.ring is None or not active.any():
-        return raw
-    if sharp and np.array_equal(active, body.inside_ring):
-        return _ellipse(body, body.ring * body.length)
-    radius = contact_radius(body, reactions, active)
-    return raw if radius is None else _ellipse(body, radius)
 
 
 def fitted_area(body: CondensedBody, stiffness: float) -> float:

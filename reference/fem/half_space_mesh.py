@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson
 from skfem import MeshHex, MeshHex2
 
 from reference.arguments import choice_faults, count_faults, positive_faults, refuse
-from reference.fem.mesh_lines import edge_lines, graded_lines, growing_lines
 from reference.fem.solid_mesh import KINDS, SolidMesh
 
 Array = NDArray[np.float64]
@@ -30,6 +30,38 @@ SYMMETRIES = {
 }
 # Beyond these limits the elements are too distorted for a definite matrix in double precision.
 LARGEST_ASPECT, LARGEST_EXTENT = 100, 1000
+
+
+def growing_lines(start: float, end: float, first: float, growth: float) -> Array:
+    """Return lines from `start` to `end`, with a first cell near `first`, growing by `growth`.
+
+    >>> growing_lines(0.0, 7.0, 1.0, 2.0)
+    array([0., 1., 3., 7.])
+    """
+    count = max(1, round(np.log1p((end - start) * (growth - 1.0) / first) / np.log(growth)))
+    lines = np.concatenate([[0.0], np.cumsum(growth ** np.arange(count))])
+    return start + (end - start) * lines / lines[-1]
+
+
+def graded_lines(start: float, end: float, count: int, exponent: float) -> Array:
+    """Return lines from `start` to `end`, refined towards `end`.
+
+    The distance to `end` is proportional to ``(j/count)^(1/(1 - exponent))``; exponent 0 is
+    uniform.
+    """
+    return end - (end - start) * np.linspace(1.0, 0.0, count + 1) ** (1.0 / (1.0 - exponent))
+
+
+def power_lines(cells: int, exponent: float, end: float) -> Array:
+    """Return lines from 0 to `end` at t^exponent (1 + t)^2 with t = j/cells, but for a factor.
+
+    >>> power_lines(2, 1.0, 4.0).round(3).tolist()
+    [0.0, 1.125, 4.0]
+    """
+    t = np.arange(64 * cells) / cells
+    grown = t**exponent * (1 + t) ** 2
+    last = int(np.searchsorted(grown, end))
+    return grown[: last + 1] * (end / grown[last])
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,9 +309,16 @@ class RingMesh:
         inside = graded_lines(core, 1.0, elements if sharp else cells, exponent)
 
         def outward(reach: float) -> Array:
-            # as many cells per factor of e as in a mesh of radius 2.5
+            # cells of a size ~ t^exponent (1 + t)^(1 - exponent) at t: the first power suits a
+            # field with a root or a singularity at 0, the second one that decays with 1 + t. As
+            # many per factor of e as in a mesh of radius 2.5; t = reach s^(1/(1 - exponent)) makes
+            # the integral of 1/size smooth
             count = round(1.5 * elements * np.log1p(reach) / np.log1p(1.5))
-            return edge_lines(reach, count, exponent)
+            s = np.linspace(0.0, 1.0, 4001)
+            grown = (1.0 + reach * s ** (1.0 / (1.0 - exponent))) ** (exponent - 1.0)
+            number = cumulative_simpson(grown, x=s, initial=0.0)
+            place = np.interp(np.linspace(0.0, number[-1], count + 1), number, s)
+            return reach * place ** (1.0 / (1.0 - exponent))
 
         outer = outward(extent / ring - 1.0)
         depths = ring * narrow * outward(extent * wide / (ring * narrow))

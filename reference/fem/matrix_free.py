@@ -1,4 +1,4 @@
-r"""Half-spaces without a factorisation: conjugate gradients on the whole body, nothing condensed.
+r"""Contact without a factorisation: conjugate gradients on the whole body, nothing condensed.
 
 The meshes of half-spaces repeat one plane mesh at all levels of the depth. A node is then a plane
 node a at a level i, its shape function a product N_a(x, y) L_i(z), and every integral a product
@@ -9,22 +9,29 @@ node a at a level i, its shape function a product N_a(x, y) L_i(z), and every in
 so that the matrix of three dimensions, 2 kB for each unknown, is never assembled
 (`ExtrudedStiffness`). The same products precondition it (`SeparatedInverse`), and the
 preconditioner knows the contact (`IterativeFlexibility`): two million unknowns take 2 GB.
+
+The compliance of a body from a file is found column by column, for those candidates only that a
+contact set reaches (`MultigridFlexibility`), preconditioned by a V-cycle of smoothed aggregation
+with the rigid motions as near-null space (P. Vanek, J. Mandel & M. Brezina, Computing 56 (1996)
+179; the hierarchy is PyAMG's). Memory and time of a column grow with the unknowns, those of a
+factorisation with their powers 4/3 and 2.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import eigh, lapack
+from scipy.linalg import cho_factor, cho_solve, eigh, lapack, pinvh
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 from skfem.element import ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2
 
 from reference.elasticity import lame_parameters
+from reference.errors import ConvergenceError
 from reference.fem.condensation import LinearSystem
-from reference.fem.conjugate_gradients import conjugate_gradients, power_of_two
 from reference.fem.element_stiffness import (
     element_order,
     facet_quadrature,
@@ -35,14 +42,69 @@ from reference.fem.half_space_mesh import GradedMesh
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
 
-# Relative residual in the norm of the preconditioner. The force is stationary: its error is of the
-# order of the square of that of the fields.
-TOLERANCE = 1e-7
+MOST_STEPS = 1000  # of conjugate gradients
+# Relative residual in the norm of the preconditioner, of fields and of columns. The force is
+# stationary: its error is of the order of the square of that of the fields.
+TOLERANCE, COLUMN_TOLERANCE = 1e-7, 1e-8
 IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones is not solved again
+AT_ONCE = 32  # right-hand sides of columns: matrices are read once for all of them
+DAMPED = 1.5  # Jacobi's step over the inverse of the largest eigenvalue: converges below 2
+COARSEST = 300  # unknowns that are solved at once
 
 
-@dataclass(frozen=True, eq=False)
+def conjugate_gradients(
+    act: Callable[[Array], Array],
+    precondition: Callable[[Array], Array],
+    loads: Array,
+    tolerance: float,
+) -> tuple[Array, int]:
+    """Return the solution of a positive definite system for loads (n,) or (n, k), and the steps.
+
+    The tolerance is that of the residual in the norm of the preconditioner, over the load's. Raises
+    ConvergenceError after a thousand steps, or if the preconditioner is not definite; the history
+    has the largest relative residual by step.
+
+    >>> matrix = np.array([[2.0, 1.0], [1.0, 2.0]])
+    >>> conjugate_gradients(matrix.__matmul__, np.copy, np.array([4.0, 5.0]), 1e-12)
+    (array([1., 2.]), 2)
+    """
+    # Saad 2003, alg. 9.1, for every column alone. Units of powers of two change no digit, and
+    # preconditioners in single precision have no numbers below 1e-45.
+    units = power_of_two(loads)
+    residual = loads / units
+    values = np.zeros_like(residual)
+    dot = np.dot if loads.ndim == 1 else partial(np.einsum, "ik,ik->k")
+    direction = precondition(residual)
+    size = start = dot(residual, direction)
+    history = [1.0]
+    while residual.any() and not history[-1] <= tolerance:
+        if not np.max(size) > 0.0 <= np.min(size):  # NaN, or a preconditioner not definite
+            raise ConvergenceError("conjugate gradients broke down", history)
+        if len(history) > MOST_STEPS:
+            raise ConvergenceError("conjugate gradients did not converge", history)
+        image = act(direction)
+        work = dot(direction, image)
+        step = np.divide(size, work, out=np.zeros_like(size), where=size > 0.0)
+        values += step * direction
+        residual -= step * image
+        upward = precondition(residual)
+        last, size = size, dot(residual, upward)
+        turn = np.divide(size, last, out=np.zeros_like(size), where=last > 0.0)
+        direction = upward + turn * direction
+        largest = np.max(np.divide(size, start, out=np.zeros_like(size), where=start > 0.0))
+        history.append(float(np.sqrt(largest)) if np.min(size) >= 0.0 else np.nan)
+    return values * units, len(history) - 1
+
+
+def power_of_two(values: Array) -> Array:
+    """Return a power of two of the size of the largest value of each column, 1 of none."""
+    largest = np.abs(values).max(axis=0, initial=0.0)
+    good = (largest > 0.0) & (largest < np.inf)
+    return np.asarray(np.ldexp(1.0, np.frexp(np.where(good, largest, 1.0))[1] - 1))
+
+
 class Lattice:
     """The nodes of an extruded mesh by plane node and level.
 
@@ -51,15 +113,7 @@ class Lattice:
     depths (levels,); order of the elements.
     """
 
-    nodes: Integers
-    cells: Integers
-    plane: Array
-    depths: Array
-    order: int
-
-    @classmethod
-    def of(cls, grid: GradedMesh) -> Lattice:
-        """Return the lattice of a mesh of a half-space."""
+    def __init__(self, grid: GradedMesh) -> None:
         mesh = grid.mesh
         surface = facet_quadrature(mesh, grid.surface, 1)[0]
         # positions agree to rounding, and differ by far more than 1e-9 of the contact
@@ -77,28 +131,22 @@ class Lattice:
         orders.append(reverse_cuthill_mckee(graph, symmetric_mode=True).astype(np.int64))
         order = min(orders, key=lambda order: int(np.ptp(np.argsort(order)[cells], axis=1).max()))
         place[order] = np.arange(count)
-        nodes = nodes[order]
-        top = mesh.p[:2, nodes[:, 0]].T
-        return cls(nodes, place[cells], top, mesh.p[2, nodes[0]], element_order(mesh))
+        self.nodes: Integers = nodes[order]
+        self.cells: Integers = place[cells]
+        self.plane: Array = mesh.p[:2, self.nodes[:, 0]].T
+        self.depths: Array = mesh.p[2, self.nodes[0]]
+        self.order = element_order(mesh)
 
 
-@dataclass(frozen=True, eq=False)
 class Products:
-    """Integrals by one Gauss rule: matrices (n, n) over the plane, (levels, levels) of the depth.
+    """Integrals by so many Gauss points in each direction of an element.
+
+    Matrices (n, n) over the plane, (levels, levels) of the depth.
 
     Of two derivatives (P, k), of one (Q, of the row; d, of the column), and of none (M, m).
     """
 
-    plane: list[list[sparse.csr_array]]
-    slope: list[sparse.csr_array]
-    mass: sparse.csr_array
-    depth_mass: Array
-    depth_slopes: Array
-    depth_slope: Array
-
-    @classmethod
-    def of(cls, lattice: Lattice, points: int) -> Products:
-        """Return the integrals by so many Gauss points in each direction of an element."""
+    def __init__(self, lattice: Lattice, points: int) -> None:
         order, cells, depths = lattice.order, lattice.cells, lattice.depths
         # over the plane: gradients[i, e, q, n] of the shape functions
         square = ElementQuad1() if order == 1 else ElementQuad2()
@@ -122,21 +170,17 @@ class Products:
         at, weights = gauss_rule(points, 1)
         ends = [line.lbasis(at, i) for i in places]
         value, steep = np.array([v for v, _ in ends]), np.array([s[0] for _, s in ends])
-        mass, stiffness, mixed = np.zeros((3, len(depths), len(depths)))
+        shape = 3, len(depths), len(depths)
+        self.depth_mass, self.depth_slopes, self.depth_slope = np.zeros(shape)
         for start in range(0, len(depths) - 1, order):
             part = slice(start, start + order + 1)
             height = depths[start + order] - depths[start]
-            mass[part, part] += height * (value * weights) @ value.T
-            stiffness[part, part] += (steep * weights) @ steep.T / height
-            mixed[part, part] += (value * weights) @ steep.T
-        return cls(
-            plane=[[summed(row, column) for column in gradients] for row in gradients],
-            slope=[summed(row, steady) for row in gradients],
-            mass=summed(steady, steady),
-            depth_mass=mass,
-            depth_slopes=stiffness,
-            depth_slope=mixed,
-        )
+            self.depth_mass[part, part] += height * (value * weights) @ value.T
+            self.depth_slopes[part, part] += (steep * weights) @ steep.T / height
+            self.depth_slope[part, part] += (value * weights) @ steep.T
+        self.plane = [[summed(row, column) for column in gradients] for row in gradients]
+        self.slope = [summed(row, steady) for row in gradients]
+        self.mass = summed(steady, steady)
 
 
 class ExtrudedStiffness:
@@ -150,8 +194,8 @@ class ExtrudedStiffness:
         lame, shear = lame_parameters(poisson_ratio)
         full = lattice.order + 1
         rule = full - 1 if lame > 0.0 else full
-        ours = self.products = Products.of(lattice, full)
-        volume = self.volume = Products.of(lattice, rule)
+        ours = self.products = Products(lattice, full)
+        volume = self.volume = Products(lattice, rule)
         (pxx, pxy), (pyx, pyy) = ours.plane
         both, block = pxx + pyy, sparse.block_array
         flat = block([[both + pxx, pyx], [pxy, both + pyy]], format="csr")
@@ -299,7 +343,7 @@ class IterativeFlexibility:
     """
 
     def __init__(self, system: LinearSystem, grid: GradedMesh, poisson_ratio: float) -> None:
-        lattice = Lattice.of(grid)
+        lattice = Lattice(grid)
         exterior = np.zeros((0, 0)) if system.exterior is None else system.exterior
         self.system, self.exterior = system, exterior
         self.stiffness = ExtrudedStiffness(lattice, poisson_ratio)
@@ -402,3 +446,142 @@ class IterativeFlexibility:
         field = values[:size].copy()
         field[self.following] = self.boundary @ values[size:]
         return field.reshape(self.numbers.shape)
+
+
+class MultigridFlexibility:
+    """Response of a supported body, as `DenseFlexibility`, by columns found as they are needed.
+
+    Parameters
+    ----------
+    matrices : (elements, 3 n, 3 n)
+        Stiffness, component first (x, y, z of the first node, of the second, ...).
+    elements : (elements, n)
+        Nodes.
+    points : (nodes, 3)
+    free : (nodes, 3) bool
+        Components that no support holds; enough are held that no rigid motion is left.
+    candidates : (c,)
+        Nodes that carry normal forces.
+
+    Attributes
+    ----------
+    iterations : list of int
+        Steps of conjugate gradients by block of right-hand sides.
+    """
+
+    def __init__(
+        self,
+        matrices: Array,
+        elements: NDArray[np.int64],
+        points: Array,
+        free: Mask,
+        candidates: NDArray[np.int64],
+    ) -> None:
+        self.free = free.ravel()
+        self.candidates = 3 * candidates + 2
+        self.known = np.zeros(len(candidates), dtype=bool)
+        self.compliance = np.zeros((len(candidates), len(candidates)))
+        self.iterations: list[int] = []
+
+        # the stiffness in 3 x 3 blocks of nodes; held components are left alone, on the diagonal
+        count, nodes = elements.shape[1], len(points)
+        numbers = elements.astype(np.int64)
+        pairs = (numbers[:, :, None] * nodes + numbers[:, None, :]).ravel()
+        places, sums = np.unique(pairs, return_inverse=True)
+        rows, columns = np.divmod(places, nodes)
+        blocks = np.empty((len(places), 3, 3))
+        split = matrices.reshape(-1, count, 3, count, 3)
+        for i, j in np.ndindex(3, 3):
+            values = np.bincount(sums.ravel(), split[:, :, i, :, j].ravel(), len(places))
+            blocks[:, i, j] = values * free[rows, i] * free[columns, j]
+        diagonal = np.flatnonzero(rows == columns)
+        scale = blocks[diagonal].max()
+        blocks[diagonal] += scale * np.eye(3) * ~free[:, None, :]
+        stiffness = sparse.bsr_matrix(
+            (blocks, columns, np.searchsorted(rows, np.arange(nodes + 1))),
+            shape=(3 * nodes, 3 * nodes),
+        )
+
+        # rigid motions of the free components: three shifts, three turns about the centre
+        modes = np.zeros((nodes, 3, 6))
+        modes[:, range(3), range(3)] = 1.0
+        modes[:, :, 3:] = np.cross(np.eye(3)[:, None], points - points.mean(axis=0)).transpose(
+            1, 2, 0
+        )
+        modes[~free] = 0.0
+        import pyamg  # a tenth of a second, for those alone who come here
+
+        hierarchy = pyamg.smoothed_aggregation_solver(
+            stiffness,
+            B=modes.reshape(-1, 6),
+            strength=("symmetric", {"theta": 0.0}),
+            smooth=("jacobi", {"omega": 4.0 / 3.0, "weighting": "local"}),
+            presmoother=None,
+            postsmoother=None,
+            improve_candidates=None,
+            max_coarse=COARSEST,
+        )
+        self.stiffness = stiffness.tocsr()
+        # The preconditioner is in single precision: half of the memory to read.
+        self.levels = []
+        rng = np.random.default_rng(0)
+        for level in hierarchy.levels[:-1]:
+            matrix = level.A.tocsr()
+            diagonal = matrix.diagonal()[:, None]
+            inverse = 1.0 / np.where(diagonal > 0.0, diagonal, 1.0)
+            vector = rng.standard_normal((len(inverse), 1))
+            for _ in range(15):  # power iteration for the largest eigenvalue
+                vector /= np.linalg.norm(vector)
+                vector = inverse * (matrix @ vector)
+            jacobi = DAMPED / np.linalg.norm(vector) * inverse
+            parts = matrix, jacobi, level.P.tocsr(), level.P.T.tocsr()
+            self.levels.append(tuple(part.astype(np.float32) for part in parts))
+        self.coarsest = pinvh(hierarchy.levels[-1].A.toarray()).astype(np.float32)
+
+    def respond(
+        self, inside: NDArray[np.int64], right: Array, softness: Array
+    ) -> tuple[Array, Array]:
+        """Solve as `DenseFlexibility` does; new points of the contact set take a column each."""
+        missing = inside[~self.known[inside]]
+        for start in range(0, len(missing), AT_ONCE):
+            block = missing[start : start + AT_ONCE]
+            loads = np.zeros((len(self.free), len(block)))
+            loads[self.candidates[block], np.arange(len(block))] = 1.0
+            self.compliance[:, block] = self.solve(loads)[self.candidates]
+            self.known[block] = True
+            # symmetric between known points, not to the tolerance but to the bit
+            among, across = np.ix_(self.known, block), np.ix_(block, self.known)
+            mean = 0.5 * (self.compliance[among] + self.compliance[across].T)
+            self.compliance[among], self.compliance[across] = mean, mean.T
+        columns = self.compliance[:, inside]
+        matrix = columns[inside]
+        matrix[np.diag_indices(len(inside))] += softness
+        forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
+        return forces, columns @ forces
+
+    def interior(self, reactions: Array) -> Array:
+        """Solve as `DenseFlexibility` does, with one more solve."""
+        loads = np.zeros((len(self.free), 1))
+        loads[self.candidates, 0] = reactions
+        return self.solve(loads)[self.free, 0]
+
+    def solve(self, loads: Array) -> Array:
+        """Return the displacements (3 nodes, k) under loads, by `conjugate_gradients`."""
+        values, steps = conjugate_gradients(
+            self.stiffness.__matmul__, self._cycle, loads, COLUMN_TOLERANCE
+        )
+        self.iterations.append(steps)
+        return values
+
+    def _cycle(self, residual: Array) -> Array:
+        """Return the correction of a V-cycle: one step of damped Jacobi before, one after."""
+        right, below = residual.astype(np.float32), []
+        for matrix, jacobi, prolongation, restriction in self.levels:
+            values = jacobi * right
+            below.append((matrix, jacobi, prolongation, values, right))
+            right = restriction @ (right - matrix @ values)
+        correction = self.coarsest @ right
+        for matrix, jacobi, prolongation, values, right in reversed(below):
+            values += prolongation @ correction
+            correction = values + jacobi * (right - matrix @ values)
+        return correction.astype(float)

@@ -28,8 +28,7 @@ from reference.errors import ConvergenceError
 from reference.fem.condensation import condense, linear_system
 from reference.fem.element_stiffness import facet_nodes, stiffness_matrices
 from reference.fem.far_field import boussinesq, cerruti
-from reference.fem.half_space_mesh import ring_mesh
-from reference.fem.mesh_lines import growing_lines
+from reference.fem.half_space_mesh import growing_lines, ring_mesh
 from reference.loads import LoadPath
 
 Array = NDArray[np.float64]

@@ -22,7 +22,7 @@ from skfem.helpers import ddot, div, dot, sym_grad
 
 from reference.arguments import choice_faults, count_faults, refuse
 from reference.elasticity import LARGEST_POISSON_RATIO
-from reference.fem.mesh_lines import graded_lines
+from reference.fem.half_space_mesh import graded_lines
 
 Kind = Literal["axisymmetric", "plane"]
 Support = Literal["fixed", "inertia"]

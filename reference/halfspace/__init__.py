@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reference.contact.press import Contact
 from reference.halfspace import areas, kernels
-from reference.halfspace.operators import FreeOperator, PeriodicOperator
+from reference.halfspace.kernels import FreeOperator, PeriodicOperator
 
 __all__ = [
     "Contact",

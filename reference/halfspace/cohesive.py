@@ -37,6 +37,8 @@ from reference.loads import Load
 Mask = NDArray[np.bool_]
 
 Field = NDArray[np.float64]
+# (a, b, value): a d + b F = value.
+Constraint = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,7 @@ class CohesiveProblem:
         Beyond a fold there is none nearby.
         """
         refuse(effort_faults(tolerance, max_iterations))
-        fixed = Constraint(1.0, 0.0, penetration)
+        fixed = (1.0, 0.0, penetration)
         if start is None:
             # the contact without adhesion, then the tension in steps up to nearly the full one
             gap, start = np.where(self.solid, self.initial_gap, np.inf), np.zeros(self.solid.shape)
@@ -200,7 +202,7 @@ class CohesiveProblem:
         self, force: float, penetration: float, start: Field, tolerance: float = 1e-8
     ) -> CohesiveContact:
         """Return the equilibrium at a force, from a penetration and pressures close to it."""
-        fixed = Constraint(0.0, 1.0, force)
+        fixed = (0.0, 1.0, force)
         return self.newton(start, penetration, fixed, tolerance, 40)
 
     def newton(
@@ -212,11 +214,15 @@ class CohesiveProblem:
         max_iterations: int,
     ) -> CohesiveContact:
         """Return an equilibrium that satisfies the constraint, by Newton's method."""
+        by_depth, by_force, value = constraint
+        # the scale of the constraint: the reach of the law, and its strength on one cell
+        cell = self.law.strength * self.operator.cell_area
+        unit = abs(by_depth) * self.law.reach + abs(by_force) * cell
         history: list[float] = []
         for _ in range(max_iterations):
             state = _Linearised(self, pressure, penetration)
-            missing = constraint.missing(penetration, self.force(pressure))
-            history.append(max(state.error, abs(missing) / constraint.unit(self)))
+            missing = value - by_depth * penetration - by_force * self.force(pressure)
+            history.append(max(state.error, abs(missing) / unit))
             if history[-1] <= tolerance:
                 return CohesiveContact(
                     penetration=penetration,
@@ -230,14 +236,14 @@ class CohesiveProblem:
             if not np.isfinite(history[-1]) or history[-1] > 1e6:
                 break
             # the change of the penetration that satisfies the constraint
-            if constraint.of_force == 0:
-                depth = missing / constraint.of_penetration
+            if by_force == 0:
+                depth = missing / by_depth
                 pressure = pressure + state.change(depth, with_residual=True)
             else:
                 fixed = state.change(0.0, with_residual=True)
                 per_depth = state.change(1.0, with_residual=False)
-                rate = constraint.of_penetration + constraint.of_force * self.force(per_depth)
-                depth = (missing - constraint.of_force * self.force(fixed)) / rate
+                rate = by_depth + by_force * self.force(per_depth)
+                depth = (missing - by_force * self.force(fixed)) / rate
                 pressure = pressure + fixed + depth * per_depth
             penetration += depth
         raise ConvergenceError("Newton's method found no adhesive equilibrium nearby", history)
@@ -246,25 +252,6 @@ class CohesiveProblem:
         """Return dF/dd at an equilibrium, the slope of the path."""
         state = _Linearised(self, contact.pressure, contact.penetration)
         return self.force(state.change(1.0, with_residual=False))
-
-
-@dataclass(frozen=True)
-class Constraint:
-    """of_penetration * d + of_force * F = value."""
-
-    of_penetration: float
-    of_force: float
-    value: float
-
-    def missing(self, penetration: float, force: float) -> float:
-        """Return the value less the left side."""
-        return self.value - self.of_penetration * penetration - self.of_force * force
-
-    def unit(self, problem: CohesiveProblem) -> float:
-        """Return the scale of the left side: the reach of the law, and its strength on one cell."""
-        law = problem.law
-        cell = law.strength * problem.operator.cell_area
-        return abs(self.of_penetration) * law.reach + abs(self.of_force) * cell
 
 
 class _Linearised:
@@ -318,6 +305,7 @@ class _Linearised:
 _SHRINKS = 12
 _MOST = 2000  # largest number of points of a path
 _EASY, _ITERATIONS = 6, 30
+_PARTED = 1e-3  # force without contact, over the lowest one, at which a path ends
 # Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path,
 # because a step over a fold would reach another branch; so would a corner that leads far, by a step
 # of a straight path or more.
@@ -399,20 +387,6 @@ class CohesivePath:
         return place[0], place[1]
 
 
-@dataclass(frozen=True)
-class Ending:
-    """End of the path of an adhesive contact, in fractions of its lowest force."""
-
-    # without contact, the path ends when the force has decreased to this fraction
-    parted: float = 1e-3
-    # the path ends when the force has increased again by this fraction, which suffices for the
-    # pull-off force
-    risen: float = np.inf
-
-
-PARTED = Ending()
-
-
 def trace(
     problem: CohesiveProblem,
     penetration: float,
@@ -420,13 +394,15 @@ def trace(
     *,
     steps: int = 40,
     tolerance: float = 1e-7,
-    ending: Ending = PARTED,
+    risen: float = np.inf,
 ) -> CohesivePath:
     """Return the equilibria from compression to separation.
 
     From a penetration in compression, where the path begins, so many steps lead to the lowest
     one of interest on a straight path; folds and jumps of the grid take more. The tolerance is
-    that of every equilibrium, see `CohesiveContact.residual`.
+    that of every equilibrium, see `CohesiveContact.residual`. The path ends when the force has
+    risen by the fraction `risen` of its lowest value, which suffices for the pull-off, or else when
+    the bodies have parted.
     """
     first = problem.at_penetration(penetration, tolerance=tolerance, max_iterations=100)
     stride = (penetration - lowest) / steps
@@ -437,11 +413,11 @@ def trace(
     length = 1.0
     while True:
         last, pulled = points[-1], min(point.force for point in points)
-        risen = pulled < 0 and last.force - pulled > ending.risen * abs(pulled)
+        pulled_off = pulled < 0 and last.force - pulled > risen * abs(pulled)
         parted = not last.mask.any() and (
-            last.penetration < lowest or abs(last.force) <= ending.parted * abs(pulled)
+            last.penetration < lowest or abs(last.force) <= _PARTED * abs(pulled)
         )
-        if risen or parted:
+        if pulled_off or parted:
             break
         if len(points) >= _MOST:
             raise ConvergenceError(
@@ -484,7 +460,7 @@ def _next(
         force = last.force + length * way[1] * units[1]
         # the plane normal to the path: (d - d_predicted, F - F_predicted) . way = 0
         normal = way[0] / units[0], way[1] / units[1]
-        plane = Constraint(*normal, normal[0] * depth + normal[1] * force)
+        plane = (*normal, normal[0] * depth + normal[1] * force)
         try:
             equilibrium = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
         except ConvergenceError as failure:

@@ -276,16 +276,6 @@ def tangential_stiffness(
 
     Of the cells in contact, as forces along and transverse to the direction of the
     displacement, a unit vector, per unit of it.
-
-    Examples
-    --------
-    For nu = 0 the tangential and normal stiffness of a cell are equal:
-
-    >>> from reference.halfspace.traction import Compliance
-    >>> body = NormalAndTangential((1, 1), (1.0, 1.0), Compliance.of(1.0, 0.0))
-    >>> along, _ = tangential_stiffness(body, [[True]])
-    >>> bool(np.isclose(along, 2 * np.pi / (4 * np.log(1 + np.sqrt(2)))))
-    True
     """
     mask = np.asarray(mask, dtype=bool)
     if mask.shape != body.shape or not mask.any():

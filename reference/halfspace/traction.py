@@ -26,7 +26,7 @@ from scipy import fft
 from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.contact.body import ElasticBody, power_of_two, window
 from reference.halfspace import kernels
-from reference.halfspace.operators import FreeOperator, PeriodicOperator
+from reference.halfspace.kernels import FreeOperator, PeriodicOperator
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
@@ -89,12 +89,6 @@ def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> 
 
     Offsets of either sign along x and y, broadcast. The error is below 1e-11 up to a distance of
     1e4 cells (tested against 40 digits), relative to the larger of the two integrals of a type.
-
-    Examples
-    --------
-    >>> own = cell_integrals(0, 0, (1.0, 1.0))
-    >>> bool(np.isclose(own.xx + own.yy, 4 * np.log(1 + np.sqrt(2)), rtol=1e-15)), float(own.x)
-    (True, 0.0)
     """
     dx, dy = spacing
     i, j = np.broadcast_arrays(np.asarray(i, dtype=float), np.asarray(j, dtype=float))
@@ -137,41 +131,6 @@ def _pull(x: Field, y: Field, dx: float, dy: float) -> Field:
     return logarithms + angles
 
 
-def periodic_factors(
-    shape: tuple[int, int], spacing: tuple[float, float], compliance: Compliance
-) -> Cerruti:
-    r"""Return the Fourier factors of the periodic half-space with zero mean displacement.
-
-    u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for the tangential tractions, -i c3 q_x/|q|^2 from
-    them to u_z (the Fourier transforms of Cerruti's solution): band-limited tractions through the
-    cell values, on the modes of `rfft2`. Odd factors have no Nyquist mode on a real grid.
-
-    Examples
-    --------
-    >>> made = periodic_factors((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.25))
-    >>> k = 2 * np.pi / 8  # the factor is 1 - nu along the wave, 1 transverse to it
-    >>> [round(float(t[1, 0] * k), 12) for t in (made.xx, made.yy)]
-    [0.75, 1.0]
-    """
-    qx, qy = kernels.wavenumbers(shape, spacing)
-    square = qx * qx + qy * qy
-    square[0, 0] = np.inf
-    c1, c2, c3 = compliance.normal, compliance.lateral, compliance.coupling
-    odd_x, odd_y = qx.copy(), qy.copy()
-    if shape[0] % 2 == 0:
-        odd_x[shape[0] // 2, 0] = 0.0
-    if shape[1] % 2 == 0:
-        odd_y[0, -1] = 0.0
-    wavenumber = np.sqrt(square)
-    return Cerruti(
-        (c1 + c2 - c2 * qx * qx / square) / wavenumber,
-        (c1 + c2 - c2 * qy * qy / square) / wavenumber,
-        -c2 * odd_x * odd_y / square / wavenumber,
-        -c3 * odd_x / square,
-        -c3 * odd_y / square,
-    )
-
-
 def tensor_product(
     factors: Sequence[NDArray[Any]], fields: Fields, padded: tuple[int, ...]
 ) -> Fields:
@@ -188,19 +147,6 @@ class NormalAndTangential:
 
     Periodic: the images of the grid (band-limited tractions, zero mean displacements) instead
     of the free half-space (tractions uniform on cells).
-
-    Examples
-    --------
-    A tangential force displaces points behind it forwards and lifts them; pressure pulls points
-    towards itself:
-
-    >>> body = NormalAndTangential((8, 1), (1.0, 1.0), Compliance.of(1.0, 0.3))
-    >>> push = np.zeros((2, 8, 1))
-    >>> push[0, 4] = 1.0
-    >>> bool(body.shear(push)[0, 0, 0] > 0), bool(body.lift(push)[0, 0] < 0)
-    (True, True)
-    >>> bool(body.drag(push[0])[0, 0, 0] > 0)
-    True
     """
 
     def __init__(
@@ -244,9 +190,29 @@ class NormalAndTangential:
 
     @cached_property
     def _transfer(self) -> Cerruti:
-        if self.periodic:
-            return periodic_factors(self.shape, self.spacing, self.compliance)
+        """Fourier factors on the modes of `rfft2`."""
         nx, ny = self.shape
+        if self.periodic:
+            # u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for the tangential tractions, -i c3 q_x/|q|^2
+            # from them to u_z, of band-limited tractions through the cell values. Odd factors have
+            # no Nyquist mode on a real grid
+            qx, qy = kernels.wavenumbers(self.shape, self.spacing)
+            square = qx * qx + qy * qy
+            square[0, 0] = np.inf
+            c1, c2, c3 = self.compliance.normal, self.compliance.lateral, self.compliance.coupling
+            odd_x, odd_y = qx.copy(), qy.copy()
+            if nx % 2 == 0:
+                odd_x[nx // 2, 0] = 0.0
+            if ny % 2 == 0:
+                odd_y[0, -1] = 0.0
+            wavenumber = np.sqrt(square)
+            return Cerruti(
+                (c1 + c2 - c2 * qx * qx / square) / wavenumber,
+                (c1 + c2 - c2 * qy * qy / square) / wavenumber,
+                -c2 * odd_x * odd_y / square / wavenumber,
+                -c3 * odd_x / square,
+                -c3 * odd_y / square,
+            )
 
         def transform(quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
             # mirrored to negative offsets, even (1) or odd (-1)

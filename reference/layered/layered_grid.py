@@ -25,7 +25,7 @@ from scipy.special import j0, jn_zeros
 from reference.closed_form.numerics import gauss_rule
 from reference.contact.body import ElasticBody
 from reference.halfspace import kernels
-from reference.halfspace.operators import RIM_EXCESS, FreeOperator
+from reference.halfspace.kernels import RIM_EXCESS, FreeOperator
 from reference.layered.stack import PER_DECADE, Graded, Stack
 
 Array = NDArray[np.float64]
@@ -77,14 +77,6 @@ class LayeredPeriodic(OfBody):
     """A layered body under periodic pressure; arguments as for `PeriodicOperator`.
 
     On a half-space the mean displacement is zero; on a rigid base it is that of the mean pressure.
-
-    >>> from reference.elasticity import Material
-    >>> steel = Material(1 - 0.3**2, 0.3)
-    >>> x = np.arange(16) / 16
-    >>> p = np.broadcast_to(np.cos(2 * np.pi * x)[:, None], (16, 16))
-    >>> body = LayeredPeriodic((16, 16), (1 / 16, 1 / 16), Stack([0.1], [steel], steel))
-    >>> bool(np.allclose(body.apply(p), p / np.pi))
-    True
     """
 
     periodic = True
@@ -118,13 +110,6 @@ class LayeredFree(OfBody, FreeOperator):
     Pressures are uniform on the cells, as on the half-space. Below a layer on a rigid base that is
     thin against the rectangle they are the band-limited function through the cells' values: rubber
     that is thinner than the cells is displaced by gradients of pressure, of which cells have none.
-
-    >>> from reference.elasticity import Material
-    >>> steel = Material(1 - 0.3**2, 0.3)
-    >>> layered = LayeredFree((9, 9), (1.0, 1.0), Stack([0.1], [steel], steel))
-    >>> plain = FreeOperator((9, 9), (1.0, 1.0), 1.0)
-    >>> bool(np.allclose(layered.coefficients((9, 9)), plain.coefficients((9, 9)), rtol=1e-9))
-    True
     """
 
     def __init__(self, shape: tuple[int, int], spacing: Pair, body: Body) -> None:

@@ -81,8 +81,17 @@ class RoundContact:
         # the equation in even Legendre polynomials of x/a
         matrix = np.diag(1.0 / (4 * n[:, 0] + 1))
         if self.body.thicknesses:
-            q, weights = _panels(_SHORT * a / self.body.thicknesses[0])
-            weights = 2 / np.pi * weights * self._excess(q / a)
+            # Gauss points for what varies with log q or with cos 2q: 44 panels below q = 1, each
+            # half of the next, and of length 4 above
+            reach = _SHORT * a / self.body.thicknesses[0]
+            first = min(1.0, reach)
+            small = first * 0.5 ** np.arange(44, -1, -1.0)
+            large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / 4.0)) + 1))
+            ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
+            nodes, weights = gauss_rule(12)
+            middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+            q = (middle[:, None] + half[:, None] * nodes).ravel()
+            weights = 2 / np.pi * (half[:, None] * weights).ravel() * self._excess(q / a)
             for part in np.array_split(np.arange(q.size), 1 + q.size * number // _AT_ONCE):
                 bessel = _even_bessel(number, q[part])
                 matrix += (bessel * weights[part]) @ bessel.T
@@ -145,20 +154,6 @@ class RoundContact:
     def _excess(self) -> Line:
         # long waves to 1e-12 of the thickness of all layers
         return self.body.softening(1e-12 / self.body.total, _SHORT / self.body.thicknesses[0])
-
-
-def _panels(reach: float) -> tuple[Array, Array]:
-    """Gauss points and weights from zero to `reach`, for what varies with log x or with cos 2x.
-
-    44 panels below x = 1, each half of the next, and of length 4 above.
-    """
-    first = min(1.0, reach)
-    small = first * 0.5 ** np.arange(44, -1, -1.0)
-    large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / 4.0)) + 1))
-    ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
-    nodes, weights = gauss_rule(12)
-    middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
-    return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
 
 
 def _even_bessel(number: int, x: Array) -> Array:

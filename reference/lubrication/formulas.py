@@ -145,17 +145,13 @@ def squeezed_film(radius: float, viscosity: float, speed: float, load: float) ->
     return 6 * np.pi * viscosity * radius**2 * speed / load
 
 
-def second_order_factors(roughness: float, along: float = 0.5) -> tuple[float, float]:
+def second_order_factors(roughness: float) -> tuple[float, float]:
     """Return the flow factors of pressure and of sliding, to second order in the heights.
 
-    `roughness` is rms height over mean gap, `along` the mean cos^2 of the angle between waves and
-    flow: one half where isotropic, one for crests across the flow.
+    Isotropic; `roughness` is rms height over mean gap.
     """
-    faults = [] if 0 <= roughness < np.inf else ["roughness must be finite and not negative"]
-    faults += [] if 0 <= along <= 1 else [f"along must lie in [0, 1], not {along!r}"]
-    refuse(faults)
-    square = roughness**2
-    return 1 + 3 * square * (1 - 3 * along), 1 - 3 * square * along
+    refuse([] if 0 <= roughness < np.inf else ["roughness must be finite and not negative"])
+    return 1 - 1.5 * roughness**2, 1 - 1.5 * roughness**2
 
 
 def patir_cheng_factor(roughness: float) -> float:

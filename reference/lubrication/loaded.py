@@ -2,7 +2,7 @@
 
 Unknowns are the film's s in every cell and the separation between the bodies; the equations are the
 balance of mass in every cell and that of forces. The Jacobian of the flow is exact. What the
-pressure bends is a convolution (`halfspace.operators`), so that steps are found by GMRES,
+pressure bends is a convolution (`halfspace.kernels`), so that steps are found by GMRES,
 preconditioned by a sparse factorisation in which a cell bends its neighbours only.
 """
 
@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.errors import ConvergenceError
-from reference.halfspace.operators import FreeOperator
+from reference.halfspace.kernels import FreeOperator
 from reference.lubrication.reynolds import Film, FilmCells, FilmState, Transport, factors
 
 Field = NDArray[np.float64]
@@ -51,7 +51,7 @@ class BentSurface:
         self.far = np.zeros(cells.shape)
         if not compliance:
             return
-        nx, ny = cells.core_shape
+        nx, ny = (part.stop - part.start for part in cells.core)
         self.body = FreeOperator((nx, ny * cells.copies), cells.spacing, 1 / compliance)
         x, y = cells.centres
         self.far = compliance / (np.pi * np.hypot(x, y))

@@ -241,14 +241,6 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
     The load grows from where the ball is as good as rigid, step by step; the film is a function of
     it, for there is no other time. V is constant, far from the contact; steps of the load are finer
     with the cells per l. The ball must be large beside the contact.
-
-    Examples
-    --------
-    A ball on a hard half-space is squeezed like a rigid one, h = 6 pi eta R^2 V/F:
-
-    >>> film = approach(Ball(0.01, 1e12, 1.0, 0.1), 1e-3, 8)
-    >>> bool(abs(film.film_central / (6 * np.pi * 1e-4 * 1e-3 / 0.1) - 1) < 0.02)  # eight cells
-    True
     """
     refuse(positive_faults(speed=speed) + count_faults(_FEWEST, resolution=resolution))
     rigid = formulas.squeezed_film(ball.radius, ball.viscosity, speed, ball.load)
@@ -302,7 +294,7 @@ class _Scaled:
     def on(
         self, per_length: int, along: tuple[float, float] = _ALONG, reach: float = _REACH
     ) -> LoadedFilm:
-        """Return the problem on cells, with a flooded inlet."""
+        """Return the problem on cells."""
         begins = self.ball.meniscus / self.length
         reach = max(_AROUND, reach * (1 - self.ball.hertz_radius / self.length))
         even = self.ball.waves is None or self.ball.waves.even

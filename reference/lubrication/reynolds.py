@@ -27,7 +27,6 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from reference.arguments import count_faults, refuse
 from reference.errors import ConvergenceError
-from reference.lubrication import formulas
 
 Field = NDArray[np.float64]
 
@@ -63,12 +62,6 @@ class FilmCells:
     def copies(self) -> int:
         """How many mirror images the film consists of."""
         return 2 if self.mirrored else 1
-
-    @property
-    def core_shape(self) -> tuple[int, int]:
-        """Number of equal cells along x and y."""
-        rows, columns = self.core
-        return rows.stop - rows.start, columns.stop - columns.start
 
     @cached_property
     def centres(self) -> tuple[Field, Field]:
@@ -159,15 +152,6 @@ def around_point(
     return FilmCells(x, whole, (rows, slice(margin, margin + 2 * ny)), mirrored=False)
 
 
-def around_line(count: int, reach: float) -> FilmCells:
-    """Return cells across a line contact, `count` of them in each unit of length next to it."""
-    x = stretched(-2.0, 2.0, 4 * count, (-reach, reach), 1 + SHARE / 2 / count)
-    everywhere = slice(0, x.size - 1)
-    return FilmCells(
-        x, np.array([0.0, 1.0]), (everywhere, slice(0, 1)), mirrored=False, closed=True
-    )
-
-
 Gap = Callable[[Field, Field], Field]
 
 # Rounds in which full and ruptured cells of a rigid film may settle, and the imbalance at which
@@ -206,13 +190,10 @@ class FilmState:
 
 
 class Film:
-    """The film over cells, under a rigid gap (zero at first touch).
+    """The film over cells, under a rigid gap (zero at first touch); its inlet is flooded."""
 
-    `inlet` is the thickness of the oil that arrives; infinite where the inlet is flooded.
-    """
-
-    def __init__(self, cells: FilmCells, gap: Gap, inlet: float = np.inf) -> None:
-        self.cells, self.inlet = cells, inlet
+    def __init__(self, cells: FilmCells, gap: Gap) -> None:
+        self.cells = cells
         x, y = cells.centres
         dx, dy = cells.widths
         self.gap = gap(x, y)
@@ -249,7 +230,6 @@ class Film:
         """Return the thickness of oil that is carried through the faces along x."""
         oil = self.faces(state)[0]
         oil[1:] -= state.vapour * self.thickness(state)
-        oil[0] = np.minimum(oil[0], self.inlet)
         return oil
 
     def balance(self, state: FilmState, speed: float) -> Field:
@@ -271,9 +251,7 @@ class Film:
         drawn = speed * self.cells.widths[1]
         along, across = kx * hx**3, ky * hy**3
         by_p = self._flow(0, along, -along) + self._flow(1, across, -across)
-        full = np.ones(hx.shape)
-        full[0] = hx[0] < self.inlet
-        by_u = self._means(0, -3 * kx * hx**2 * _steps(p, 0) + drawn * full)
+        by_u = self._means(0, -3 * kx * hx**2 * _steps(p, 0) + drawn)
         by_u = by_u + self._means(1, -3 * ky * hy**2 * _steps(p, 1))
         # vapour is taken from upstream
         none, upstream = np.zeros(hx.shape), np.zeros(hx.shape)
@@ -450,8 +428,8 @@ def rigid_film_at(film: Film, separation: float) -> FilmState:
     rigid = np.zeros(film.gap.shape)
     flow = Entrainment(1.0)
     gap = film.gap + separation
-    full = (film.cells.centres[0] < 0) & (gap < film.inlet)
-    state = FilmState(np.where(full, 1.0, np.minimum(film.inlet / gap, 0.5) - 1), separation, rigid)
+    full = (film.cells.centres[0] < 0) & (gap < np.inf)
+    state = FilmState(np.where(full, 1.0, -0.5), separation, rigid)
     history: list[float] = []
     # oil that does not fit through fills the gap upstream, a cell in each round
     for rounds in range(_ROUNDS + film.gap.shape[0]):
@@ -483,14 +461,12 @@ class LineFilm:
     flow: Field = field(repr=False)
 
 
-def rigid_cylinder(resolution: int, *, inlet: float = np.inf) -> LineFilm:
+def rigid_cylinder(resolution: int) -> LineFilm:
     """Return the film below a rigid cylinder on a rigid plane, at its least thickness h0.
 
     It judges the cells: its load and its rupture are known in closed form.
 
     On so many cells per sqrt(2 R h0), and as far as a thousand of these lengths to either side.
-    `inlet` is the thickness of the arriving layer over h0, from 1 to 1.226, the most that fits
-    through a gap which is full as far as one can see; infinite where flooded.
 
     Examples
     --------
@@ -498,13 +474,12 @@ def rigid_cylinder(resolution: int, *, inlet: float = np.inf) -> LineFilm:
     >>> round(film.load, 2), round(film.rupture, 2)
     (4.9, 0.47)
     """
-    faults = count_faults(2, resolution=resolution)
-    fits = 1 + formulas.RUPTURE**2
-    if not (1 < inlet < fits or inlet == np.inf):
-        faults.append(f"inlet must lie between 1 and {fits:.3f}, what fits through, not {inlet!r}")
-    refuse(faults)
-    cells = around_line(resolution, _REACH)
-    film = Film(cells, lambda x, y: x**2 + 0 * y, inlet)
+    refuse(count_faults(2, resolution=resolution))
+    # across the line: equal cells next to it
+    edges = stretched(-2.0, 2.0, 4 * resolution, (-_REACH, _REACH), 1 + SHARE / 2 / resolution)
+    core = slice(0, edges.size - 1), slice(0, 1)
+    cells = FilmCells(edges, np.array([0.0, 1.0]), core, mirrored=False, closed=True)
+    film = Film(cells, lambda x, y: x**2 + 0 * y)
     state = rigid_film_at(film, 1.0)
     x, pressure = cells.centres[0].ravel(), state.pressure.ravel()
     last = int(np.flatnonzero(pressure)[-1])

@@ -71,7 +71,7 @@ UNFLOWED = np.empty((0, 3, 3))
 PIECE = 2**13
 # Of an automaton: mass, and moment of inertia.
 MASSES = VOLUME * np.array([1.0, 1.0, 1.0, 0.1, 0.1, 0.1])
-# The order of `fem.recovery`.
+# The order of `fem.recover`.
 ENTRIES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 

@@ -173,7 +173,7 @@ class Drag:
 
     Against the `way` of the upper body stand the force against it and the load that presses it
     away. At the largest force `stress` (n, 6), half the force moments of the pairs over the volume
-    in the order of `fem.recovery`, and `stressed` (n, 3), the places then. `upper` are particles
+    in the order of `fem.recover`, and `stressed` (n, 3), the places then. `upper` are particles
     that began in the upper body; `worn` ones moved by more than two spacings against the body they
     belonged to; `loose` ones hold to neither body by bonds. The work of the drag is `stored`
     (elastic and moving at the end, less the beginning), `damped` in dashpots and `spent` on bonds.

@@ -118,11 +118,8 @@ class FarField:
                 curl = [slope[:, k - 1, k - 2] - slope[:, k - 2, k - 1] for k in range(3)]
                 volume = np.trace(slope, axis1=1, axis2=2)
                 fields.append(np.column_stack([displacement, 0.5 * np.stack(curl, -1), volume]))
-        self._fields = np.stack(fields)
-
-    def at_shell(self, sources: Floats) -> Floats:
-        """Return displacement, rotation and change of volume (n, 7) in the shell."""
-        return np.tensordot(sources, self._fields, axes=1)
+        # displacement, rotation and change of volume in the shell (forces, n, 7)
+        self.fields = np.stack(fields)
 
 
 class Held(NamedTuple):
@@ -388,7 +385,7 @@ class ParticleHalfSpace:
         self._moved[:, free:], self._traces[:, free:] = 0.0, 0.0
         if sources is not None:
             for body, far in enumerate(self._far):
-                held = far.at_shell(sources) / self.ratios[body]
+                held = np.tensordot(sources, far.fields, axes=1) / self.ratios[body]
                 self._moved[body, free:], self._traces[body, free:] = held[:, :6], held[:, 6]
 
     def _pulls(self, way: Floats, flowed: Floats) -> Floats:

@@ -71,17 +71,6 @@ def along(
 
     Penetrations count from first touch; forces must not be negative, nor more than the hardness
     carries. The tolerance is that of `reference.contact.press.press`.
-
-    Examples
-    --------
-    In full yield a force is the hardness times the area:
-
-    >>> from reference.halfspace import FreeOperator
-    >>> x = np.arange(24) - 11.5
-    >>> K = FreeOperator((24, 24), (1.0, 1.0), 1.0)
-    >>> (dent,) = along(K, (x[:, None] ** 2 + x**2) / 40, 1e-3, LoadPath("penetration", 2.0))
-    >>> bool(abs(dent.contact.force / (1e-3 * np.pi * 80) - 1) < 0.02)
-    True
     """
     control = path.one_of("penetration", "force")
     if control == "force" and (path.values < 0).any():

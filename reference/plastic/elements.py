@@ -11,7 +11,7 @@ Lengths are those of the mesh, z points into the body, moduli are relative to E.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,6 @@ from reference.fem.condensation import (
 )
 from reference.fem.element_stiffness import gauss_rule
 from reference.fem.far_field import boussinesq, exterior_stiffness
-from reference.fem.mesh_lines import contact_lines, even_then_growing_lines
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -160,9 +159,18 @@ class Elements:
 
         Elements per contact radius are `per_radius` into the body, twice as many along the surface.
         """
-        lines = partial(contact_lines, smallest, largest, growth=_GROWTH, outer=_OUTER)
-        along = lines(_ALONG * per_radius, _FINE[0])
-        deep = lines(per_radius, _FINE[1])
+
+        def lines(elements: int, fine: float) -> Array:
+            # of the smallest contact up to its radius, then of their own distance, then growing
+            at = [0.0]
+            while at[-1] < _OUTER * largest:
+                step = max(smallest, at[-1]) / elements
+                if len(at) > 1 and at[-1] >= fine * largest * (1 - 1e-9):
+                    step = (at[-1] - at[-2]) * _GROWTH
+                at.append(at[-1] + step)
+            return np.array(at)
+
+        along, deep = lines(_ALONG * per_radius, _FINE[0]), lines(per_radius, _FINE[1])
         touchable = np.array([_FINE[0] * largest])
         return cls([along, deep], touchable, poisson_ratio, hoop=True, even=(True,))
 
@@ -179,13 +187,20 @@ class Elements:
         Elements per half-width are `per_radius`; `even` says whether x = 0, and y = 0, is a plane
         of symmetry.
         """
-        lines = even_then_growing_lines
         narrow, far = min(half_widths), _BLOCK_OUTER * max(half_widths)
+
+        def lines(width: float, fine: float) -> Array:
+            element = width / per_radius
+            at = list(np.arange(0, int(np.ceil(fine * width / element - 1e-9)) + 1) * element)
+            while at[-1] < far:
+                at.append(at[-1] + _BLOCK_GROWTH * (at[-1] - at[-2]))
+            return np.array(at)
+
         grid = []
         for width, half in zip(half_widths, even, strict=True):
-            side = lines(width / per_radius, _FINE[0] * width, far, _BLOCK_GROWTH)
+            side = lines(width, _FINE[0])
             grid.append(side if half else np.concatenate([-side[:0:-1], side]))
-        deep = lines(narrow / per_radius, _FINE[1] * narrow, far, _BLOCK_GROWTH)
+        deep = lines(narrow, _FINE[1])
         touchable = np.array([_FINE[0] * width for width in half_widths])
         return cls([*grid, deep], touchable, poisson_ratio, hoop=False, even=even)
 

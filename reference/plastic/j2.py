@@ -47,11 +47,6 @@ class PlasticMaterial:
             faults.append("poisson_ratio must be at most 0.4999 (displacement elements)")
         refuse(faults)
 
-    @property
-    def bulk_modulus(self) -> float:
-        """K = E/(3 (1 - 2 nu))."""
-        return self.elastic.youngs_modulus / (3 * (1 - 2 * self.elastic.poisson_ratio))
-
     def scaled(self, modulus: float) -> PlasticMaterial:
         """Return the material with all stresses in units of a modulus."""
         return replace(
@@ -92,7 +87,11 @@ def respond(material: PlasticMaterial, strain: Array, old: Points) -> tuple[Arra
     The step minimises a convex incremental potential; the consistent tangent is its second
     derivative (Simo & Taylor 1985; Simo & Hughes 1998, box 3.2).
     """
-    shear, bulk = material.elastic.shear_modulus, material.bulk_modulus
+    elastic = material.elastic
+    shear, bulk = (
+        elastic.shear_modulus,
+        elastic.youngs_modulus / (3 * (1 - 2 * elastic.poisson_ratio)),
+    )
     trace = np.where(np.arange(strain.shape[-1]) < 3, 1.0, 0.0)
     twice = 2 - trace  # a shear stands for two components of the tensor
     deviator = np.diag((1 + trace) / 2) - np.outer(trace, trace) / 3

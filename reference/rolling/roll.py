@@ -271,15 +271,6 @@ def roll_on(
 
     The pressure is the same one in every step for a smooth roller, `pressed` for a rough one;
     `start` has the tractions (2, nx, ny) before the first step, such as Cattaneo's.
-
-    Examples
-    --------
-    >>> body = NormalAndTangential((9, 8), (0.25, 0.25), Compliance.of(1.0, 0.0))
-    >>> x, y = (np.arange(9) - 4) / 4, (np.arange(8) - 3.5) / 4
-    >>> p = np.sqrt(np.maximum(0.8 - x[:, None] ** 2 - y**2, 0))
-    >>> *_, last = roll_on(body, [p] * 12, 0.3, Creep(0.05))
-    >>> 0.1 < last.tangential_force / (0.3 * last.force) < 0.9
-    True
     """
     grid = FrictionalGrid(body)
     traction = np.zeros((2, *body.shape)) if start is None else start.copy()

@@ -37,15 +37,7 @@ _APART, _APART_MOVING, _LEAST = 1, 16, 64
 
 @dataclass(frozen=True)
 class PlaneSurface:
-    """The plane half-space under uniform tractions on cells, a grid of shape (cells, 1).
-
-    Examples
-    --------
-    >>> surface = PlaneSurface(4, 1.0, Compliance.of(1.0, 0.5))
-    >>> along, across, _ = surface.shear_coefficients()[:, :, 0]
-    >>> bool(along[1] < along[0]), round(float((across[1] - across[0]) / (along[1] - along[0])), 9)
-    (True, 2.0)
-    """
+    """The plane half-space under uniform tractions on cells, a grid of shape (cells, 1)."""
 
     cells: int
     width: float  # of a cell along x

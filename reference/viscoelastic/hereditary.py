@@ -49,7 +49,6 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 
 Array = NDArray[np.float64]
 
-
 _NODES = (14, 24)  # their difference is the error estimate of the first rule
 _SAMPLES = 24  # samples per piece of the retreat
 _LEVELS = 36  # halvings towards the ends of a segment, where d^(1/2) or fast arms vary
@@ -76,15 +75,10 @@ def contact_factor(poisson_ratio: float) -> float:
     return 2 / (1 - poisson_ratio)
 
 
-@dataclass(frozen=True)
 class _Path:
-    """A history as few linear pieces."""
+    """A history as few linear pieces: values at times, and slopes between."""
 
-    time: Array
-    value: Array
-
-    @classmethod
-    def of(cls, history: History) -> _Path:
+    def __init__(self, history: History) -> None:
         time, values = history.time, history.values
         if time.size < 2:
             raise ValueError(f"a history of the integrals needs two times, not {time!r}")
@@ -96,14 +90,11 @@ class _Path:
         flat = np.append(slopes[corners[:-1]] == 0, False)
         values = values.copy()
         values[corners[1:][flat[:-1]]] = values[corners[:-1][flat[:-1]]]
-        return cls(time[corners], values[corners])
+        self.time, self.value = time[corners], values[corners]
+        self.slopes = np.diff(self.value) / np.diff(self.time)
 
     def at(self, t: ArrayLike) -> Array:
         return np.interp(np.asarray(t, dtype=float), self.time, self.value)
-
-    @property
-    def slopes(self) -> Array:
-        return np.diff(self.value) / np.diff(self.time)
 
     def slope_before(self, t: float) -> float:
         place = int(np.searchsorted(self.time, t, side="left")) - 1
@@ -144,7 +135,7 @@ def indentation(
     0.008
     """
     history.one_of("penetration")
-    path = _Path.of(history)
+    path = _Path(history)
     falling = np.flatnonzero(path.slopes < 0)
     if path.value[0] < 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
         raise ValueError(
@@ -164,8 +155,20 @@ def indentation(
     def integrand(s: Array, t: float) -> Array:
         return material.relaxation(t - s) * growth(path.at(s))
 
+    # the contact must not grow after the depth has started to decrease (sampled)
+    peak, until = float(path.time[path.value == path.value.max()][-1]), times.max()
+    if until > peak:
+        kinks = path.time[(path.time > peak) & (path.time < until)]
+        pieces = pairwise([peak, *kinks, until])
+        samples = np.concatenate([np.linspace(*ends, _SAMPLES) for ends in pieces])
+        depths = np.array([_contact(material, path, t)[1] for t in samples])
+        grows = np.diff(depths) > 1e-9 * path.value.max()
+        if grows.any():
+            raise ValueError(
+                f"the contact grows again near time {samples[1:][grows][0]:.6g}, where the retreat "
+                "is slower than the surface recovers: Ting's solution does not hold there"
+            )
     force, depth, error = np.zeros((3, times.size))
-    _refuse_growth(material, path, times.max())
     for i, t in enumerate(times):
         touching, depth[i] = _contact(material, path, t)
         # int E(t - s) A'(d(s)) d'(s) ds up to the time whose contact this is
@@ -206,7 +209,7 @@ def creep(
     0.629960524947
     """
     history.one_of("force")
-    path, t, values = _Path.of(history), history.time, history.values
+    path, t, values = _Path(history), history.time, history.values
     if not (values[0] >= 0 and (path.slopes >= 0).all() and values[-1] > 0):
         raise ValueError(
             "the integral of Lee and Radok needs a force that never falls, so that the contact "
@@ -260,23 +263,6 @@ def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float
     if path.value[0] == 0:
         return start, 0.0
     return start, max(0.0, float(path.value[0] + late / material.relaxation(t - start)))
-
-
-def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> None:
-    """Raise ValueError if the contact grows after the depth has started to decrease (sampled)."""
-    peak = float(path.time[path.value == path.value.max()][-1])
-    if until <= peak:
-        return
-    kinks = path.time[(path.time > peak) & (path.time < until)]
-    pieces = pairwise([peak, *kinks, until])
-    samples = np.concatenate([np.linspace(*ends, _SAMPLES) for ends in pieces])
-    depth = np.array([_contact(material, path, t)[1] for t in samples])
-    grows = np.diff(depth) > 1e-9 * path.value.max()
-    if grows.any():
-        raise ValueError(
-            f"the contact grows again near time {samples[1:][grows][0]:.6g}, where the retreat is "
-            "slower than the surface recovers: Ting's solution does not hold there"
-        )
 
 
 def _quadrature(
@@ -367,7 +353,18 @@ def _collide(
     """
     moduli, times = material.arm_moduli, material.arm_times
     arms, spring, viscosity = times.size, material.equilibrium_modulus, material.viscosity
-    depth = _typical_depth(material, area, mass, velocity)
+
+    # the depth at which the glassy half-space or its dashpot absorbs the energy
+    def excess(depth: float) -> float:
+        modulus = material.instantaneous_modulus + viscosity * velocity / depth
+        return modulus * area(depth) * depth / 2 - mass * velocity**2 / 2
+
+    low = high = velocity
+    while excess(low) > 0:
+        low /= 4
+    while excess(high) < 0:
+        high *= 4
+    depth = brentq(excess, low, high, xtol=1e-3 * low, rtol=1e-3)
 
     def integrate(rates: Rates, begin: float, start: Array, stop: Event) -> Any:
         event: Any = stop  # SciPy reads these attributes of the function
@@ -431,20 +428,3 @@ def _collide(
     forces += [force_out(t, way_out.sol(t)) for t in np.linspace(turn, way_out.t[-1], _INSTANTS)]
     restitution = -float(way_out.y[1, -1]) / velocity
     return restitution, float(way_out.t[-1]), float(turned[0]), max(forces)
-
-
-def _typical_depth(
-    material: GeneralisedMaxwell, area: Callable[[float], float], mass: float, velocity: float
-) -> float:
-    """Return the depth at which the glassy half-space or its dashpot absorbs the energy."""
-
-    def excess(depth: float) -> float:
-        modulus = material.instantaneous_modulus + material.viscosity * velocity / depth
-        return modulus * area(depth) * depth / 2 - mass * velocity**2 / 2
-
-    low = high = velocity
-    while excess(low) > 0:
-        low /= 4
-    while excess(high) < 0:
-        high *= 4
-    return brentq(excess, low, high, xtol=1e-3 * low, rtol=1e-3)

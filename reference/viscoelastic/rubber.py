@@ -251,7 +251,7 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load) -> Mask:
             gaps = np.sort(gap.ravel())
             width = max(n * s for n, s in zip(operator.shape, operator.spacing, strict=True))
             carried = np.arange(1, gaps.size + 1) * gaps - np.cumsum(gaps)
-            carried *= operator.relaxed_modulus / width * operator.cell_area
+            carried *= 4 * operator.material.equilibrium_modulus / width * operator.cell_area
             depth = float(gaps[min(int(np.searchsorted(carried, depth)), gaps.size - 1)])
         return gap <= max(depth / 2, gap.min())
     coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4

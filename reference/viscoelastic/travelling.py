@@ -37,15 +37,6 @@ class Travelling:
 
     The material is a dissipative solid in shear, nu = 1/2; the pressure moves along +x at a
     speed relative to it. Periodic, the mean displacement is zero.
-
-    Examples
-    --------
-    In slow motion the material is relaxed: Love's coefficient for E* = 4 G.
-
-    >>> solid = GeneralisedMaxwell.kelvin_voigt(1.0, 1.0)
-    >>> slow = Travelling((2, 1), (1.0, 1.0), solid, 1e-9).coefficients()
-    >>> bool(np.isclose(slow[1, 0], np.log(1 + np.sqrt(2)) / np.pi))
-    True
     """
 
     def __init__(
@@ -72,11 +63,6 @@ class Travelling:
     def cell_area(self) -> float:
         """Area of one cell, dx dy."""
         return self.spacing[0] * self.spacing[1]
-
-    @property
-    def relaxed_modulus(self) -> float:
-        """Relaxed modulus E* = 4 G of the material."""
-        return 4 * self.material.equilibrium_modulus
 
     def coarser(self) -> Travelling:
         """Return the same half-space on cells of twice the side; the shape must be even."""

@@ -8,7 +8,7 @@ from reduced.errors import ConvergenceError
 from reduced.loads import Load
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, sphere
 from reduced.profiles.section import Profile
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.wear import Oscillation, Rings, RoundBody, WearingLine, wear
 from reference.closed_form import cone as exact_cone
 from reference.closed_form import paraboloid as exact_paraboloid

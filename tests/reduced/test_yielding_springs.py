@@ -8,8 +8,7 @@ from reduced.errors import ConvergenceError
 from reduced.loads import Load, LoadPath
 from reduced.plasticity import Yielding, YieldingSprings, ZunkerKamrin, first_yield, walk
 from reduced.profiles.equivalents import cone, paraboloid
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 
 HARDNESS = 2.84e-3  # Y = 1e-3, E* = R = 1
 YIELD = (np.pi * 1.6e-3 / 2) ** 2  # d_y of p0 = 1.6 Y

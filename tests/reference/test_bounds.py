@@ -21,7 +21,7 @@ from reference.bounds.revolution import (
     rounded_punch,
     sphere,
 )
-from reference.fem.mesh_lines import power_lines
+from reference.fem.half_space_mesh import power_lines
 
 
 def _pressed_to(radius):

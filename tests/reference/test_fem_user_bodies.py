@@ -6,7 +6,7 @@ import pytest
 from skfem import MeshHex, MeshTet
 
 from reference.errors import ConvergenceError
-from reference.fem import Enforcement, Material, conjugate_gradients, press, recover
+from reference.fem import Enforcement, Material, matrix_free, press, recover
 from reference.fem.condensed_body import supported_body
 from reference.fem.solid_mesh import (
     KINDS,
@@ -313,7 +313,7 @@ def test_multigrid_reports_no_convergence(monkeypatch):
     mesh = block("hexahedron", CUBE)
     body = both(mesh, on_rollers(mesh))[1]
     one = np.arange(1)
-    monkeypatch.setattr(conjugate_gradients, "MOST_STEPS", 1)
+    monkeypatch.setattr(matrix_free, "MOST_STEPS", 1)
     with pytest.raises(ConvergenceError, match="did not converge") as caught:
         body.flexibility.respond(one, np.ones((1, 1)), np.zeros(1))
     assert caught.value.history[0] == 1.0

@@ -9,7 +9,7 @@ from reference import closed_form
 from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.contact.press import press
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
-from reference.halfspace.cohesive import CohesiveProblem, Ending, dugdale, exponential, trace
+from reference.halfspace.cohesive import CohesiveProblem, dugdale, exponential, trace
 from reference.halfspace.cohesive_minimum import Adhesive
 from reference.halfspace.detachment import RULES, letting_go, peel
 from reference.loads import Load
@@ -176,7 +176,7 @@ def test_the_path_keeps_the_energy():
     law = exponential(UNIT["work"], reach)
     operator, r = grid(32, 6.0, 0.75)
     problem = CohesiveProblem(operator, r**2 / 2, law)
-    path = trace(problem, 0.3, -6.0, steps=60, ending=Ending(parted=1e-5))
+    path = trace(problem, 0.3, -6.0, steps=60)
     first = problem.at_penetration(0.3)
     displacement = first.gap - r**2 / 2 + 0.3
     energy = 0.5 * np.sum(first.pressure * displacement) * operator.cell_area
@@ -251,7 +251,7 @@ def flat_disc(cells: int, zone: int, ramp: float) -> tuple[CohesiveProblem, floa
 def test_a_constant_tension_under_a_flat_disc():
     """A zone of 9 of 24 cells on the radius, over a steep ramp: within 1 % of the step's force."""
     problem, strength = flat_disc(24, 9, 0.1)
-    path = trace(problem, 0.05, -4.0, tolerance=1e-6, ending=Ending(risen=0.05))
+    path = trace(problem, 0.05, -4.0, tolerance=1e-6, risen=0.05)
     assert -path.pull_off()[1] == pytest.approx(punch_under_constant_tension(strength), rel=0.01)
 
 
@@ -260,7 +260,7 @@ def test_a_way_that_ends_once_the_force_rises_knows_the_pull_off():
     """Fewer points; the parabola about the fold is drawn over another span, 1e-3 apart at most."""
     problem, _ = flat_disc(12, 6, 0.3)
     whole = trace(problem, 0.05, -4.0, tolerance=1e-6)
-    short = trace(problem, 0.05, -4.0, tolerance=1e-6, ending=Ending(risen=0.05))
+    short = trace(problem, 0.05, -4.0, tolerance=1e-6, risen=0.05)
     assert len(short.points) < len(whole.points)
     assert short.pull_off()[1] == pytest.approx(whole.pull_off()[1], rel=1e-3)
 

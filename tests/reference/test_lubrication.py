@@ -37,12 +37,11 @@ def random_state(cells, seed=0):
     return FilmState(s, 0.5, rng.random(cells.shape))
 
 
-@pytest.mark.parametrize("inlet", [np.inf, 3.0])
 @pytest.mark.parametrize("kind", ["entrained", "squeezed"])
-def test_derivatives_are_those_of_the_balance(kind, inlet):
+def test_derivatives_are_those_of_the_balance(kind):
     """Newton's method: every derivative against a central difference."""
     cells = around_point(4, (-2.5, 1.5), 2.0, 8.0)
-    film = Film(cells, bowl, inlet)
+    film = Film(cells, bowl)
     state = random_state(cells)
     flow = Entrainment(0.8)
     if kind == "squeezed":
@@ -102,16 +101,12 @@ def test_rigid_cylinder_carries_and_ruptures_as_in_closed_form():
     assert films[64].rupture == pytest.approx(formulas.RUPTURE, abs=0.3 / 64)
 
 
-@pytest.mark.parametrize("inlet", [np.inf, 1.2, 1.05])
-def test_the_same_oil_flows_through_every_section(inlet):
+def test_the_same_oil_flows_through_every_section():
     """Mass is conserved in full and in ruptured film: to round-off of what flows."""
-    film = rigid_cylinder(16, inlet=inlet)
+    film = rigid_cylinder(16)
     # far out h^3 is 1e18 times that in the middle, and dp what is left of it
     inner = film.flow[1:-1][np.abs(film.x[1:]) < 30]
     assert inner == pytest.approx(inner[0], rel=1e-10)
-    if np.isfinite(inlet):
-        # all that arrives passes
-        assert inner[0] == pytest.approx(inlet, rel=1e-9)
 
 
 def test_half_of_sommerfelds_pressure_below_a_rigid_sphere():

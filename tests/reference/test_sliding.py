@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from reference.closed_form.rolling_cylinders import RubberCylinder
 from reference.contact.press import press
 from reference.halfspace import kernels as elastic
-from reference.halfspace.operators import FreeOperator
+from reference.halfspace.kernels import FreeOperator
 from reference.loads import Load
 from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import GridStudy, paraboloid, slide_on_rubber

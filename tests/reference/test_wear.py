@@ -5,7 +5,7 @@ from numpy.testing import assert_allclose
 
 from reference.closed_form import cylinder, paraboloid
 from reference.closed_form.worn import FrettingLimit, WornPunch
-from reference.halfspace.operators import FreeOperator, PeriodicOperator
+from reference.halfspace.kernels import FreeOperator, PeriodicOperator
 from reference.halfspace.wear import Oscillation, wear
 from reference.loads import Load
 

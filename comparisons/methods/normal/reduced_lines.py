@@ -19,8 +19,7 @@ from comparisons.tasks.task import Task
 from reduced.loads import EDGES, Load
 from reduced.rough import ensemble, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import LineContact, press
+from reduced.rough.press import LineContact, RoughLines, press
 from reduced.rough.regions import line_stress, regions
 from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
 from reference.layered.stack import Stack

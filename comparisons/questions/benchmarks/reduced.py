@@ -18,8 +18,7 @@ from reduced.memory.materials import kelvin_voigt
 from reduced.profiles import equivalents
 from reduced.rough import ensemble
 from reduced.rough.line_spectrum import LineSpectrum
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rubber.history import slide_in_time
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs

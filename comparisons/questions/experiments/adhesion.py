@@ -45,7 +45,6 @@ from reference.halfspace import Contact, FreeOperator, areas
 from reference.halfspace.cohesive import (
     CohesiveLaw,
     CohesiveProblem,
-    Ending,
     dugdale,
     exponential,
     trace,
@@ -131,7 +130,7 @@ def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
     path = trace(
         *(problem, 0.02 * stretch, -1.3 * stretch - 1 / strength),
         tolerance=_TOLERANCE,
-        ending=Ending(risen=_RISEN),
+        risen=_RISEN,
     )
     side = path.pull_off()
     assert side is not None  # the path has passed its minimum force

@@ -25,9 +25,8 @@ from reduced.motion.blocks import (
     missing_friction,
     stable_step,
 )
-from reduced.motion.course import Mass, Push, move
+from reduced.motion.course import Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import spring_contact
-from reduced.motion.stepping import Stepping
 from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid

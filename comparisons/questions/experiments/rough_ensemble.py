@@ -18,7 +18,7 @@ from comparisons.questions.experiments.experiment import Above, Finding, OneOf
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.rough.surface_spectrum import SelfAffine
 from reference import loads as reference_loads
 from reference import surfaces

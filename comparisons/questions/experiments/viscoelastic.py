@@ -24,8 +24,7 @@ from reduced.memory.in_time import harmonic_stiffness
 from reduced.memory.materials import fit, kelvin_voigt, standard_solid
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rough.surface_spectrum import SelfAffine
 from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import slide_as_printed

@@ -12,8 +12,7 @@ from comparisons.results.store import load_study
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.tasks.distributions import Stretches, edges, histogram
 from reduced.loads import Load
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reports.plots.surfaces import distributions
 from roughline import Study
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from reduced.motion.blocks import Blocks, integrate
+from reduced.motion.course import Stepping
 from reduced.motion.elastic_impact import strike
-from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import paraboloid, power_law, sphere
 from reduced.springs.line import Springs
 from reference import closed_form

@@ -9,7 +9,7 @@ from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio
 from reduced.friction.stick_slip import follow
 from reduced.loads import Load, LoadPath
 from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law, rounded_punch
-from reduced.rough.lines import RoughLines
+from reduced.rough.press import RoughLines
 from reduced.springs.line import Springs
 
 E, G, MU = 1.3, 0.9, 0.4

@@ -15,7 +15,7 @@ from reduced.motion.blocks import (
     missing_friction,
     stable_step,
 )
-from reduced.motion.stepping import Stepping
+from reduced.motion.course import Stepping
 
 EXPLICIT = ("explicit_euler", "semi_implicit_euler", "runge_kutta_4")
 ORDERS = {

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from scipy.special import beta
 
 from reduced.errors import ConvergenceError
-from reduced.motion.course import SCHEMES, Mass, Push, move
+from reduced.motion.course import SCHEMES, Mass, Push, Stepping, move
 from reduced.motion.elastic_impact import impact_depth, rebound, spring_contact, strike
-from reduced.motion.stepping import Stepping
 from reduced.profiles.equivalents import (
     cone,
     cylinder,

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from reduced.loads import Load
 from reduced.profiles.equivalents import paraboloid
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 

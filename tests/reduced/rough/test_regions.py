@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced.loads import Load
-from reduced.rough.lines import RoughLines
-from reduced.rough.press import press
+from reduced.rough.press import RoughLines, press
 from reduced.rough.regions import line_stress, regions
 
 EDGES = ["sub_cell", "nodal"]
