@@ -16,7 +16,7 @@ from who_is_right import Answer, Section, growth, middle, refined, touch
 
 from comparisons.judging.verdicts import judge
 from comparisons.methods.peers.live import Code
-from reference.fem.mesh_lines import growing_lines
+from reference.fem.half_space_mesh import growing_lines
 
 KRATOS = Code(
     "Kratos",
