@@ -329,9 +329,10 @@ class GridFriction(FrictionalGrid):
                 "contact_area": area,
                 "contact_area_raw": raw,
             }
-            if "tangential_stiffness" in task.quantities:
+            both = "stiffness_ratio" in task.quantities
+            if both or "tangential_stiffness" in task.quantities:
                 values["tangential_stiffness"] = tangential_stiffness(body, mask)[0]
-            if "stiffness" in task.quantities:
+            if both or "stiffness" in task.quantities:
                 values["stiffness"] = float(areas.contact_stiffness(body.normal, mask))
             yield Step(values, iterations=step.iterations, violation=violation)
 

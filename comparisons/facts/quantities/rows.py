@@ -160,6 +160,17 @@ COMPUTED = (
         comparable=True,
         physics=_STICKS,
     ),
+    Quantity(
+        "stiffness_ratio",
+        "tangential over normal stiffness",
+        "kₓ/k",
+        comparable=True,
+        physics=_STICKS,
+        derived=Derived(
+            ("tangential_stiffness", "stiffness"),
+            lambda k, _: k["tangential_stiffness"] / k["stiffness"],
+        ),
+    ),
     Quantity("stick_area", "sticking area", "A_stick", "m2", comparable=True, physics=_STICKS),
     Quantity(
         "friction_coefficient", "coefficient of friction", "µ", comparable=True, physics=_DRAGS

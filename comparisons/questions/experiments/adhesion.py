@@ -31,8 +31,20 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from comparisons.judging.uncertainty import RULE, SAFE, combined
-from comparisons.questions.experiments.experiment import Above, Effort, Finding, OneOf, experiment
-from comparisons.questions.experiments.rough_ensemble import Surface, compare, press, truth
+from comparisons.questions.experiments.experiment import (
+    Effort,
+    Finding,
+    Positive,
+    experiment,
+    one_of,
+)
+from comparisons.questions.experiments.rough_ensemble import (
+    PeriodicSurface,
+    Surface,
+    compare,
+    press,
+    truth,
+)
 from comparisons.solving.shared import shared
 from reduced.adhesion import pull_off
 from reduced.loads import Load
@@ -64,7 +76,7 @@ _RISEN = 0.05
 def adhesive_face(
     effort: Effort,
     *,
-    aspect: Annotated[float, Above(0)] = 1.0,
+    aspect: Positive = 1.0,
     shape: Literal["ellipse", "square"] = "ellipse",
 ) -> Finding:
     """Pull-off force of a flat face against a half-space with attraction of ever less range.
@@ -167,8 +179,8 @@ _TAIL, _RISE = 8.0, 1.2
 def adhesive_range(
     effort: Effort,
     *,
-    parameter: Annotated[float, Above(0)] = 1.0,
-    law: Annotated[str, OneOf(*LAWS)] = "constant",
+    parameter: Positive = 1.0,
+    law: Annotated[str, one_of(*LAWS)] = "constant",
 ) -> Finding:
     """Pull-off force of a ball against a tension of finite range.
 
@@ -330,13 +342,12 @@ def largest(value: Callable[[float], float], places: list[float]) -> float:
 def rough_adhesion(
     effort: str,
     *,
-    strength: Annotated[float, Above(0)] = 0.1,
-    quantity: Annotated[str, OneOf(*THEORIES)] = "attraction",
+    strength: Positive = 0.1,
+    quantity: Annotated[str, one_of(*THEORIES)] = "attraction",
     theory: str = "gaps",
-    reach: Annotated[float, Above(0)] = 0.3,
-    load: Annotated[float, Above(0)] = 0.02,
-    hurst: float = 0.8,
-    roll_off: float = 2.0,
+    reach: Positive = 0.3,
+    load: Positive = 0.02,
+    surface: Surface = PeriodicSurface(32, roll_off=2.0, shortest=4.0),
 ) -> Finding:
     """Adhesion of rough surfaces beside theories and the line.
 
@@ -346,21 +357,21 @@ def rough_adhesion(
     ``"energy"``: Derjaguin's way, the loss of surface energy with the mean gap; ``"line"``: the
     tension across the gaps of lines; ``"pastewka_robbins"``: 1/(1 - S).
     """
-    OneOf(*THEORIES[quantity]).checked("theory", theory)
+    if theory not in THEORIES[quantity]:
+        raise ValueError(f"theory must be one of {', '.join(THEORIES[quantity])}, not {theory!r}")
     if quantity == "contact_area" and strength >= 1:
         raise ValueError(f"strength must be below 1, where surfaces stick, not {strength!r}")
-    surface = Surface.of(32, hurst, roll_off, 4.0, periodic=True)
-    adhesion = float(strength), float(reach)
+    adhesion = strength, reach
 
     def sample(factor: int, number: int) -> np.ndarray:
-        values = _surfaces(surface, adhesion, float(load), quantity, factor, number)
+        values = _surfaces(surface, adhesion, load, quantity, factor, number)
         return values["true"] / values[theory] if theory in values else values["true"]
 
-    true, grid_bar = truth(sample, "refined", _SURFACES, effort)
+    true, grid_bar = truth(sample, _SURFACES, effort)
     stated: np.ndarray | list[float] = [1.0]
     if theory == "line":
         law, lines = attraction_law(surface, *adhesion), surface.lines(_LINES, _FINER).draw()
-        loads = (float(load),) if quantity == "attraction" else _LINE_LOADS
+        loads = (load,) if quantity == "attraction" else _LINE_LOADS
         force = Load("force", list(loads[::-1]))
         depths = press_lines(lines, 1.0, force).penetration[:, ::-1]
         depths = np.column_stack([depths, np.zeros(len(lines))])

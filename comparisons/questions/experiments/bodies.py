@@ -13,12 +13,13 @@ from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.questions.experiments.experiment import (
-    Above,
-    Between,
     Finding,
+    Fraction,
+    Positive,
     Share,
     experiment,
     worst,
@@ -41,7 +42,7 @@ _HALF_SPACE = 1e6
 def far_field(
     effort: str,
     *,
-    distance: Annotated[float, Above(0.5)] = 10.0,
+    distance: Annotated[float, Field(gt=0.5)] = 10.0,
     reading: Literal["letter", "corrected"] = "letter",
 ) -> Finding:
     """Displacement of the surface at a distance from a flat punch (19.9).
@@ -84,7 +85,7 @@ def _pair(
 def energy_share(
     effort: str,
     *,
-    distance: Annotated[float, Above(0.78)] = 1.0,
+    distance: Annotated[float, Field(gt=0.78)] = 1.0,
     poisson_ratio: float = 0.3,
     reading: Literal["local", "letter", "corrected"] = "local",
 ) -> Finding | Share:
@@ -118,7 +119,7 @@ def energy_share(
 def body_size(
     effort: str,
     *,
-    size: Annotated[float, Above(1.99)] = 10.0,
+    size: Annotated[float, Field(gt=1.99)] = 10.0,
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
@@ -145,7 +146,7 @@ def body_size(
 
 @experiment("plane-logarithm", "size of the body R/D")
 def plane_logarithm(
-    effort: str, *, size: Annotated[float, Above(1.99)] = 10.0, poisson_ratio: float = 0.3
+    effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0, poisson_ratio: float = 0.3
 ) -> Finding:
     """Growth of the compliance in plane strain with the logarithm of the body.
 
@@ -210,7 +211,10 @@ def kinetic_energy(
 
 @experiment("independent-contacts", "distance over diameter s/D")
 def independent_contacts(
-    effort: str, *, distance: Annotated[float, Above(1)] = 10.0, per_side: float = 0
+    effort: str,
+    *,
+    distance: Annotated[float, Field(gt=1)] = 10.0,
+    per_side: Annotated[int, Field(strict=False, ge=0, le=1000)] = 0,
 ) -> Finding:
     """Forces of flat punches side by side against those of single ones.
 
@@ -228,9 +232,9 @@ def independent_contacts(
     }
     if not per_side:
         return Finding(1.0, float(forces[-1]), float(interaction[-1]) * grid, details)
-    true = array_force(2 * distance, int(per_side))
+    true = array_force(2 * distance, per_side)
     left_out = abs(points / interaction[-1] - 1) + grid
-    details["punches"] = float(int(per_side) ** 2)
+    details["punches"] = float(per_side**2)
     details["share of the area"] = float(np.pi / 4 / distance**2)
     return Finding(1.0, true, (1 / true - 1) * left_out, details)
 
@@ -240,7 +244,7 @@ _ROUNDING = 1e-9
 
 @experiment("transverse-isotropy", "stiffness along the axis over across c33/c11")
 def transverse_isotropy(
-    effort: str, *, ratio: Annotated[float, Above(0)] = 2.0, shear: float = 0.4, cross: float = 0.3
+    effort: str, *, ratio: Positive = 2.0, shear: float = 0.4, cross: float = 0.3
 ) -> Finding:
     """Elliott's modulus of transversely isotropic half-spaces against the answer to a wave.
 
@@ -253,7 +257,7 @@ def transverse_isotropy(
 
 
 @experiment("conductance", "distance over diameter s/D")
-def conductance(effort: str, *, distance: Annotated[float, Above(1)] = 2.0) -> Finding:
+def conductance(effort: str, *, distance: Annotated[float, Field(gt=1)] = 2.0) -> Finding:
     """Greenwood's conductance of two spots against the stiffness of two punches.
 
     Greenwood (Brit. J. Appl. Phys. 17 (1966) 1621), n like spots: 1/C = 1/(4 k n a) + sum 1/s_ij/
@@ -300,7 +304,7 @@ def blunt(shape: str, b: float) -> tuple[Slope, float, float]:
 def blunt_body(
     effort: str,
     *,
-    flat: Annotated[float, Between(0, 1)] = 0.5,
+    flat: Fraction = 0.5,
     shape: Literal["truncated_cone", "truncated_paraboloid", "round_cone"] = "truncated_cone",
 ) -> Finding:
     """Springs under blunt bodies against their closed forms.
@@ -326,7 +330,7 @@ _QUADRATURE = 1e-11  # of the transform and its inverse, both to 1e-12
 def equivalent_body(
     effort: str,
     *,
-    exponent: Annotated[float, Above(0)] = 2.0,
+    exponent: Positive = 2.0,
     rule: Literal["half_radius", "transform"] = "half_radius",
 ) -> Finding:
     """Body of revolution that a profile stands for, against the one that it was made from.

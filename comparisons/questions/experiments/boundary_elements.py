@@ -13,16 +13,19 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import Kind, combined, share_uncertainty
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Details,
     Finding,
-    OneOf,
+    Positive,
     Share,
     experiment,
+    number_of,
+    one_of,
     share_of,
 )
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface
@@ -56,7 +59,7 @@ def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
 def influence_coefficient(
     effort: str,
     *,
-    offset: Annotated[int, Above(-1)] = 63,
+    offset: Annotated[int, Field(strict=False, ge=0, le=4096)] = 63,
     reading: Literal["letter", "bracket", "corrected"] = "letter",
 ) -> Finding:
     """Influence coefficient (19.3) against Love's, over the offsets of a grid.
@@ -65,7 +68,7 @@ def influence_coefficient(
     quadrant suffices by symmetry. Love's coefficients are accurate to 1e-13
     (tests/reference/test_halfspace_kernels.py), which is the bar.
     """
-    reach = np.arange(int(offset) + 1)
+    reach = np.arange(offset + 1)
     i, j = np.meshgrid(reach, reach, indexing="ij")
     true = kernels.love(i, j, (1.0, 1.0), 1.0)
     stated = printed_kernel(i, j, reading)
@@ -93,10 +96,9 @@ def active_set(
     *,
     share: float = 0.1,
     start: Literal["overlap", "random", "summit"] = "overlap",
-    rounds: Annotated[float, Above(0)] = 7,
-    points: float = 32,
-    hurst: float = 0.8,
-    runs: Annotated[float, Above(0)] = 200,
+    rounds: Positive = 7,
+    surface: Surface = Surface(32),
+    runs: Count = 200,
     limit: float = 1e-12,
 ) -> Share:
     """Rough patches on which the iteration of (19.5)-(19.8) does not end properly.
@@ -108,12 +110,11 @@ def active_set(
     """
     if not 0 < share <= 1:
         raise ValueError(f"share must lie in (0, 1], not {share!r}")
-    if share * points**2 > _MOST_CELLS:
+    if share * surface.points**2 > _MOST_CELLS:
         raise ValueError(
-            f"points {points!r}: the matrix of more than {_MOST_CELLS} cells is too large"
+            f"points {surface.points}: the matrix of more than {_MOST_CELLS} cells is too large"
         )
-    surface = Surface.of(points, hurst, 1.0, 2.0, False)
-    count = int(runs) if effort == "full" else min(int(runs), 100)
+    count = number_of(runs, effort, 100)
     operator = surface.operator()
     assert isinstance(operator, FreeOperator)
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
@@ -265,7 +266,7 @@ def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
     results = []
     for run in range(runs):
         hurst, shortest, roll_off = (float(rng.uniform(*r)) for r in (HURST, CUTOFFS, ROLL_OFFS))
-        surface = Surface.of(POINTS, hurst, roll_off, shortest, run % 2 == 0)
+        surface = Surface(POINTS, hurst, roll_off, shortest, run % 2 == 0)
         nu = float(rng.choice(RATIOS))
         load = float(np.exp(rng.uniform(*np.log(LOADS))))
         maps = [surface.heights(run, factor) for factor in FACTORS]
@@ -281,12 +282,12 @@ def drawn(runs: int, element: Element = "splines") -> tuple[TwoTruths, ...]:
 def second_truth(
     effort: str,
     *,
-    runs: Annotated[float, Above(0)] = 200,
-    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    runs: Count = 200,
+    quantity: Annotated[str, one_of(*QUANTITIES)] = "contact_area",
     element: Element = "splines",
 ) -> Share:
     """Share of random rough contacts on which elements and half-space differ beyond both bars."""
-    count = int(runs) if effort == "full" else min(int(runs), FEW)
+    count = number_of(runs, effort, FEW)
     cases = drawn(count, element)
     ratios = np.array([abs(case.difference(quantity)) / case.bar(quantity) for case in cases])
     differences = np.abs([case.difference(quantity) for case in cases])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from scipy import stats
@@ -10,13 +10,15 @@ from scipy import stats
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.methods.normal.reduced_lines import line_values
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Finding,
+    Positive,
     Share,
     experiment,
     number_of,
 )
 from comparisons.questions.experiments.rough_ensemble import (
+    PeriodicSurface,
     Surface,
     compare,
     each_line,
@@ -40,19 +42,15 @@ _MIDDLE = 0.01  # the load through which the straight line goes
 def straight_area(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.1,
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 4.0,
-    periodic: bool = False,
-    realisations: float = 60,
+    load: Positive = 0.1,
+    surface: Surface = Surface(shortest=4.0),
+    realisations: Count = 60,
 ) -> Finding:
     """Contact area of rough surfaces against a straight line through zero.
 
     Compare the straight line through zero and A(0.01 E* A0 h') with A(F). Means over surfaces, at
     vanishing spacing; the same surfaces at both loads.
     """
-    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
     (there, bar), (middle, bar_of_middle) = (
         pressed_surfaces(surface, force, "contact_area", count, effort) for force in (load, _MIDDLE)
@@ -86,28 +84,24 @@ def _spots(surface: Surface, load: float, factor: int, count: int) -> tuple[np.n
 def contact_sizes(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
+    load: Positive = 0.01,
     quantity: Literal["number", "mean_size", "largest_size"] = "number",
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 4.0,
-    periodic: bool = False,
-    realisations: float = 60,
+    surface: Surface = Surface(shortest=4.0),
+    realisations: Count = 60,
 ) -> Finding:
     """Number and sizes of the contacts of lines against those of surfaces.
 
     A region of length l has the area (pi/4) l^2 (19.29).
     """
-    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
-        spots = _spots(surface, float(load), factor, number)
+        spots = _spots(surface, load, factor, number)
         return np.array([_of_spots(sizes, quantity) for sizes in spots])
 
-    true, grid_bar = truth(sample, "refined", count, effort)
+    true, grid_bar = truth(sample, count, effort)
     stated = []
-    for line, depth in each_line(surface, float(load), 4 * count, 8):
+    for line, depth in each_line(surface, load, 4 * count, 8):
         lengths = regions.regions(line, depth).lengths
         stated.append(_of_spots(np.pi / 4 * lengths**2, quantity))
     return compare(stated, true, grid_bar, {})
@@ -117,14 +111,12 @@ def contact_sizes(
 def same_spectrum(
     effort: str,
     *,
-    skew: Annotated[float, Above(0)] = 0.3,
-    load: Annotated[float, Above(0)] = 0.01,
+    skew: Positive = 0.3,
+    load: Positive = 0.01,
     quantity: Literal["contact_area", "penetration", "stiffness"] = "contact_area",
     statement: Literal["skewness", "phases"] = "skewness",
-    hurst: float = 0.8,
-    roll_off: float = 4.0,
-    periodic: bool = True,
-    realisations: float = 60,
+    surface: Surface = Surface(roll_off=4.0, shortest=4.0, periodic=True),
+    realisations: Count = 60,
 ) -> Finding | Share:
     """Differences between surfaces with the same power spectrum.
 
@@ -132,10 +124,9 @@ def same_spectrum(
     its negative, over the mean of both. ``"phases"``: standard deviation over surfaces of equal
     amplitudes and random phases, over the mean.
     """
-    surface = Surface.of(64, hurst, roll_off, 4.0, periodic)
     count = number_of(realisations, effort, 16)
     if statement == "phases":
-        values = surface_samples(surface, float(load), 1, count, quantity == "stiffness")[quantity]
+        values = surface_samples(surface, load, 1, count, quantity == "stiffness")[quantity]
         spread = float(values.std(ddof=1) / values.mean())
         # the standard deviation of n normal values is known to 1/sqrt(2 n)
         bar = 2 * spread / np.sqrt(2 * count)
@@ -149,7 +140,7 @@ def same_spectrum(
         bent -= bent.mean()
         bent /= rms_gradient_spectral(bent, (1 / surface.points,) * 2)
         for sample, sign in zip(samples, (1.0, -1.0), strict=True):
-            _, row = press(operator, sign * bent, float(load), quantity == "stiffness")
+            _, row = press(operator, sign * bent, load, quantity == "stiffness")
             sample[k] = row[quantity]
     ratio, scatter = ratio_of_means(samples[0][:, None], samples[1][:, None], paired=True)
     r = float(ratio[0])
@@ -222,11 +213,11 @@ def _mean(values: Stretches) -> float:
 def contact_ends(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.02,
+    load: Positive = 0.02,
     quantity: Literal["pressure", "gap"] = "pressure",
     model: Literal["surface", "line"] = "surface",
     exponent: float = 1.0,
-    hurst: float = 0.8,
+    surface: Surface = PeriodicSurface(32, shortest=16.0),
 ) -> Finding:
     """Exponents of the densities of pressure and gap near zero.
 
@@ -236,11 +227,10 @@ def contact_ends(
     Surfaces with 16 points to the shortest wave, on grids up to 16 times finer. The bar has the
     change from grids half as fine and with the place of the interval, and the scatter of surfaces.
     """
-    surface = Surface.of(32, hurst, 1.0, 16.0, periodic=True)
     if model == "line":
         start, ratio, _ = _WINDOWS[quantity]
         drawn = surface.lines(_LINES, 32).draw()
-        depths = press_line(drawn, 1.0, Load("force", float(load))).penetration[:, 0].tolist()
+        depths = press_line(drawn, 1.0, Load("force", load)).penetration[:, 0].tolist()
         ofs = [
             line_values(drawn[row], 1.0, "sub_cell", depth, (1.0, 1.0))[f"{quantity}_distribution"]
             for row, depth in enumerate(depths)
@@ -251,8 +241,8 @@ def contact_ends(
         parts = {"interval": abs(some[0] - some[1])}
     else:
         finest, number = _SURFACES[effort]
-        here, moved, scatter = _on_grid(surface, float(load), quantity, finest, number)
-        before = _on_grid(surface, float(load), quantity, finest // 2, number)[0]
+        here, moved, scatter = _on_grid(surface, load, quantity, finest, number)
+        before = _on_grid(surface, load, quantity, finest // 2, number)[0]
         some = [here, before]
         parts = {"interval": moved, "grid": abs(here - before), "surfaces": scatter}
     bar = max(float(combined(*parts.values())), _LEAST_BAR)

@@ -17,33 +17,23 @@ from __future__ import annotations
 import inspect
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, get_type_hints
 
 import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, create_model
 from scipy import stats
 
 from comparisons.errors import InputError
 from comparisons.judging.metrics import relative_error
 from comparisons.reasons import near
+from comparisons.scene.fields import fail
+from comparisons.scene.problems import in_file
 
 Effort = Literal["quick", "full"]
 Details = dict[str, float | str]
-
-# Upper limits of counts, against exhausted memory and endless runs.
-_MOST = {
-    "points": 2048,
-    "line_points": 10**6,
-    "line_length": 1024,
-    "offset": 4096,
-    "per_side": 1000,
-    "realisations": 10**5,
-    "runs": 10**5,
-    "cycles": 1000,
-    "per_wave": 256,
-}
 
 
 @dataclass(frozen=True)
@@ -135,59 +125,23 @@ class Share:
 
 Run = TypeVar("Run", bound=Callable[..., Finding | Share])
 
-
-class Rule:
-    """What a value of a parameter must be; part of its type, or asked for by `checked`."""
-
-    def fault(self, name: str, value: Any) -> str:
-        """Return what is wrong with a value, "" if nothing is."""
-        raise NotImplementedError
-
-    def checked(self, name: str, value: Any) -> None:
-        """Raise ValueError for a wrong value."""
-        fault = self.fault(name, value)
-        if fault:
-            raise ValueError(fault)
+# Types of keywords: what a claim's file may give them. Upper limits of counts are against exhausted
+# memory and endless runs.
+Positive = Annotated[float, Field(gt=0)]
+Fraction = Annotated[float, Field(gt=0, lt=1)]
+Points = Annotated[int, Field(strict=False, gt=3, le=2048)]
+Count = Annotated[int, Field(strict=False, gt=2, le=100_000)]
 
 
-@dataclass(frozen=True)
-class Above(Rule):
-    """Finite and above a limit."""
+def one_of(*choices: str) -> AfterValidator:
+    """Return a rule for the type of a text: one of several names, as those of a table."""
 
-    limit: float
+    def chosen(value: str) -> str:
+        if value not in choices:
+            raise fail(f"expected one of {', '.join(choices)}", value)
+        return value
 
-    def fault(self, name: str, value: Any) -> str:
-        """See `Rule`."""
-        if math.isfinite(value) and value > self.limit:
-            return ""
-        return f"{name} must be finite and above {self.limit:g}, not {value!r}"
-
-
-@dataclass(frozen=True)
-class Between(Rule):
-    """Between two limits, which it does not reach."""
-
-    low: float
-    high: float
-
-    def fault(self, name: str, value: Any) -> str:
-        """See `Rule`."""
-        if self.low < value < self.high:
-            return ""
-        return f"{name} must be between {self.low:g} and {self.high:g}, not {value!r}"
-
-
-class OneOf(Rule):
-    """One of several names, as those of a table."""
-
-    def __init__(self, *choices: str) -> None:
-        self.choices = choices
-
-    def fault(self, name: str, value: Any) -> str:
-        """See `Rule`."""
-        if value in self.choices:
-            return ""
-        return f"{name} must be one of {', '.join(self.choices)}, not {value!r}"
+    return AfterValidator(chosen)
 
 
 @dataclass(frozen=True)
@@ -200,21 +154,25 @@ class Experiment:
         Slug used in claim files.
     title : str
         The measured quantity, in one sentence.
-    along : str
-        The keyword of the varied value; a claim may choose another one with
-        ``parameters = { along = "..." }``.
     parameter : str
         The varied parameter in words, with its symbol ("distance over diameter s/D"); "" if none.
     run : callable
         ``run(effort, **parameters)`` returns a `Finding` or a `Share`; all parameters are keywords
         with defaults.
+    varied : str
+        The keyword of the varied value, if it is not the first.
     """
 
     name: str
     title: str
-    along: str
     parameter: str
     run: Callable[..., Finding | Share]
+    varied: str = ""
+
+    @property
+    def along(self) -> str:
+        """The keyword of the varied value; a claim may choose another one by its `along`."""
+        return self.varied or next(iter(self.defaults), "")
 
     @property
     def module(self) -> str:
@@ -224,8 +182,28 @@ class Experiment:
     @cached_property
     def defaults(self) -> Mapping[str, Any]:
         """What the function gets for parameters that are not given."""
-        entries = list(inspect.signature(self.run).parameters.values())[1:]
-        return {entry.name: entry.default for entry in entries}
+        return {name: field.default for name, field in self._keywords.model_fields.items()}
+
+    @cached_property
+    def _groups(self) -> dict[str, Any]:
+        """Keywords that stand for several, the fields of a dataclass, as those of a surface."""
+        entries = inspect.signature(self.run).parameters.values()
+        return {entry.name: entry.default for entry in entries if is_dataclass(entry.default)}
+
+    @cached_property
+    def _keywords(self) -> type[BaseModel]:
+        """All keywords with their types and defaults."""
+        hints = get_type_hints(self.run, include_extras=True)
+        known: dict[str, Any] = {}
+        for entry in list(inspect.signature(self.run).parameters.values())[1:]:
+            group = self._groups.get(entry.name)
+            if group is None:
+                known[entry.name] = hints.get(entry.name, Any), entry.default
+            else:
+                types = get_type_hints(type(group), include_extras=True)
+                known |= {f.name: (types[f.name], getattr(group, f.name)) for f in fields(group)}
+        strict = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+        return create_model(self.name, __config__=strict, **known)
 
     def arguments(self, value: float | None, parameters: Mapping[str, Any]) -> dict[str, Any]:
         """Return all that a measurement hangs on beside its effort, however it is spelled."""
@@ -237,36 +215,48 @@ class Experiment:
             for key, entry in {**self.defaults, **given, **varied}.items()
         }
 
+    def checked(self, value: float | None, *, along: str = "", **parameters: Any) -> dict[str, Any]:
+        """Return the arguments of the function, apart from the effort.
+
+        Raises
+        ------
+        InputError
+            For a parameter that is unknown, of another type than its keyword, given twice, or
+            refused.
+        """
+        along, wrong = along or self.along, []
+        if value is not None:
+            if along in parameters:
+                wrong.append(f"{along} is varied and given, too")
+            parameters = {**parameters, along: value}
+        elif along not in self.defaults:
+            wrong.append(f"{along}: unknown key{near(along, self.defaults)}")
+        try:
+            arguments = dict(self._keywords(**parameters))
+        except ValidationError as error:
+            wrong += in_file(error, self._keywords)
+        if wrong:
+            raise InputError(f"experiment {self.name}: " + "; ".join(wrong))
+        for name, group in self._groups.items():
+            of = {entry.name: arguments.pop(entry.name) for entry in fields(group)}
+            arguments[name] = replace(group, **of)
+        return arguments
+
     def measure(
-        self, value: float | None, effort: Effort = "full", *, along: str = "", **parameters: Any
+        self, value: float | None, effort: Effort = "full", **parameters: Any
     ) -> Measurement:
         """Measure at a value of the parameter; `parameters` are those of the claim file.
 
         Raises
         ------
         InputError
-            For a parameter that is unknown, of another type than its default, given twice, or
-            refused.
+            See `checked`; or for values that the function refuses.
         ArithmeticError
             For a result that is not finite.
         """
-        along = along or self.along
-        wrong = list(self._faults(value, effort, along, parameters))
-        if wrong:
-            raise InputError(f"experiment {self.name}: " + "; ".join(wrong))
-        arguments = parameters if value is None else {**parameters, along: value}
-        wrong = [
-            f"{key} must be at most {_MOST[key]}, not {arguments[key]:g}"
-            for key in _MOST.keys() & arguments.keys()
-            if arguments[key] > _MOST[key]
-        ]
-        for name, hint in get_type_hints(self.run, include_extras=True).items():
-            if name in arguments and get_origin(hint) is Literal:
-                wrong.append(OneOf(*get_args(hint)).fault(name, arguments[name]))
-            elif name in arguments and get_origin(hint) is Annotated:
-                wrong += [limit.fault(name, arguments[name]) for limit in hint.__metadata__]
-        if any(wrong):
-            raise InputError(f"experiment {self.name}: " + "; ".join(filter(None, wrong)))
+        if effort not in ("quick", "full"):
+            raise InputError(f"effort is 'quick' or 'full', not {effort!r}")
+        arguments = self.checked(value, **parameters)
         started = time.perf_counter()
         try:
             finding = self.run(effort, **arguments)
@@ -288,42 +278,16 @@ class Experiment:
             noun=finding.noun,
         )
 
-    def _faults(
-        self, value: float | None, effort: str, along: str, parameters: dict[str, Any]
-    ) -> Iterator[str]:
-        """Yield what is wrong with the names and the types of parameters."""
-        for name in (along, *parameters):
-            if name not in self.defaults:
-                known = list(self.defaults)
-                hint = near(name, known) or f"; known: {', '.join(known)}"
-                yield f"no parameter {name!r}{hint}"
-        for name, given in parameters.items():
-            default = self.defaults.get(name, given)
-            if isinstance(default, bool):
-                alike, kind = isinstance(given, bool), "true or false"
-            elif isinstance(default, str):
-                alike, kind = isinstance(given, str), "a text"
-            else:
-                number = isinstance(given, (int, float)) and not isinstance(given, bool)
-                alike, kind = number, "a number"
-            if not alike:
-                yield f"{name} must be {kind}, not {given!r}"
-        if effort not in ("quick", "full"):
-            yield f"effort is 'quick' or 'full', not {effort!r}"
-        if value is not None and along in parameters:
-            yield f"{along} is varied and given, too"
-
 
 EXPERIMENTS: dict[str, Experiment] = {}
 
 
-def experiment(name: str, parameter: str = "") -> Callable[[Run], Run]:
+def experiment(name: str, parameter: str = "", along: str = "") -> Callable[[Run], Run]:
     """Make a function known as an experiment, see `Experiment`."""
 
     def known(run: Run) -> Run:
         title = (run.__doc__ or f"{name}.").partition("\n")[0].removesuffix(".")
-        _, along, *_ = (*inspect.signature(run).parameters, "")
-        EXPERIMENTS[name] = Experiment(name, title, along, parameter, run)
+        EXPERIMENTS[name] = Experiment(name, title, parameter, run, along)
         return run
 
     return known
@@ -350,10 +314,10 @@ def share_of(number: int, count: int, details: Mapping[str, float | str]) -> Sha
     return Share(share, float(max(share - interval.low, interval.high - share)), details)
 
 
-def number_of(realisations: float, effort: str, quick: int) -> int:
+def number_of(realisations: int, effort: str, quick: int) -> int:
     """Return how many realisations are drawn: all asked for at full effort, else at most `quick`.
 
     >>> number_of(60, "full", 12), number_of(60, "quick", 12), number_of(8, "quick", 12)
     (60, 12, 8)
     """
-    return int(realisations) if effort == "full" else min(int(realisations), quick)
+    return realisations if effort == "full" else min(realisations, quick)

@@ -6,16 +6,24 @@ from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Effort,
     Finding,
+    Positive,
     experiment,
     number_of,
 )
-from comparisons.questions.experiments.rough_ensemble import Surface, compare, press, truth
+from comparisons.questions.experiments.rough_ensemble import (
+    PeriodicSurface,
+    Surface,
+    compare,
+    press,
+    truth,
+)
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough.press import press as press_line
@@ -41,7 +49,7 @@ _RUBBER = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 def film_cylinder(
     effort: Effort,
     *,
-    cells: Annotated[float, Above(4)] = 64.0,
+    cells: Annotated[float, Field(gt=4)] = 64.0,
     quantity: Literal["load", "rupture"] = "load",
 ) -> Finding:
     """Film below a rigid cylinder on cells against Reynolds' closed form.
@@ -76,7 +84,7 @@ def _on_rubber(speed: float, cells: int) -> float:
 
 @experiment("film-soft", "speed in mm/s")
 def film_soft(
-    effort: Effort, *, speed: Annotated[float, Above(0)] = 1.0, by: Literal["fit", "limit"] = "fit"
+    effort: Effort, *, speed: Positive = 1.0, by: Literal["fit", "limit"] = "fit"
 ) -> Finding:
     """Central film of a ball on rubber by a fit, and by the limit of soft contacts.
 
@@ -96,7 +104,7 @@ def film_soft(
 
 
 @experiment("film-wave", "wavelength in mm")
-def film_wave(effort: Effort, *, wavelength: Annotated[float, Above(0)] = 0.5) -> Finding:
+def film_wave(effort: Effort, *, wavelength: Positive = 0.5) -> Finding:
     """Small wave across the flow under the film of a soft ball: its amplitude by linear theory."""
     ball = _RUBBER
     amplitude, length = 1e-8, 1e-3 * wavelength
@@ -124,14 +132,11 @@ Samples = dict[str, np.ndarray]
 def film_plane_open(
     effort: Effort,
     *,
-    roughness: Annotated[float, Above(0)] = 0.2,
+    roughness: Positive = 0.2,
     statement: Literal["second_order", "patir_cheng"] = "second_order",
     quantity: Literal["pressure", "shear"] = "pressure",
-    points: float = 64,
-    hurst: float = 0.8,
-    roll_off: float = 2.0,
-    shortest: float = 8.0,
-    realisations: Annotated[float, Above(2)] = 48,
+    surface: Surface = PeriodicSurface(roll_off=2.0, shortest=8.0),
+    realisations: Count = 48,
 ) -> Finding:
     """Flow of oil along rough planes that hardly touch: formulas against the flow on cells.
 
@@ -141,19 +146,18 @@ def film_plane_open(
     """
     if statement == "patir_cheng" and quantity == "shear":
         raise ValueError("the fit is of pressure, not of shear")
-    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
     count = number_of(realisations, effort, _QUICK)
     change = statement == "second_order"
 
     def sample(factor: int, number: int) -> np.ndarray:
-        values = _rigid(surface, float(roughness), factor, number)[quantity]
+        values = _rigid(surface, roughness, factor, number)[quantity]
         return 1 - values if change else values
 
     if change:
         stated = 1 - second_order_factors(roughness)[("pressure", "shear").index(quantity)]
     else:
         stated = patir_cheng_factor(roughness)
-    true, bar = truth(sample, "refined", count, effort)
+    true, bar = truth(sample, count, effort)
     return compare([stated], true, bar, {"bar of the grid": bar})
 
 
@@ -182,14 +186,11 @@ def _rigid(surface: Surface, roughness: float, factor: int, count: int) -> Sampl
 def film_plane_pressed(
     effort: Effort,
     *,
-    load: Annotated[float, Above(0)] = 0.02,
+    load: Positive = 0.02,
     statement: Literal["effective_medium", "patir_cheng", "line"] = "effective_medium",
     quantity: Literal["factor", "flow"] = "factor",
-    points: float = 128,
-    hurst: float = 0.8,
-    roll_off: float = 4.0,
-    shortest: float = 8.0,
-    realisations: Annotated[float, Above(2)] = 48,
+    surface: Surface = PeriodicSurface(128, roll_off=4.0, shortest=8.0),
+    realisations: Count = 48,
 ) -> Finding:
     """Flow of oil around the spots of contact of rough planes: theories, and the line.
 
@@ -198,14 +199,10 @@ def film_plane_pressed(
     """
     if statement != "line" and quantity == "flow":
         raise ValueError(f"{statement} speaks of the factor, not of the flow")
-    surface = Surface.of(points, hurst, roll_off, shortest, periodic=True)
     count = number_of(realisations, effort, _QUICK)
 
-    def sample(factor: int, number: int) -> Samples:
-        return _flows(surface, float(load), factor, number)
-
-    true, bar = truth(lambda f, n: sample(f, n)[quantity], "refined", count, effort)
-    native = sample(1, count)
+    true, bar = truth(lambda f, n: _flows(surface, load, f, n)[quantity], count, effort)
+    native = _flows(surface, load, 1, count)
     details = {
         "contact area": float(native["area"].mean()),
         "mean gap/h_rms": float(native["gap"].mean()),
@@ -213,8 +210,8 @@ def film_plane_pressed(
         "bar of the grid": bar,
     }
     if statement == "line":
-        return compare(_lines(surface, float(load))[quantity], true, bar, details)
-    stated, grid = truth(lambda f, n: sample(f, n)[statement], "refined", count, effort)
+        return compare(_lines(surface, load)[quantity], true, bar, details)
+    stated, grid = truth(lambda f, n: _flows(surface, load, f, n)[statement], count, effort)
     # of the same surfaces, whose flows differ more than these ratios
     ratio, scatter = ratio_of_means(stated[:, None], true[:, None], paired=True)
     uncertainty = float(ratio[0] * combined(scatter[0], bar, grid))

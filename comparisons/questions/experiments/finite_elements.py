@@ -11,14 +11,15 @@ from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.facts.methods import GRID, MODEL
 from comparisons.questions.experiments.experiment import (
-    Above,
     Finding,
-    OneOf,
+    Fraction,
     Share,
     experiment,
+    one_of,
     worst,
 )
 from comparisons.scene.scene import load_scene
@@ -122,9 +123,9 @@ def measure_series(method: str, effort: str, mesh: str) -> Series:
 def finite_element_cost(
     effort: str,
     *,
-    accuracy: float = 0.02,
-    points: float = 0,
-    against: Annotated[str, OneOf(GRID, MODEL)] = GRID,
+    accuracy: Fraction = 0.02,
+    points: Annotated[int, Field(strict=False, ge=0, le=2048)] = 0,
+    against: Annotated[str, one_of(GRID, MODEL)] = GRID,
     resource: Literal["time", "memory"] = "time",
     mesh: Literal["block", "repeating"] = "block",
 ) -> Share:
@@ -135,8 +136,6 @@ def finite_element_cost(
     side. The measurable form of the statement is that the cost of the other method is a small
     share; its bar is the scatter of the fits.
     """
-    if not 0 < accuracy < 1:
-        raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
     if against == MODEL and not points:
         raise ValueError("a line does not converge to the surface: compare with reduced at points")
     series = {name: measure_series(name, effort, mesh) for name in ("fem", against)}
@@ -148,7 +147,6 @@ def finite_element_cost(
     for name, runs in series.items():
         scatter.append(cost[name].scatter)
         if points:
-            Above(1).checked("points", points)
             grids[name] = float(points)
         else:
             error = power_law(runs.points, runs.errors)
@@ -179,7 +177,7 @@ GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
 def element_waves(
     effort: str,
     *,
-    wavelength: Annotated[float, Above(1.999)] = 8.0,
+    wavelength: Annotated[float, Field(gt=1.999)] = 8.0,
     element: Element = "quadratic",
     poisson_ratio: float = 0.3,
 ) -> Finding:

@@ -8,17 +8,15 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from scipy import stats
+from pydantic import Field
 
-from comparisons.judging.uncertainty import RULE, SAFE, combined, grid_uncertainty
+from comparisons.judging.uncertainty import SAFE, grid_uncertainty
 from comparisons.questions.experiments.experiment import (
-    Above,
-    Between,
     Effort,
     Finding,
-    OneOf,
+    Fraction,
+    Positive,
     experiment,
-    number_of,
 )
 from comparisons.questions.experiments.proved import EQUAL_AREA, face_rule
 from comparisons.questions.experiments.rough_ensemble import Surface, compare, truth
@@ -32,114 +30,40 @@ from reduced.wear import Oscillation, RoundBody, wear
 from reference import closed_form
 from reference import loads as reference_loads
 from reference.closed_form.worn import FrettingLimit
-from reference.contact.press import press
 from reference.halfspace import FreeOperator, areas
 from reference.halfspace import wear as half_space
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
-from reference.surfaces import SelfAffine, self_affine, subdivide
 
-SHAPES = ("ellipse", "rectangle", "triangle", "rough")
 # Side of the grid in units of the contact half-width.
 _SIDE = 2.1
-_ROUGH_POINTS = 48
-# Faces whose normal stiffness is proved: their names and sides there.
-_FACES: dict[str, tuple[Literal["polygon", "rectangle"], int]] = {
-    "rectangle": ("rectangle", 4),
-    "triangle": ("polygon", 3),
-}
 
 
 @experiment("tangential-stiffness", "Poisson's ratio nu")
-def ratio(
-    effort: str,
-    *,
-    poisson_ratio: Annotated[float, Above(-1)] = 0.3,
-    shape: Annotated[str, OneOf(*SHAPES)] = "ellipse",
-    aspect: Annotated[float, Above(0)] = 1.0,
-    direction: Literal["x", "y"] = "x",
-    quantity: Literal["ratio", "stiffness"] = "ratio",
-    realisations: Annotated[float, Above(1)] = 12,
+def tangential_stiffness_of_square(
+    effort: str, *, poisson_ratio: Annotated[float, Field(gt=-1)] = 0.3
 ) -> Finding:
-    """Ratio of tangential to normal contact stiffness against the half-space.
+    """Tangential stiffness G* D of a square contact, D = (4A/pi)^(1/2), against the half-space.
 
-    Springs have no coupling. `aspect` is length along x over width. Quantities: the ``"ratio"``
-    k_x/k_z, both on the same cells, so that errors at cell edges cancel; or the ``"stiffness"`` k_x
-    itself against G* D, D = (4A/pi)^(1/2), from the ratio and the proved bounds of k_z (rectangles
-    and triangles). The bar follows from three grids; of rough contacts from two grids and the
-    scatter of the surfaces.
+    True are the ratio k_x/k_z on cells, where errors at the edges cancel, known by three grids, and
+    the proved bounds of k_z.
     """
-    along = (1.0, 0.0) if direction == "x" else (0.0, 1.0)
-    if shape == "rough":
-        # The contact is another on a finer grid of the same surface; of first order.
-        count = number_of(realisations, effort, 4)
-        means, scatter = [], 0.0
-        for factor in (1, 2) if effort == "quick" else (1, 2, 4):
-            found = [_rough_ratio(factor, k, poisson_ratio, along) for k in range(count)]
-            means.append(float(np.mean(found)))
-            scatter = float(stats.t.ppf(0.975, count - 1) * np.std(found, ddof=1) / np.sqrt(count))
-        change = (RULE.safe if effort == "full" else RULE.two) * abs(means[-1] / means[-2] - 1)
-        true, bar = means[-1], float(combined(change, scatter / means[-1]))
-    else:
-        resolutions = (32, 64, 96) if effort == "quick" else (64, 96, 128)
-        ratios = []
-        for points in resolutions:  # of half-length one, or half-width one if wider than long
-            step = _SIDE / points
-            compliance = Compliance.of(1.0, poisson_ratio)
-            body = NormalAndTangential((points,) * 2, (step,) * 2, compliance)
-            centres = (np.arange(points) - points / 2 + 0.5) * step
-            x, y = np.meshgrid(centres, centres, indexing="ij")
-            x, y = (x, y * aspect) if aspect >= 1 else (x / aspect, y)
-            if shape == "ellipse":
-                mask = np.hypot(x, y) < 1
-            elif shape == "rectangle":
-                mask = np.maximum(np.abs(x), np.abs(y)) < 1
-            else:
-                mask = (x > -0.5) & (x + np.sqrt(3) * np.abs(y) < 1)
-            ratios.append(_ratio(body, mask, along))
-        of_grids = grid_uncertainty(np.array(resolutions), np.array(ratios)[:, None])
-        true, bar = ratios[-1], float(of_grids[0])
-    stated = stiffness_ratio(poisson_ratio)
-    details = {
-        "k_x/k_z of the springs": stated,
-        "k_x/k_z of the half-space": true,
-    }
-    if shape == "ellipse":
-        axes = (aspect, 1.0) if direction == "x" else (1.0, aspect)
-        exact = closed_form.stiffness_ratio(*axes, poisson_ratio)
-        details["k_x/k_z of the ellipse, exact"] = exact
-    if quantity == "stiffness":
-        if shape not in _FACES:
-            raise ValueError(f"the normal stiffness is proved of {', '.join(_FACES)}, not {shape}")
-        kind, sides = _FACES[shape]
-        normal = face_rule(effort, shape=kind, sides=sides, aspect=aspect, rule=EQUAL_AREA)
-        details["error of the normal stiffness"] = normal.error
-        stated, true = stated * normal.stated, true * normal.true
-        bar += normal.uncertainty
+    resolutions = (32, 64, 96) if effort == "quick" else (64, 96, 128)
+    ratios = []
+    for points in resolutions:
+        step = _SIDE / points
+        compliance = Compliance.of(1.0, poisson_ratio)
+        body = NormalAndTangential((points,) * 2, (step,) * 2, compliance)
+        x = np.abs((np.arange(points) - points / 2 + 0.5) * step)
+        mask = np.maximum(x[:, None], x) < 1
+        along = tangential_stiffness(body, mask)[0]
+        ratios.append(along / areas.contact_stiffness(body.normal, mask))
+    of_grids = grid_uncertainty(np.array(resolutions), np.array(ratios)[:, None])
+    normal = face_rule(effort, rule=EQUAL_AREA)
+    stated, true = stiffness_ratio(poisson_ratio) * normal.stated, ratios[-1] * normal.true
+    bar = float(of_grids[0]) + normal.uncertainty
+    details = {"k_x/k_z of the half-space": ratios[-1], "error of k_z": normal.error}
     return Finding(stated, true, bar * (1 + abs(stated / true - 1)), details)
-
-
-@shared(maxsize=256)
-def _rough_ratio(
-    factor: int, realisation: int, poisson_ratio: float, along: tuple[float, float]
-) -> float:
-    """Return k_x/k_z of a rough contact on a grid `factor` times finer than its surface.
-
-    Patches with H = 0.8, waves of 1/2 to 1/16 of their side, F = 0.05 E* A0 h'.
-    """
-    points = _ROUGH_POINTS * factor
-    body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(1.0, poisson_ratio))
-    spectrum = SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=1 / 2, short_cutoff=1 / 16)
-    native = self_affine(_ROUGH_POINTS, 1.0, spectrum, seed=4, realisation=realisation)
-    height = subdivide(native, factor)
-    force = 0.05 * body.compliance.effective_modulus * 0.1
-    load = reference_loads.Load("force", force)
-    mask = press(body.normal, height.max() - height, load).mask
-    return _ratio(body, mask, along)
-
-
-def _ratio(body: NormalAndTangential, mask: np.ndarray, along: tuple[float, float]) -> float:
-    return tangential_stiffness(body, mask, along)[0] / areas.contact_stiffness(body.normal, mask)
 
 
 EXACT = 1e-12
@@ -159,8 +83,8 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
 def stick_radius(
     effort: str,
     *,
-    share: Annotated[float, Between(0, 1)] = 0.5,
-    exponent: Annotated[float, Above(0)] = 2.0,
+    share: Fraction = 0.5,
+    exponent: Positive = 2.0,
 ) -> Finding:
     """Length of the springs that stick against the stick radius in closed form.
 
@@ -194,8 +118,8 @@ def stick_radius(
 def changing_load(
     effort: Effort,
     *,
-    final: Annotated[float, Above(0)] = 0.5,
-    reach: Annotated[float, Above(0)] = 0.5,
+    final: Positive = 0.5,
+    reach: Positive = 0.5,
 ) -> Finding:
     """Tangential force on a ball that is pushed while its depth changes, against the half-space.
 
@@ -271,9 +195,9 @@ def slip_of_lines(surface: Surface, load: float, share: float, count: int) -> np
 def rough_slip(
     effort: Effort,
     *,
-    share: Annotated[float, Above(0)] = 0.9,
-    load: Annotated[float, Above(0)] = 0.02,
-    points: float = 48,
+    share: Positive = 0.9,
+    load: Positive = 0.02,
+    surface: Surface = Surface(48, roll_off=2.0, shortest=6.0),
 ) -> Finding:
     """Tangential displacement of lines on springs that slip, against rough surfaces.
 
@@ -282,13 +206,12 @@ def rough_slip(
     """
     if not share < 1:
         raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
-    surface = Surface.of(points, 0.8, 2.0, points / 8, False)
     surfaces, count = _COUNTS[effort]
 
     def sample(factor: int, number: int) -> np.ndarray:
         return np.array([slip_of_surface(surface, load, share, k, factor) for k in range(number)])
 
-    true, grid_bar = truth(sample, "refined", surfaces, effort)
+    true, grid_bar = truth(sample, surfaces, effort)
     details = {
         "surfaces": float(surfaces),
         "lines": float(count),
@@ -306,7 +229,7 @@ def fretting_limit(
     effort: Effort,
     *,
     lag: float = 0.5,
-    cycles: Annotated[float, Above(0)] = 6.0,
+    cycles: Positive = 6.0,
     shape: Literal["paraboloid", "cone"] = "paraboloid",
     model: Literal["springs", "half_space"] = "springs",
 ) -> Finding:

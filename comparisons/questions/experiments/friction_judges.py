@@ -5,7 +5,7 @@ All of a rigid ball on a half-space, R = 1; forces are scaled.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
@@ -13,7 +13,12 @@ from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
 from comparisons.judging.uncertainty import SAFE
-from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
+from comparisons.questions.experiments.experiment import (
+    Effort,
+    Finding,
+    Positive,
+    experiment,
+)
 from comparisons.solving.shared import shared
 from reduced.friction import stick_slip
 from reduced.friction.slide import Friction, tangential_modulus
@@ -105,7 +110,7 @@ def pressing_with_friction(
     effort: Effort,
     *,
     poisson_ratio: float = 0.0,
-    friction: Annotated[float, Above(0)] = 0.2986,
+    friction: Positive = 0.2986,
     statement: Literal["printed", "one_way"] = "printed",
 ) -> Finding:
     """What sticks of a rigid ball that is pressed into an elastic body with friction.
@@ -168,7 +173,7 @@ def impact(
 
 
 @experiment("oblique-impact", "angle of incidence G* v_x/(mu E* v_z)")
-def oblique_impact(effort: Effort, *, incidence: Annotated[float, Above(0)] = 1.0) -> Finding:
+def oblique_impact(effort: Effort, *, incidence: Positive = 1.0) -> Finding:
     """Tangential impulse of an oblique impact on springs, against the half-space.
 
     A solid ball, incompressible; over mu times the normal impulse, on the path that the springs

@@ -10,12 +10,18 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.errors import InputError, NotInstalledError
 from comparisons.facts.methods import METHODS
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.experiments.experiment import Between, Effort, Finding, experiment
+from comparisons.questions.experiments.experiment import (
+    Effort,
+    Finding,
+    Fraction,
+    experiment,
+)
 from comparisons.questions.experiments.yielding import NU, known_to
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
@@ -75,9 +81,9 @@ def _pressed(
 def lammps_mdr(
     effort: Effort,
     *,
-    depth: Annotated[float, Between(0, 1)] = 0.01,
-    softness: Annotated[float, Between(0, 1)] = 0.001,
-    lifted: Annotated[float, Between(-1e-9, 1)] = 0.0,
+    depth: Fraction = 0.01,
+    softness: Fraction = 0.001,
+    lifted: Annotated[float, Field(gt=-1e-9, lt=1)] = 0.0,
     quantity: Literal["force", "area", "dent"] = "force",
     against: Literal["elements", "springs"] = "elements",
 ) -> Finding:
@@ -107,7 +113,7 @@ def lammps_mdr(
 def lammps_jkr(
     effort: Effort,
     *,
-    height: Annotated[float, Between(-1, 1)] = 0.5,
+    height: Annotated[float, Field(gt=-1, lt=1)] = 0.5,
     quantity: Literal["force", "pull_off"] = "force",
 ) -> Finding:
     """LAMMPS' law jkr against Johnson, Kendall & Roberts: drawn off.

@@ -9,11 +9,12 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.questions.experiments.experiment import (
-    Above,
-    Between,
     Finding,
+    Fraction,
+    Positive,
     Share,
     experiment,
 )
@@ -59,7 +60,7 @@ _PERIODS = 4
 def regularised_block(
     effort: str,
     *,
-    speed_ratio: Annotated[float, Above(0)] = 100.0,
+    speed_ratio: Positive = 100.0,
     load: float = 0.5,
     quantity: Literal["rest", "force", "kinetic", "way"] = "rest",
 ) -> Finding | Share:
@@ -82,7 +83,6 @@ def regularised_block(
     if quantity == "force":
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, stride=1000))
         friction_force = float(friction(run.velocity[-1, 0], 1.0, v0))
-        Above(0).checked("load", load)
         return Finding(friction_force, float(load), EXACT, details)
     # the stopping distance, to 10 v0, with twice as many steps for the bar
     way = stopping(1.0, 1.0, 1.0)[1]
@@ -104,8 +104,8 @@ def regularised_block(
 def regularised_stick_slip(
     effort: str,
     *,
-    speed_ratio: Annotated[float, Above(0)] = 1e3,
-    limit: Annotated[float, Between(0, 1)] = 0.9,
+    speed_ratio: Positive = 1e3,
+    limit: Fraction = 0.9,
 ) -> Share:
     """An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event.
 
@@ -138,31 +138,30 @@ def regularised_stick_slip(
 def regularised_belt(
     effort: str,
     *,
-    static: Annotated[float, Above(0.999999)] = 1.2,
-    speed_ratio: Annotated[float, Above(0)] = 1e3,
-    cycles: Annotated[float, Above(0.999)] = 10,
+    static: Annotated[float, Field(gt=0.999999)] = 1.2,
+    speed_ratio: Positive = 1e3,
+    cycles: Annotated[int, Field(strict=False, ge=1, le=1000)] = 10,
 ) -> Finding:
     """A mass on a belt: (19.1) against static friction above the kinetic one.
 
     Measure the amplitude of a mass on a belt after `cycles`; V = m = k = kinetic friction = 1. The
     reference is the closed stick-slip cycle; the law contains only kinetic friction.
     """
-    count = int(cycles)
     v0 = 1 / speed_ratio
     cycle = stick_slip(1.0, 1.0, 1.0, static, 1.0)
     true = 0.5 * (cycle.largest - cycle.smallest)
     swings = []
     per_cycle = 5000 if effort == "full" else 1000
-    for steps in ((count + 2) * per_cycle, 2 * (count + 2) * per_cycle):
+    for steps in ((cycles + 2) * per_cycle, 2 * (cycles + 2) * per_cycle):
         run = integrate(
             Blocks(1.0, 1.0, stiffness=1.0, belt=1.0),
             v0,
-            Stepping((count + 2) * cycle.period / steps, steps),
+            Stepping((cycles + 2) * cycle.period / steps, steps),
             scheme="implicit_midpoint",
             position=static,
             velocity=1.0,
         )
-        late = run.position[steps * count // (count + 2) :, 0]
+        late = run.position[steps * cycles // (cycles + 2) :, 0]
         swings.append(0.5 * float(np.ptp(late)))
     return Finding(swings[1], true, abs(swings[1] - swings[0]) / true + EXACT, {})
 
@@ -211,7 +210,7 @@ _SETTLING = 100  # periods until the amplitude of an oscillator is steady that n
 def set_valued_steps(
     effort: str,
     *,
-    steps: Annotated[float, Above(2)] = 100.0,
+    steps: Annotated[float, Field(gt=2)] = 100.0,
     load: float = 0.5,
     quantity: Literal["oscillator", "rest"] = "oscillator",
 ) -> Share:
@@ -246,7 +245,7 @@ def set_valued_steps(
 def regularised_amplitude(
     effort: str,
     *,
-    speed_ratio: Annotated[float, Above(0)] = 100.0,
+    speed_ratio: Positive = 100.0,
     friction: float = 0.6,
     ratio: float = 1.2,
 ) -> Finding:
@@ -281,7 +280,7 @@ def quasi_static_impact(
     speed: float = 0.01,
     quantity: Literal["energy", "restitution", "duration", "force"] = "energy",
     poisson_ratio: float = 0.3,
-    density_ratio: Annotated[float, Above(0)] = 1.0,
+    density_ratio: Positive = 1.0,
     elastic_sphere: bool = False,
 ) -> Finding | Share:
     """Hertz's quasi-static impact of a sphere against the impact with waves.
@@ -325,7 +324,7 @@ def _one_more(effort: str, coarse: int, fine: int) -> tuple[int, int]:
 def free_vibration(
     effort: str,
     *,
-    deepest: Annotated[float, Above(1)] = 1.5,
+    deepest: Annotated[float, Field(gt=1)] = 1.5,
     model: Literal["springs", "linear", "second_order"] = "springs",
 ) -> Finding:
     """Frequency of a ball that vibrates on its contact, up to flight, against its energy.
@@ -365,7 +364,7 @@ def free_vibration(
 def forced(
     effort: str,
     *,
-    push: Annotated[float, Above(0)] = 0.1,
+    push: Positive = 0.1,
     model: Literal["springs", "linear"] = "springs",
 ) -> Finding:
     """Amplitude of a ball driven at its contact resonance, against Runge-Kutta's.
@@ -401,7 +400,7 @@ def forced(
 
 
 @experiment("impact-in-time", "exponent n of f = c r^n")
-def impact_in_time(effort: str, *, exponent: Annotated[float, Above(0)] = 2.0) -> Share:
+def impact_in_time(effort: str, *, exponent: Positive = 2.0) -> Share:
     """Course of an impact in time on springs, against the inverted integral of Deresiewicz.
 
     Measure an impact of f = r^n on springs: largest error of depth over the largest depth. The

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.questions.experiments.experiment import (
-    Above,
     Details,
     Effort,
     Finding,
@@ -40,7 +40,7 @@ STEPS, PERIODS = 200, {"quick": 1, "full": 10}
 
 @experiment("particle-waves", "wavelength in spacings")
 def particle_waves(
-    effort: str, *, wavelength: Annotated[float, Above(2)] = 10.0, poisson_ratio: float = 0.3
+    effort: str, *, wavelength: Annotated[float, Field(gt=2)] = 10.0, poisson_ratio: float = 0.3
 ) -> Finding:
     """Speeds of waves in a packing of automata, against those of the elastic solid.
 

@@ -15,11 +15,17 @@ from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 from scipy.optimize import minimize
 from scipy.special import ellipk
 
 from comparisons.judging.uncertainty import combined, share_uncertainty
-from comparisons.questions.experiments.experiment import Above, Finding, OneOf, experiment
+from comparisons.questions.experiments.experiment import (
+    Finding,
+    Positive,
+    experiment,
+    one_of,
+)
 from comparisons.scene.polygons import signed_area
 from reference.bounds import flat_faces, homogeneous
 from reference.bounds.interval import Interval
@@ -29,6 +35,7 @@ from reference.halfspace import FreeOperator
 from reference.halfspace.areas import located_area
 from reference.loads import Load
 
+Sides = Annotated[int, Field(strict=False, gt=2, le=1000)]
 # Cells from the origin to the edge, for the upper and the lower bound.
 _CELLS = {"quick": (6, 8), "full": (14, 18)}
 
@@ -136,27 +143,27 @@ def ellipsoid_force(radius_x: float, radius_y: float, depth: float) -> float:
 def face_rule(
     effort: str,
     *,
-    sides: float = 4,
+    sides: Sides = 4,
     shape: Literal["polygon", "rectangle"] = "polygon",
-    aspect: Annotated[float, Above(0)] = 1.0,
-    rule: Annotated[str, OneOf(*BETA, "fabrikant", EQUAL_AREA)] = "king",
+    aspect: Positive = 1.0,
+    rule: Annotated[str, one_of(*BETA, "fabrikant", EQUAL_AREA)] = "king",
 ) -> Finding:
     """Stiffness of a flat face by rules of the literature, against proved bounds.
 
     Rules: ``"king"`` and ``"hendrix"`` (squares and triangles), ``"fabrikant"``; ``"equal_area"``,
     the circle of D = (4A/pi)^(1/2): never too stiff (Polya & Szego 1951).
     """
-    corners = corners_of(shape, int(sides), float(aspect))
-    true = punch_stiffness(shape, int(sides), float(aspect), effort)
+    corners = corners_of(shape, sides, aspect)
+    true = punch_stiffness(shape, sides, aspect, effort)
     disc = flat_faces.equal_area_stiffness(signed_area(np.array(corners)))
     if rule == "fabrikant":
         stated = face_stiffness(corners, 1.0)
     elif rule == EQUAL_AREA:
         stated = disc
-    elif int(sides) in BETA[rule]:
-        stated = BETA[rule][int(sides)] * disc
+    elif sides in BETA[rule]:
+        stated = BETA[rule][sides] * disc
     else:
-        raise ValueError(f"{rule} has no number for {int(sides)} sides")
+        raise ValueError(f"{rule} has no number for {sides} sides")
     details = {
         "beta stated": stated / disc,
         "beta not below": true.lower / disc,
@@ -166,23 +173,11 @@ def face_rule(
 
 
 @experiment("pyramid-rule", "faces of the pyramid")
-def pyramid_rule(
-    effort: str,
-    *,
-    faces: Annotated[float, Above(2)] = 4,
-    rule: Literal["popov", "equal_area"] = "popov",
-) -> Finding:
-    """Force of a regular pyramid by rules for its sections, against proved bounds.
-
-    Rules: ``"popov"`` (2022); ``"equal_area"``, the cone whose sections have the area of the
-    pyramid's. A section of apothem d is a circle of radius (n tan(pi/n)/pi)^(1/2) d.
-    """
-    number = int(faces)
-    stated = pyramid_force(number)
-    if rule == EQUAL_AREA:
-        stated = 2 / math.pi * math.sqrt(number * math.tan(math.pi / number) / math.pi)
+def pyramid_rule(effort: str, *, faces: Sides = 4) -> Finding:
+    """Force of a regular pyramid by Popov's rule (2022), against proved bounds."""
+    stated = pyramid_force(faces)
     details = {"over the cone's": stated * math.pi / 2}
-    return judged(stated, pyramid_bounds(number, effort), details)
+    return judged(stated, pyramid_bounds(faces, effort), details)
 
 
 def pressed_pyramid(faces: int, points: int) -> tuple[float, float]:
@@ -197,25 +192,25 @@ def pressed_pyramid(faces: int, points: int) -> tuple[float, float]:
 
 @experiment("pyramid-stiffness", "faces of the pyramid")
 def pyramid_stiffness(
-    effort: str, *, faces: float = 4, rule: Annotated[str, OneOf(*BETA)] = "king"
+    effort: str, *, faces: Sides = 4, rule: Annotated[str, one_of(*BETA)] = "king"
 ) -> Finding:
     """Stiffness of a pressed pyramid by beta of the literature, against boundary elements.
 
     S = dF/dd = 2 F/d (F goes with d^2). Vickers's indenter has four faces, Berkovich's three; their
     slope has no part in beta.
     """
-    if int(faces) not in BETA[rule]:
-        raise ValueError(f"{rule} has no number for {int(faces)} faces")
+    if faces not in BETA[rule]:
+        raise ValueError(f"{rule} has no number for {faces} faces")
     resolutions = np.array(_POINTS[effort])
-    force, area = np.array([pressed_pyramid(int(faces), int(n)) for n in resolutions]).T
+    force, area = np.array([pressed_pyramid(faces, int(n)) for n in resolutions]).T
     # S = 2 beta E* (A/pi)^(1/2) with S = 2 F/d, d = 1
     true = force * np.sqrt(np.pi / area)
     bars = [
         share_uncertainty(resolutions, values[:, None], (name, "cells"))[0]
         for name, values in (("force", force), ("contact_area", area))
     ]
-    stated, beta = BETA[rule][int(faces)], float(true[-1])
-    proved = pyramid_bounds(int(faces), "quick")
+    stated, beta = BETA[rule][faces], float(true[-1])
+    proved = pyramid_bounds(faces, "quick")
     details = {
         "F s/(E* d^2)": float(force[-1]),
         "F s/(E* d^2) not below": proved.lower,
@@ -225,8 +220,8 @@ def pyramid_stiffness(
 
 
 @experiment("ellipsoid-rule", "ratio of the radii of curvature R'/R''")
-def ellipsoid_rule(effort: str, *, ratio: Annotated[float, Above(0)] = 10.0) -> Finding:
+def ellipsoid_rule(effort: str, *, ratio: Positive = 10.0) -> Finding:
     """Force of an ellipsoid by Popov's rule (2022), against Hertz."""
     depth = 0.01
-    true = float(ellipsoid(float(ratio), 1.0, 1.0).force(depth))
-    return Finding(ellipsoid_force(float(ratio), 1.0, depth), true, _QUADRATURE, {})
+    true = float(ellipsoid(ratio, 1.0, 1.0).force(depth))
+    return Finding(ellipsoid_force(ratio, 1.0, depth), true, _QUADRATURE, {})

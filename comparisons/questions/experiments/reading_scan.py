@@ -17,8 +17,16 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
-from comparisons.questions.experiments.experiment import Above, Effort, Finding, experiment
+from comparisons.questions.experiments.experiment import (
+    Count,
+    Effort,
+    Finding,
+    Points,
+    Positive,
+    experiment,
+)
 from comparisons.questions.experiments.rough_contact import measure_area
 from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, press, pressed_lines
 from comparisons.solving.shared import shared
@@ -75,7 +83,7 @@ def scan(points: int = 64) -> dict[Reading, np.ndarray]:
     read = {}  # what draws the lines of a reading: several readings press the same lines
     for reading in READINGS:
         chosen = parameters_of(reading)
-        surface = Surface.of(points, chosen["hurst"], chosen["roll_off"], 2.0, False)
+        surface = Surface(points, float(chosen["hurst"]), float(chosen["roll_off"]))
         read[reading] = surface, str(chosen["rule"]), float(chosen["line_length"])
     families = list(dict.fromkeys(read.values()))
     patches = list(dict.fromkeys(family[0] for family in families))
@@ -102,7 +110,7 @@ def _lines(
     ordered = tuple(sorted(loads[2] + loads[1]))
     areas = {}
     for edges in ("sub_cell", "nodal"):
-        drawing = Drawing(rule=rule, edges=edges, length=length)
+        drawing = Drawing(rule=rule, edges=edges, line_length=length)
         pressed = pressed_lines(surface, ordered, count, drawing, ("contact_area",))
         means = pressed["contact_area"].mean(axis=0)
         for sided, several in loads.items():
@@ -142,26 +150,27 @@ def best_reading(points: int = 64, by: str = "largest", steepest: float = np.inf
 def best(
     effort: Effort,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
-    points: Annotated[float, Above(3)] = 64,
-    realisations: Annotated[float, Above(2)] = 450,
+    load: Positive = 0.01,
+    points: Points = 64,
+    realisations: Count = 450,
     by: Literal["largest", "median"] = "largest",
-    steepest: float = np.inf,
+    steepest: Annotated[float, Field(allow_inf_nan=True)] = np.inf,
 ) -> Finding:
     """Contact area of line and surface under the best of 768 readings of Fig. 19.8.
 
     Counted areas, on fresh surfaces. `steepest`: the largest Hurst exponent that is allowed.
     """
-    chosen = parameters_of(best_reading(int(points), by, float(steepest)))
+    reading = parameters_of(best_reading(points, by, steepest))
+    chosen = dict(reading)
     finding = measure_area(
         effort,
         load=load,
         quantity="contact_area_raw",
         grid="native",
-        points=points,
+        surface=Surface(points, chosen.pop("hurst"), chosen.pop("roll_off")),
+        drawing=Drawing(**chosen),
         realisations=realisations,
-        **chosen,
     )
-    names = {choice.name: chosen[choice.parameter] for choice in CHOICES}
+    names = {choice.name: reading[choice.parameter] for choice in CHOICES}
     tried = {"readings tried": float(len(READINGS)), **names}
     return replace(finding, details={**finding.details, **tried})

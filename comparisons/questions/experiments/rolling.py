@@ -10,16 +10,18 @@ from itertools import repeat
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.judging.uncertainty import ratio_of_means
 from comparisons.questions.experiments.experiment import (
-    Above,
-    Between,
+    Count,
     Effort,
     Finding,
-    OneOf,
+    Fraction,
+    Positive,
     Share,
     experiment,
+    one_of,
 )
 from comparisons.questions.experiments.rough_ensemble import Surface
 from comparisons.solving.shared import shared
@@ -54,8 +56,8 @@ def creep_coefficient(
     effort: Effort,
     *,
     poisson_ratio: float = 0.25,
-    axis_ratio: Annotated[float, Above(0)] = 1.0,
-    coefficient: Annotated[str, OneOf(*_COEFFICIENTS)] = "C11",
+    axis_ratio: Positive = 1.0,
+    coefficient: Annotated[str, one_of(*_COEFFICIENTS)] = "C11",
     of: Literal["springs", "table", "elements"] = "springs",
 ) -> Finding:
     """Slope of the creep curve against that of the half-space, extrapolated from grids.
@@ -99,7 +101,7 @@ def _elements_on_cells(poisson_ratio: float, axis_ratio: float, count: int) -> t
 def creep_cylinder(
     effort: Effort,
     *,
-    traction: Annotated[float, Between(0, 1)] = 0.5,
+    traction: Fraction = 0.5,
     on: Literal["cells", "elements"] = "cells",
     inertia: float = 0.0,
     poisson_ratio: float = 0.25,
@@ -142,8 +144,8 @@ def creep_cylinder(
 def rolling_steady(
     effort: Effort,
     *,
-    way: Annotated[float, Above(0)] = 6.0,
-    share: Annotated[float, Between(0, 1)] = 0.5,
+    way: Positive = 6.0,
+    share: Fraction = 0.5,
     poisson_ratio: float = 0.25,
 ) -> Share:
     """Tractions after rolling on from Cattaneo's against those of the steady state.
@@ -181,8 +183,8 @@ def rolling_steady(
 def rolling_resistance(
     effort: Effort,
     *,
-    way: Annotated[float, Above(0)] = 1.0,
-    glassy: Annotated[float, Above(1)] = 11.0,
+    way: Positive = 1.0,
+    glassy: Annotated[float, Field(gt=1)] = 11.0,
 ) -> Finding:
     """Rolling resistance of a cylinder on rubber against Hunter's closed form.
 
@@ -213,24 +215,23 @@ def rolling_resistance(
 def rolling_rough(
     effort: Effort,
     *,
-    slope: Annotated[float, Above(0)] = 0.5,
-    share: Annotated[float, Above(0)] = 0.3,
-    points: float = 48,
-    runs: float = 8,
+    slope: Positive = 0.5,
+    share: Positive = 0.3,
+    surface: Surface = Surface(48, roll_off=4.0),
+    runs: Count = 8,
 ) -> Finding:
     """Traction of rough lines that roll against that of rough balls.
 
     The roughness has the rms gradient `slope` in units of a/R and travels with the surface; the
     creep is `share` of that at which the springs of a smooth ball slip everywhere. nu = 1/2.
     """
-    surface = Surface(int(points), roll_off=4.0)
     radius = 0.3  # a, of a side of one
     curvature = 1 / (slope * radius)  # 1/R, for gradients of one
     force = 4 / 3 * radius**3 * curvature
     friction = Friction(tangential_modulus(0.25, 0.5), _FRICTION)
     creep = share * 2 * _FRICTION * radius * curvature / friction.tangential_modulus
     limit = _FRICTION * force
-    count = int(runs) if effort == "full" else max(2, int(runs) // 4)
+    count = runs if effort == "full" else max(2, runs // 4)
     n = surface.points
     x = (np.arange(n) - (n - 1) / 2) / n
     body = NormalAndTangential((n, n), (1 / n, 1 / n), Compliance.of(0.25, 0.5))

@@ -15,17 +15,19 @@ from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 from scipy import fft as transforms
 
 from comparisons.judging.uncertainty import combined, ratio_of_means, share_uncertainty
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Details,
     Finding,
-    OneOf,
+    Positive,
     Share,
     experiment,
     number_of,
+    one_of,
 )
 from comparisons.questions.experiments.rough_ensemble import (
     QUANTITIES,
@@ -55,24 +57,16 @@ _LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
 @experiment("rough-contact", "load F/(E* A0 h')")
-def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
+def measure_area(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
-    quantity: Annotated[str, OneOf(*QUANTITIES)] = "contact_area",
+    load: Positive = 0.01,
+    quantity: Annotated[str, one_of(*QUANTITIES)] = "contact_area",
     grid: Literal["native", "refined"] = "refined",
     statement: Literal["line", "bush"] = "line",
-    points: float = 64,
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 2.0,
-    periodic: bool = False,
-    rule: str = "rings",
-    edges: str = "sub_cell",
-    line_length: Annotated[float, Above(0)] = 1.0,
-    line_points: float = 0,
-    sided: float = 2,
-    realisations: Annotated[float, Above(2)] = 450,
+    surface: Surface = Surface(),
+    drawing: Drawing = Drawing(),
+    realisations: Count = 450,
 ) -> Finding:
     """Load curves of random rough lines against those of the surfaces.
 
@@ -80,16 +74,17 @@ def measure_area(  # noqa: PLR0913 (the parameters in a claim's file)
     """
     if statement != "line" and not quantity.startswith("contact_area"):
         raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
-    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 20)
-    true, grid_bar = pressed_surfaces(surface, load, quantity, count, effort, grid)
+    share = surface_samples(surface, load, 1, count, quantity == "stiffness")
+    if grid == "native":  # the surface is defined by its points, as in the chapter
+        true, grid_bar = share[quantity], 0.0
+    else:
+        true, grid_bar = pressed_surfaces(surface, load, quantity, count, effort)
     if statement == "line":
-        drawing = Drawing(rule, edges, float(line_length), int(line_points), int(sided))
         number = max(_LINES_PER_SURFACE * count, _LEAST_LINES)
-        stated = line_samples(surface, float(load), number, drawing)[quantity]
+        stated = line_samples(surface, load, number, drawing)[quantity]
     else:
         stated = np.atleast_1d(bush_gibson_thomas_area(load))
-    share = surface_samples(surface, float(load), 1, count, quantity == "stiffness")
     details = {
         "bar of the grid": grid_bar,
         "realisations": float(count),
@@ -129,21 +124,17 @@ def of_surface(surface: Surface) -> GreenwoodWilliamson:
 def asperities(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
+    load: Positive = 0.01,
     quantity: Literal["contact_area", "mean_gap", "stiffness"] = "contact_area",
     statement: Literal["model", "line_is_better"] = "model",
-    hurst: float = 0.8,
-    roll_off: float = 4.0,
-    shortest: float = 4.0,
-    periodic: bool = False,
-    realisations: float = 60,
+    surface: Surface = Surface(roll_off=4.0, shortest=4.0),
+    realisations: Count = 60,
 ) -> Finding | Share:
     """Asperities of the surfaces themselves beside the surfaces and the line.
 
     Statements: ``"model"``, its relative error; ``"line_is_better"``, by how much the magnitude of
     the line's error exceeds the model's, zero where it does not.
     """
-    surface = Surface.of(64, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 20)
     true, grid_bar = pressed_surfaces(surface, load, quantity, count, effort)
     model = of_surface(surface)
@@ -153,7 +144,7 @@ def asperities(
         "mean_gap": separation,
         "stiffness": model.stiffness(separation),
     }[quantity]
-    line = line_samples(surface, float(load), max(4 * count, 450))[quantity]
+    line = line_samples(surface, load, max(4 * count, 450))[quantity]
     details: Details = {}
     of_model = compare([stated], true, grid_bar, details)
     of_line = compare(line, true, grid_bar, details)
@@ -167,20 +158,18 @@ def asperities(
 
 
 # First realisation of the second body, distinct from those of the first.
-_SECOND = 100_000
+_SECOND, _BODY = 100_000, Surface()
 _NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
 
 
 @shared(maxsize=64)
-def _sums(
-    first: Surface, second: Surface, correlation: float, load: float, factor: int, count: int
-) -> dict[str, np.ndarray]:
+def _sums(correlation: float, load: float, factor: int, count: int) -> dict[str, np.ndarray]:
     """Return quantities of pairs of surfaces; in the half-space problem only their sum matters."""
-    operator = first.operator(factor)
+    operator = _BODY.operator(factor)
     independent = np.sqrt(1 - correlation**2)
     rows = []
     for k in range(count):
-        own, other = first.heights(k, factor), second.heights(_SECOND + k, factor)
+        own, other = _BODY.heights(k, factor), _BODY.heights(_SECOND + k, factor)
         # keeps the rms gradient of the second body for any correlation
         both = own + correlation * own + independent * other
         rows.append(press(operator, both, load, True)[1])
@@ -188,18 +177,16 @@ def _sums(
 
 
 @shared(maxsize=64)
-def _lines(
-    first: Surface, second: Surface, load: float, count: int, combined: bool
-) -> dict[str, np.ndarray]:
+def _lines(load: float, count: int, combined: bool) -> dict[str, np.ndarray]:
     """Return quantities of pairs of lines, or of one line with the sum of their spectra."""
-    of_first, of_second = first.lines(count, 2), second.lines(count, 2)
+    of_one = _BODY.lines(count, 2)
     if combined:
-        power = of_first.spectrum.power + of_second.spectrum.power
-        lines = replace(of_first, spectrum=replace(of_first.spectrum, power=power)).draw()
+        power = 2 * of_one.spectrum.power
+        lines = replace(of_one, spectrum=replace(of_one.spectrum, power=power)).draw()
     else:
         later = range(_SECOND, _SECOND + count)
-        lines = of_first.draw()
-        lines = replace(lines, heights=lines.heights + of_second.draw(later).heights)
+        lines = of_one.draw()
+        lines = replace(lines, heights=lines.heights + of_one.draw(later).heights)
     # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
     contact = rough_line.press(lines, 1.0, Load("force", load))
     return {name: getattr(contact, name)[:, 0] for name in _NAMES}
@@ -209,14 +196,11 @@ def _lines(
 def two_rough_bodies(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
-    quantity: Annotated[str, OneOf(*_NAMES)] = "contact_area",
+    load: Positive = 0.01,
+    quantity: Annotated[str, one_of(*_NAMES)] = "contact_area",
     against: Literal["combined_line", "surfaces"] = "combined_line",
-    correlation: float = 0.0,
-    hurst: float = 0.8,
-    second_hurst: float = 0.8,
-    points: float = 64,
-    realisations: Annotated[float, Above(2)] = 450,
+    correlation: Annotated[float, Field(gt=-1, lt=1)] = 0.0,
+    realisations: Count = 450,
 ) -> Finding:
     """Two rough bodies as two lines, against one combined line or the surfaces.
 
@@ -225,26 +209,20 @@ def two_rough_bodies(
     second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases, without any
     correlation.
     """
-    if not -1 < correlation < 1:
-        raise ValueError(f"correlation must lie in (-1, 1), not {correlation!r}")
-    if correlation and hurst != second_hurst:
-        raise ValueError("correlated bodies have one spectrum: hurst = second_hurst")
-    first, second = (Surface.of(points, h, 1.0, 2.0, False) for h in (hurst, second_hurst))
-    force = float(load) * np.sqrt(2)
+    force = load * np.sqrt(2)
     count = number_of(realisations, effort, 20)
     number = max(20 * count, 2000)
-    two = _lines(first, second, force, number, False)[quantity]
+    two = _lines(force, number, False)[quantity]
     if against == "combined_line":
         if correlation:
             raise ValueError("correlation matters against surfaces only")
-        true, grid_bar = _lines(first, second, force, number, True)[quantity], 0.0
+        true, grid_bar = _lines(force, number, True)[quantity], 0.0
     else:
 
         def sample(factor: int, many: int) -> np.ndarray:
-            both = _sums(first, second, float(correlation), force, factor, many)
-            return both[quantity]
+            return _sums(correlation, force, factor, many)[quantity]
 
-        true, grid_bar = truth(sample, "refined", count, effort)
+        true, grid_bar = truth(sample, count, effort)
     details = {
         "scatter of two lines": float(two.std() / two.mean()),
         f"scatter of {against}": float(true.std() / true.mean()),
@@ -309,9 +287,9 @@ def published_ensemble(
     effort: str,
     *,
     row: float = 1,
-    quantity: Annotated[str, OneOf(*PUBLISHED)] = "mean_gap",
-    roll_offs: Annotated[float, Above(1)] = 4,
-    realisations: Annotated[float, Above(3)] = 8,
+    quantity: Annotated[str, one_of(*PUBLISHED)] = "mean_gap",
+    roll_offs: Count = 4,
+    realisations: Count = 8,
 ) -> Finding:
     """Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces.
 
@@ -322,7 +300,7 @@ def published_ensemble(
         raise ValueError(f"row must be a whole number from 1 to {len(PRESSURES)}, not {row!r}")
     step, full = int(row) - 1, effort == "full"
     share = 1 if full else 2
-    side, count = int(roll_offs) // share, int(realisations) // share
+    side, count = roll_offs // share, realisations // share
     index, kind = (0, "mean_gap") if quantity == "mean_gap" else (1, "contact_area")
     factors = FACTORS if full else FACTORS[:2]
     # Finest over coarsest grid, and the grids' 95 % bar, both (pressures,), on small patches: what

@@ -9,12 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
-from comparisons.questions.experiments.experiment import Above, Finding, OneOf
+from comparisons.questions.experiments.experiment import (
+    Finding,
+    Points,
+)
 from comparisons.solving.shared import shared
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
@@ -38,7 +43,7 @@ QUANTITIES = (
 
 @dataclass(frozen=True)
 class Surface:
-    """Parameters of a self-affine random surface of side one with rms gradient one.
+    """Self-affine random surface of side one with rms gradient one; keywords of experiments.
 
     Attributes
     ----------
@@ -55,21 +60,11 @@ class Surface:
         A periodic half-space, or a free patch.
     """
 
-    points: int = 64
+    points: Points = 64
     hurst: float = 0.8
-    roll_off: float = 1.0
-    shortest: float = 2.0
+    roll_off: Annotated[float, Field(ge=1)] = 1.0
+    shortest: Annotated[float, Field(ge=2)] = 2.0
     periodic: bool = False
-
-    @classmethod
-    def of(
-        cls, points: float, hurst: float, roll_off: float, shortest: float, periodic: bool
-    ) -> Surface:
-        """Return the surface for parameters of a claim file, where numbers are floats."""
-        Above(3).checked("points", points)
-        Above(1 - 1e-12).checked("roll_off", roll_off)
-        Above(2 - 1e-12).checked("shortest", shortest)
-        return cls(int(points), float(hurst), float(roll_off), float(shortest), bool(periodic))
 
     @property
     def recipe(self) -> dict[str, float | None]:
@@ -101,6 +96,13 @@ class Surface:
     def lines(self, count: int, finer: int, rule: str = "rings") -> ensemble.RandomLines:
         """Return `count` equivalent lines, with `finer` points for one of the surface."""
         return ensemble.RandomLines(self.line(rule), finer * self.points, count, seed=SEED)
+
+
+@dataclass(frozen=True)
+class PeriodicSurface(Surface):
+    """One whose half-space is periodic, for what has no meaning on a free patch."""
+
+    periodic: Literal[True] = True
 
 
 def press(
@@ -147,9 +149,9 @@ class Drawing:
         Relation between the spectra of line and surface.
     edges : str
         Treatment of contact edges, see `reduced.rough.press.press`.
-    length : float
+    line_length : float
         Length of a line over L.
-    points : int
+    line_points : int
         Points per L; by default twice those of the surface, to resolve the modes in the corners of
         its spectrum.
     sided : int
@@ -158,9 +160,9 @@ class Drawing:
 
     rule: str = "rings"
     edges: str = "sub_cell"
-    length: float = 1.0
-    points: int = 0
-    sided: int = 2
+    line_length: Annotated[float, Field(gt=0, le=1024)] = 1.0
+    line_points: Annotated[int, Field(strict=False, ge=0, le=10**6)] = 0
+    sided: Annotated[int, Field(strict=False, ge=1, le=2)] = 2
 
 
 ONE_SIDE = Drawing()
@@ -192,8 +194,8 @@ def pressed_lines(
     names: Sequence[str],
 ) -> dict[str, np.ndarray]:
     """Return quantities of `count` lines at several loads, arrays (count, loads), per patch L^2."""
-    length = drawing.length
-    per_side = drawing.points or 2 * surface.points
+    length = drawing.line_length
+    per_side = drawing.line_points or 2 * surface.points
     spectrum = surface.line(drawing.rule)
     spectrum = replace(spectrum, power=spectrum.power * (2 / drawing.sided))
     lines = ensemble.RandomLines(
@@ -218,22 +220,17 @@ def each_line(
 
 
 def truth(
-    sample: Callable[[int, int], np.ndarray], grid: str, count: int, effort: str
+    sample: Callable[[int, int], np.ndarray], count: int, effort: str
 ) -> tuple[np.ndarray, float]:
     """Return samples scaled to the best mean, and the relative 95 % bar of the grid.
 
     ``sample(factor, number)`` are the values of the first `number` surfaces on grids `factor` times
-    finer than their own. With ``grid="native"`` the surface is defined by its points, as in the
-    chapter, and the bar is zero. ``"refined"`` solves the same realisations on grids two and four
-    times finer (a sixth and a thirtieth of them, because ratios scatter far less than values); the
-    bar is the last change times Roache's factor at first order, the order of areas, with the
-    scatter of the ratios. Quick effort stops at the first refinement, with the factor for two
-    grids.
+    finer than their own. The same realisations are solved on grids two and four times finer (a
+    sixth and a thirtieth of them, because ratios scatter far less than values); the bar is the last
+    change times Roache's factor at first order, the order of areas, with the scatter of the ratios.
+    Quick effort stops at the first refinement, with the factor for two grids.
     """
-    OneOf("native", "refined").checked("grid", grid)
     samples = sample(1, count)
-    if grid == "native":
-        return samples, 0.0
     ratios, bars = [], []
     steps = [(2, max(6, count // 6))]
     if effort == "full":
@@ -248,15 +245,15 @@ def truth(
 
 
 def pressed_surfaces(
-    surface: Surface, load: float, quantity: str, count: int, effort: str, grid: str = "refined"
+    surface: Surface, load: float, quantity: str, count: int, effort: str
 ) -> tuple[np.ndarray, float]:
     """Return samples of a quantity of surfaces under a load, and the bar of the grid: `truth`."""
     stiffness = quantity == "stiffness"
 
     def sample(factor: int, number: int) -> np.ndarray:
-        return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
+        return surface_samples(surface, load, factor, number, stiffness)[quantity]
 
-    return truth(sample, grid, count, effort)
+    return truth(sample, count, effort)
 
 
 def compare(

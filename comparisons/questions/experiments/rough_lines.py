@@ -15,13 +15,15 @@ from scipy import fft, stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Effort,
     Finding,
-    OneOf,
+    Fraction,
+    Positive,
     Share,
     experiment,
     number_of,
+    one_of,
 )
 from comparisons.questions.experiments.rough_ensemble import (
     SEED,
@@ -50,15 +52,12 @@ MOMENTS = (
 )
 
 
-@experiment("line-moments", "points per side")
+@experiment("line-moments", "points per side", along="points")
 def line_moments(
     effort: str,
     *,
-    points: float = 64,
-    quantity: Annotated[str, OneOf(*MOMENTS)] = "mean_square_height",
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 2.0,
+    surface: Surface = Surface(periodic=True),
+    quantity: Annotated[str, one_of(*MOMENTS)] = "mean_square_height",
     rule: str = "printed",
 ) -> Finding:
     """Mean square heights, rms slopes and curvatures of line and surface.
@@ -69,7 +68,6 @@ def line_moments(
     is actually conserved. Amplitudes are fixed, so there is no scatter: the bar is the rounding of
     sums of `points`^2 terms. The surface's product is measured from the Hessian of a realisation.
     """
-    surface = Surface.of(points, hurst, roll_off, shortest, True)
     line = surface.line(rule)
     spectrum = surface_spectrum.self_affine(
         surface.points, 1.0, surface_spectrum.SelfAffine(**surface.recipe)
@@ -102,15 +100,12 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
     return float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
 
 
-@experiment("line-heights", "Hurst exponent H")
+@experiment("line-heights", "Hurst exponent H", along="hurst")
 def line_heights(
     effort: str,
     *,
-    hurst: float = 0.8,
-    points: float = 64,
-    roll_off: float = 1.0,
-    rule: str = "rings",
-    realisations: Annotated[float, Above(3)] = 450,
+    surface: Surface = Surface(periodic=True),
+    realisations: Count = 450,
 ) -> Share:
     """Distance of the height distributions of lines and surfaces.
 
@@ -118,11 +113,10 @@ def line_heights(
     between random halves of either ensemble, halves of whole realisations because the points of one
     are correlated.
     """
-    surface = Surface.of(points, hurst, roll_off, 2.0, True)
     count = number_of(realisations, effort, 40)
     maps = np.stack([surface.heights(k).ravel() for k in range(count)])
     # as many lines as give the number of points of the surfaces
-    lines = surface.lines(20 * count, 2, rule).draw().heights
+    lines = surface.lines(20 * count, 2).draw().heights
     maps, lines = maps / maps.std(), lines / maps.std()
     shares = []  # of the heights below the levels, by row, (rows, levels)
     for heights in (maps, lines):
@@ -180,11 +174,9 @@ def _surface_peaks(
 
 
 @shared(maxsize=32)
-def _line_peaks(
-    surface: Surface, count: int, rule: str, factor: int, height: float
-) -> dict[str, np.ndarray]:
+def _line_peaks(surface: Surface, count: int, factor: int, height: float) -> dict[str, np.ndarray]:
     """Return means over the maxima of `count` lines, `factor` times finer than necessary."""
-    lines = surface.lines(count, 2 * factor, rule).draw().heights
+    lines = surface.lines(count, 2 * factor).draw().heights
     points = lines.shape[1]
     wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
     second = fft.irfft(fft.rfft(lines, axis=1) * wavenumber**2, n=points, axis=1)
@@ -200,17 +192,13 @@ def _line_peaks(
     }
 
 
-@experiment("line-peaks", "Hurst exponent H")
+@experiment("line-peaks", "Hurst exponent H", along="hurst")
 def peaks(
     effort: str,
     *,
-    hurst: float = 0.8,
-    points: float = 64,
-    roll_off: float = 1.0,
-    shortest: float = 4.0,
-    rule: str = "rings",
+    surface: Surface = Surface(shortest=4.0, periodic=True),
     quantity: Literal["mean_radius", "mean_curvature"] = "mean_radius",
-    ratio: Annotated[float, Above(0)] = 0.5,
+    ratio: Positive = 0.5,
     height: float = -math.inf,
 ) -> Finding:
     """Mean peak radius of lines against a fraction of that of surfaces.
@@ -220,10 +208,9 @@ def peaks(
     (kappa1 + kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then
     divides. Bars: scatter of both, and the change on a grid twice as fine, at second order.
     """
-    surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = 120 if effort == "full" else 12
     of_surface = {n: _surface_peaks(surface, count, n, height) for n in (4, 8)}
-    of_line = {n: _line_peaks(surface, 20 * count, rule, n, height) for n in (4, 8)}
+    of_line = {n: _line_peaks(surface, 20 * count, n, height) for n in (4, 8)}
     line, true = of_line[8][quantity], of_surface[8][quantity]
     line_value = line / ratio if quantity == "mean_radius" else line * ratio
     coarse = of_line[4][quantity].mean() / of_surface[4][quantity].mean()
@@ -238,37 +225,34 @@ def peaks(
     return compare(line_value, true, float(combined(RULE.safe * change / 3)), details)
 
 
-_MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
+# Points per ridge: of the map, and of the line on its coarser grid.
+_RIDGES, _MAP, _LINE = 8, 16, 256
 
 
 @experiment("ridges", "mean pressure over that of full contact")
 def across_ridges(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.1,
-    ridges: Annotated[float, Above(0.5)] = 8,
+    load: Fraction = 0.1,
     quantity: Literal["contact_area", "mean_gap"] = "contact_area",
 ) -> Finding:
     """Line of a surface of parallel ridges against Westergaard's contact of a wavy surface.
 
-    The line is made from a map of `ridges` waves. `load`: mean pressure over that of full contact.
+    The line is made from a map of eight waves. `load`: mean pressure over that of full contact.
     All lines of one wave are equal, so there is no scatter; the bar is the change for twice as many
     points.
     """
-    count = int(ridges)
-    if not load < 1:
-        raise ValueError(f"load must be below 1, where all is in contact, not {load!r}")
-    wave = Westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
+    wave = Westergaard(1 / _RIDGES, 1 / _RIDGES, 1.0)  # A0 = E* = 1
     pressure = load * wave.full_contact_pressure
     true = {
         "contact_area": wave.contact_fraction(pressure),
         "mean_gap": wave.mean_gap(pressure),
     }[quantity]
-    points = _MAP * count
-    height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
+    points = _MAP * _RIDGES
+    height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / _RIDGES * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
     contacts = (  # under the force of the map
-        press(RandomLines(spectrum, per_ridge * count, 1).draw(), 1.0, Load("force", pressure))
+        press(RandomLines(spectrum, per_ridge * _RIDGES, 1).draw(), 1.0, Load("force", pressure))
         for per_ridge in (_LINE, 2 * _LINE)
     )
     coarse, fine = (float(getattr(contact, quantity).item()) for contact in contacts)
@@ -291,14 +275,10 @@ def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> d
 def procedure(
     effort: Effort,
     *,
-    load: Annotated[float, Above(0)] = 0.01,
+    load: Positive = 0.01,
     variant: Literal["literal", "corrected"] = "literal",
     quantity: Literal["contact_area", "stress", "undefined"] = "contact_area",
-    hurst: float = 0.8,
-    roll_off: float = 2.0,
-    shortest: float = 4.0,
-    points: float = 64,
-    periodic: bool = False,
+    surface: Surface = Surface(roll_off=2.0, shortest=4.0),
 ) -> Finding | Share:
     """Section 19.7 on maps of rough surfaces, against the contact of the same surfaces.
 
@@ -306,9 +286,8 @@ def procedure(
     it is defined, over the mean pressure of the true contact; ``"undefined"``: fraction of the
     contact where it is undefined. Sources of the bar: the scatter of the maps, and the grid.
     """
-    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     maps, lines = _COUNTS[effort]
-    done = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
+    done = [_calculated(surface, load, k, lines)[variant] for k in range(maps)]
     ratios = np.mean([each.sums.ratio for each in done], axis=0)
     missing = np.array([each.undefined_share[0] for each in done])
     details = {

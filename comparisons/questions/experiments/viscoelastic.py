@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field
 
 from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.experiment import (
-    Above,
     Finding,
-    OneOf,
+    Positive,
     Share,
     experiment,
+    one_of,
     share_of,
     worst,
 )
@@ -47,8 +48,8 @@ def harmonic_contact(
     effort: str,
     *,
     amplitude: float = 0.01,
-    frequency: Annotated[float, Above(0)] = 1.0,
-    stiffening: Annotated[float, Above(0)] = 3.0,
+    frequency: Positive = 1.0,
+    stiffening: Positive = 3.0,
 ) -> Share:
     """The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time.
 
@@ -103,7 +104,7 @@ _EXACT = 1e-12
 
 
 @experiment("relaxation-series", "relaxation times per decade")
-def relaxation_series(effort: str, *, per_decade: Annotated[float, Above(0)] = 2.0) -> Share:
+def relaxation_series(effort: str, *, per_decade: Positive = 2.0) -> Share:
     """Modulus of a rubber with a continuous spectrum by a series of relaxation times.
 
     The largest relative error of G(w).
@@ -136,10 +137,10 @@ def _rough_lines(count: int, per_wave: float = _PER_WAVE) -> RoughLines:
 def printed_rubber(
     effort: str,
     *,
-    number: Annotated[float, Above(0)] = 1.0,
-    quantity: Annotated[str, OneOf(*_QUANTITIES)] = "friction",
-    per_wave: Annotated[float, Above(2)] = _PER_WAVE,
-    load: Annotated[float, Above(0)] = _LOAD,
+    number: Positive = 1.0,
+    quantity: Annotated[str, one_of(*_QUANTITIES)] = "friction",
+    per_wave: Annotated[float, Field(gt=2)] = _PER_WAVE,
+    load: Positive = _LOAD,
 ) -> Finding | Share:
     """Problem 1 as printed on rough lines against their exact steady state.
 
@@ -180,7 +181,7 @@ def printed_rubber(
 def corrected_rubber(
     effort: str,
     *,
-    number: Annotated[float, Above(0)] = 1.0,
+    number: Positive = 1.0,
     quantity: Literal["work", "friction"] = "work",
 ) -> Finding:
     """Problem 1 as corrected, step by step, on rough lines: its energy and its steady state.
@@ -207,9 +208,7 @@ def corrected_rubber(
 
 
 @experiment("sliding-paraboloid", "way in a retardation time over contact radius at rest")
-def sliding_paraboloid(
-    effort: str, *, way: Annotated[float, Above(0)] = 1.0, glassy: float = 0.0
-) -> Finding:
+def sliding_paraboloid(effort: str, *, way: Positive = 1.0, glassy: float = 0.0) -> Finding:
     """Friction of a paraboloid that slides over rubber: springs against the half-space.
 
     At equal force. `way`: retardation time times speed over the radius sqrt(R d) of a static
@@ -270,8 +269,8 @@ def _coefficients(method: str, grid: int, speed: float, force: float, count: int
 def rough_rubber(
     effort: str,
     *,
-    speed: Annotated[float, Above(0)] = 10.0,
-    force: Annotated[float, Above(0)] = _FORCE,
+    speed: Positive = 10.0,
+    force: Positive = _FORCE,
     statement: Literal["line", "load"] = "line",
 ) -> Finding:
     """Friction of rough rubber: lines against surfaces, and its change with the load.

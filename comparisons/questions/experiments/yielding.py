@@ -17,14 +17,16 @@ from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.geometry.prepare import RoughGeometry, prepare
 from comparisons.questions.experiments.experiment import (
-    Above,
+    Count,
     Effort,
     Finding,
-    OneOf,
+    Positive,
     experiment,
     number_of,
+    one_of,
 )
 from comparisons.questions.experiments.rough_ensemble import (
+    PeriodicSurface,
     Surface,
     compare,
     each_line,
@@ -169,7 +171,7 @@ def yielding_springs(
     effort: Effort,
     *,
     depth: float = 10.0,
-    reading: Annotated[str, OneOf(*READINGS, *_FORMULAS)] = "stress",
+    reading: Annotated[str, one_of(*READINGS, *_FORMULAS)] = "stress",
     quantity: Literal["restitution", "mean_pressure"] = "restitution",
 ) -> Finding:
     """Rebound of springs that yield, or a closed form, against finite elements.
@@ -229,9 +231,9 @@ def first_yield(
     effort: str,
     *,
     exponent: float = 4.0,
-    shape: Annotated[str, OneOf(*_SHAPES)] = "power_law",
+    shape: Annotated[str, one_of(*_SHAPES)] = "power_law",
     edge: float = 0.1,
-    limit: Annotated[float, Above(0)] = 0.05,
+    limit: Positive = 0.05,
     rule: Literal["own_curvature", "one_radius", "abel"] = "own_curvature",
     criterion: Literal["pressure", "mises"] = "pressure",
 ) -> Finding:
@@ -322,30 +324,25 @@ def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
 def above_hardness(
     effort: str,
     *,
-    hardness: Annotated[float, Above(0)] = 0.5,
-    load: Annotated[float, Above(0)] = 0.03,
-    rule: Annotated[str, OneOf(*regions.RULES)] = "own_curvature",
-    points: float = 64,
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 4.0,
-    periodic: bool = False,
-    realisations: Annotated[float, Above(2)] = 120,
+    hardness: Positive = 0.5,
+    load: Positive = 0.03,
+    rule: Annotated[str, one_of(*regions.RULES)] = "own_curvature",
+    surface: Surface = Surface(shortest=4.0),
+    realisations: Count = 120,
 ) -> Finding:
     """Share of a rough contact whose stress is above a hardness.
 
     Above `hardness` E* h': springs against cells of the surface.
     """
-    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
-        return _shares(_pressures(surface, float(load), factor, number), hardness)
+        return _shares(_pressures(surface, load, factor, number), hardness)
 
-    true, grid_bar = truth(sample, "refined", count, effort)
+    true, grid_bar = truth(sample, count, effort)
     if true.mean() == 0:
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
-    stresses, undefined = _stresses(surface, float(load), rule, 4 * count)
+    stresses, undefined = _stresses(surface, load, rule, 4 * count)
     stated = _shares(stresses, hardness)
     details = {"springs without a value": float(undefined.mean())}
     return compare(stated, true, grid_bar, details)
@@ -388,7 +385,7 @@ def _compared(
 def rough_yield(
     effort: Effort,
     *,
-    index: Annotated[float, Above(0)] = 3.0,
+    index: Positive = 3.0,
     load: float = 0.1,
     quantity: Literal["hardness_area", "elastic_area", "plastic_share"] = "hardness_area",
 ) -> Finding:
@@ -444,36 +441,32 @@ def largest_mises(
 def rough_first_yield(
     effort: str,
     *,
-    load: Annotated[float, Above(0)] = 0.03,
-    rule: Annotated[str, OneOf(*regions.RULES)] = "one_radius",
+    load: Positive = 0.03,
+    rule: Annotated[str, one_of(*regions.RULES)] = "one_radius",
     poisson_ratio: float = 0.3,
-    points: float = 32,
-    hurst: float = 0.8,
-    roll_off: float = 1.0,
-    shortest: float = 4.0,
-    realisations: Annotated[float, Above(2)] = 90,
+    surface: Surface = PeriodicSurface(32, shortest=4.0),
+    realisations: Count = 90,
 ) -> Finding:
     """Largest local stress (19.37) of a line against von Mises below the rough contact.
 
     Periodic surfaces, pressed by F = `load` E* A0 h'; the stresses are those of waves in the
     half-space under the pressure of the cells, at seventeen depths.
     """
-    surface = Surface.of(points, hurst, roll_off, shortest, True)
     count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
-        return largest_mises(surface, float(load), float(poisson_ratio), factor, number)[0]
+        return largest_mises(surface, load, poisson_ratio, factor, number)[0]
 
-    true, grid_bar = truth(sample, "refined", count, effort)
+    true, grid_bar = truth(sample, count, effort)
     # The largest local stress (19.37) of every line: second differences need eight times the points
     # of the surface.
     stated = [
         regions.line_stress(line, 1.0, depth, rule=rule).pressure.max()
-        for line, depth in each_line(surface, float(load), 4 * count, 8)
+        for line, depth in each_line(surface, load, 4 * count, 8)
     ]
     finest = 4 if effort == "full" else 2
     number = max(3, count // 30) if effort == "full" else max(6, count // 6)
-    depths = largest_mises(surface, float(load), float(poisson_ratio), finest, number)[1]
+    depths = largest_mises(surface, load, poisson_ratio, finest, number)[1]
     details = {
         "depth of the largest, in shortest waves": float(depths.mean()),
         "surfaces that yield below their surface first": float((depths > 1e-3).mean()),

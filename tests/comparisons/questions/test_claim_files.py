@@ -206,7 +206,7 @@ vary = { path = "loading.penetration.0", from = 1, to = 9, steps = 2, unit = "1 
 
 
 def test_an_experiment_names_its_own_parameter(monkeypatch):
-    nothing = Experiment("nothing", "Nothing.", "x", "x/y", run=None)
+    nothing = Experiment("nothing", "Nothing.", "x/y", run=None)
     monkeypatch.setitem(EXPERIMENTS, "nothing", nothing)
     data = {k: RIGHT[k] for k in ("id", "text", "equation", "tolerance", "refuted_by")}
     claim = make_claim(

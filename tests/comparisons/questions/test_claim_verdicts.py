@@ -54,7 +54,7 @@ def experiment_claim(monkeypatch, measure, **more):
         measured = measure(x, effort)
         return Share(measured.error, measured.uncertainty, measured.details, measured.noun)
 
-    made_up = Experiment("made-up", "A law.", "x", "x", run)
+    made_up = Experiment("made-up", "A law.", "x", run)
     monkeypatch.setitem(EXPERIMENTS, "made-up", made_up)
     data = {
         "id": "a-law",
@@ -460,7 +460,7 @@ def test_claims_share_a_measurement_however_they_spell_it(monkeypatch, tmp_path)
         measured.append((x, y))
         return Finding(1.0, 1.0, 0.0, {})
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", run))
     varied = {"from": 1, "to": 2, "steps": 2}
     spelled = [
         {"id": "along-x", "vary": varied},

@@ -49,7 +49,7 @@ def law(monkeypatch, error, **more):
     def run(effort, *, x=1.0, y=1.0, kind="free"):
         return Share(error(x, y, kind), 1e-6, {}, "error")
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", run))
     return make_claim(DATA | {"nuisance": [OPEN]} | more, "a.toml", Path())
 
 
@@ -159,7 +159,7 @@ def test_no_boundary_is_drawn_beside_a_point_that_is_not_resolved(monkeypatch):
         error = 0.0 if x < 2 else 0.05 if x < 8 else 0.5 * y
         return Share(error, 1e-6 if x < 2 else 0.1, {}, "error")
 
-    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", "x", run))
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", run))
     varied = {"from": 1, "to": 10, "steps": 4, "bisections": 0}
     data = DATA | {
         "nuisance": [OPEN | {"from": 0.01, "stated": 0.01}],

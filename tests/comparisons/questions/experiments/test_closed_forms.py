@@ -198,7 +198,7 @@ def test_an_effective_medium_lets_more_through_than_spots_of_contact_do():
 
 
 def test_lines_all_in_contact_let_nothing_through():
-    lines = films._lines(Surface.of(32, 0.8, 1.0, 8.0, periodic=True), 1.0)
+    lines = films._lines(Surface(32, shortest=8.0, periodic=True), 1.0)
     assert not np.any(lines["flow"])
 
 
