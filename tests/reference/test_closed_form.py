@@ -12,11 +12,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import poch
 
 from reference import closed_form
-from reference.closed_form.adhesive import (
-    AdhesiveForm,
-    MaugisForm,
-    strength_of,
-)
+from reference.closed_form.adhesive import AdhesiveForm, MaugisForm, strength_of
 from reference.fem import far_field
 from reference.halfspace.punches import array_force, pair_force
 

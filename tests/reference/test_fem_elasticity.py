@@ -41,9 +41,7 @@ def internal_forces(grid, displacement, nu):
     mesh = grid.mesh
     numbers = mesh.dofs.element_dofs.T
     forces = np.einsum(
-        "eij,ej->ei",
-        stiffness_matrices(mesh, nu),
-        displacement[numbers].reshape(len(numbers), -1),
+        "eij,ej->ei", stiffness_matrices(mesh, nu), displacement[numbers].reshape(len(numbers), -1)
     )
     total = np.zeros_like(displacement)
     np.add.at(total, numbers.reshape(-1), forces.reshape(-1, 3))

@@ -31,11 +31,7 @@ def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     half_space = NormalAndTangential((44, 44), (1 / 20,) * 2, Compliance.of(1.0, nu))
     press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
     pairs = list(
-        zip(
-            nodal_friction.follow(body, gap, MU, *loads),
-            sweep(press, *loads),
-            strict=True,
-        )
+        zip(nodal_friction.follow(body, gap, MU, *loads), sweep(press, *loads), strict=True)
     )
     return pairs[pressing - 1 :]
 

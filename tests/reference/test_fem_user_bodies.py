@@ -8,13 +8,7 @@ from skfem import MeshHex, MeshTet
 from reference.errors import ConvergenceError
 from reference.fem import Enforcement, Material, matrix_free, press, recover
 from reference.fem.condensed_body import supported_body
-from reference.fem.solid_mesh import (
-    KINDS,
-    SolidMesh,
-    SupportedMesh,
-    contact_nodes,
-    free_motions,
-)
+from reference.fem.solid_mesh import KINDS, SolidMesh, SupportedMesh, contact_nodes, free_motions
 from reference.fem.two_bodies import couple
 from reference.loads import Load, LoadPath
 

@@ -98,9 +98,7 @@ def problem(operator_class):
 
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
 @pytest.mark.parametrize(
-    "stage",
-    [(np.float64, False, 60), (np.float64, True, 2000)],
-    ids=["double", "plain"],
+    "stage", [(np.float64, False, 60), (np.float64, True, 2000)], ids=["double", "plain"]
 )
 def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
     """The plain method, the last resort, needs no preconditioner and no single precision."""

@@ -12,12 +12,7 @@ from scipy.special import ellipk
 
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
-from reference.halfspace.punches import (
-    EDGE_COMPLIANCE,
-    EDGE_OFFSET,
-    respond,
-    respond_dense,
-)
+from reference.halfspace.punches import EDGE_COMPLIANCE, EDGE_OFFSET, respond, respond_dense
 
 
 def strip_coefficients(cells: int) -> np.ndarray:

@@ -10,11 +10,7 @@ from scipy.ndimage import gaussian_filter
 
 from reference.contact.press import CONTROLS, press, sweep
 from reference.errors import ConvergenceError
-from reference.halfspace import (
-    FreeOperator,
-    PeriodicOperator,
-    areas,
-)
+from reference.halfspace import FreeOperator, PeriodicOperator, areas
 from reference.loads import Load
 
 SHAPES = st.sampled_from(["white noise", "smooth", "plateaus", "punches", "islands"])
@@ -83,12 +79,7 @@ def test_a_solution_is_its_own_best_start(operator_class):
     assert first.iterations > 5
     assert again.iterations <= 2
     with pytest.raises(ValueError, match=r"start has shape \(40, 40\)"):
-        press(
-            operator_class((4, 4), (1.0, 1.0), 1.0),
-            gap[:4, :4],
-            Load("force", 1.0),
-            start=first,
-        )
+        press(operator_class((4, 4), (1.0, 1.0), 1.0), gap[:4, :4], Load("force", 1.0), start=first)
 
 
 def test_force_control_widens_a_window_that_was_too_small():

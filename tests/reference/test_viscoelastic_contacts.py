@@ -154,10 +154,7 @@ def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
         [[0.0]] + [np.linspace(*ends, steps + 1)[1:] for ends in itertools.pairwise(history)]
     )
     contact = press_in_time(
-        operator,
-        square / 2,
-        material,
-        History("penetration", t, np.interp(t, history, depth)),
+        operator, square / 2, material, History("penetration", t, np.interp(t, history, depth))
     )
     return np.array([step.force for step in contact])[steps::steps]
 

@@ -10,13 +10,7 @@ import pytest
 from comparisons.geometry.prepare import prepare
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
-from comparisons.scene.scene import (
-    SUITES,
-    builtin_folder,
-    builtin_names,
-    load_scene,
-    make_scene,
-)
+from comparisons.scene.scene import SUITES, builtin_folder, builtin_names, load_scene, make_scene
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": ["1 MPa", "9 MPa"], "viscosities": "90 kPa s"}

@@ -179,11 +179,7 @@ def test_an_estimate_is_judged_by_its_order_of_magnitude(monkeypatch, stated, wo
     """A fifth of the truth is within a factor of 10, a twentieth is not; so are 5 and 20 times."""
     for ratio in (stated, 1 / stated):
         claim = law(
-            monkeypatch,
-            lambda *_, ratio=ratio: ratio - 1,
-            nuisance=[],
-            factor=10,
-            tolerance=9,
+            monkeypatch, lambda *_, ratio=ratio: ratio - 1, nuisance=[], factor=10, tolerance=9
         )
         assert word in judge_claim(claim, "full").sentence
 

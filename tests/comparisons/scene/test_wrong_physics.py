@@ -178,7 +178,7 @@ WRONG = {
         ({"half_space": {"effective_modulus": 1e9}}, "E or G with nu"),
     ],
     "rough-patch": [
-        ({"surface2": FACE | {"periodic": True}}, "both surfaces periodic, or both free patches"),
+        ({"surface2": FACE | {"periodic": True}}, "both surfaces periodic, or both free patches")
     ],
 }
 
