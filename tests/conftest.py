@@ -57,7 +57,6 @@ def python():
 
 @pytest.fixture
 def methods_restored(monkeypatch):
-    """Take away again the methods that a test adds."""
     known, solvers = dict(METHODS), dict(SOLVERS)
     monkeypatch.setenv(VARIABLE, "[]")
     yield
@@ -80,8 +79,6 @@ def interruptible():
 
 @pytest.fixture(scope="session")
 def script():
-    """Import a script of docs/examples by its name."""
-
     def load_script(name):
         path = Path(__file__).parents[1] / "docs" / "examples" / f"{name}.py"
         spec = importlib.util.spec_from_file_location(name, path)

@@ -39,8 +39,6 @@ def scene():
 
 @pytest.fixture(scope="session")
 def rough(scene):
-    """Return a maker of small rough scenes under relative forces."""
-
     def make(name="test", loading=None, compare=None, methods=None, **surface) -> Scene:
         force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
         tables = {"compare": compare} if compare else {}
@@ -97,8 +95,6 @@ def solved():
 
 @pytest.fixture(scope="session")
 def curves(solved):
-    """Solve so, and return the curves of the first realisation."""
-
     def solve(*asked, **how):
         return {name: values[0] for name, values in solved(*asked, **how).quantities.items()}
 

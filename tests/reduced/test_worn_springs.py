@@ -16,7 +16,6 @@ from reference.closed_form.worn import FrettingLimit, WornPunch
 
 
 def last(*args, **kwargs):
-    """Return the state at the last distance."""
     return list(wear(*args, **kwargs))[-1]
 
 

@@ -150,7 +150,6 @@ SOFT = 0.005  # E* h'/H = 4
 
 
 def led(springs: Yielding, *loads: float, control: str = "force", line: RoughLines = ROUGH):
-    """Lead lines along a path."""
     return walk(line, springs, LoadPath(control, np.array(loads)))
 
 

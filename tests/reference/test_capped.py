@@ -25,7 +25,6 @@ def ball(hardness: float):
 
 
 def pressed(body, gap, hardness: float, *depths: float, control: str = "penetration"):
-    """Return the dents along a path."""
     path = LoadPath(control, np.array(depths))
     return list(along(body, gap, hardness, path, tolerance=1e-9))
 

@@ -124,7 +124,6 @@ def displacements(basis, element, lines, sides):
 
 
 def pressures_of(basis, element, lines, sides):
-    """Return discontinuous pressures as combinations of ours."""
     mesh = basis.mesh
     low, high = mesh.p[:, mesh.t].min(1), mesh.p[:, mesh.t].max(1)
     # the mesh turns the local axes as it likes

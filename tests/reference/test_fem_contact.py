@@ -45,7 +45,6 @@ def paraboloid(body):
 
 
 def indented(body, gap, depth):
-    """Return the scaled body and its contact at one depth."""
     return next(indent(body, gap, Load("penetration", depth)))
 
 

@@ -243,7 +243,6 @@ def rough_gap(x, y):
 
 
 def parts(x, y, force):
-    """Return the shares of the force on the parts of the patch."""
     place = 2 * (x > 0.4) + (y > 0.4)
     return np.bincount(place.ravel(), force.ravel(), minlength=4) / force.sum()
 

@@ -158,7 +158,6 @@ SQUARE = 1.15230
 
 
 def pressed(gap, spacing, control, value):
-    """Return the contact on the grid, and on the whole patch."""
     operator = FreeOperator(gap.shape, spacing, 1.0)
     contact = press(operator, gap, Load(control, value))
     response = areas.contact_response(operator, contact.mask, 1e-8)

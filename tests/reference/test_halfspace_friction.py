@@ -59,7 +59,6 @@ def test_cell_integrals_to_all_digits(sides):
 
 
 def paths(**loads):
-    """Return the loads as paths, in their order."""
     return [LoadPath(control, values) for control, values in loads.items()]
 
 

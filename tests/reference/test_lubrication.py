@@ -26,7 +26,6 @@ SOFT = Ball(radius=0.01, effective_modulus=1e6, viscosity=1.0, load=0.2)
 
 
 def bowl(x, y):
-    """Return a gap whose curvatures differ."""
     return x**2 + 0.7 * y**2
 
 

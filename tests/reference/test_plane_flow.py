@@ -8,7 +8,6 @@ from reference.lubrication.rough_planes import plane_flow
 
 
 def wave(points):
-    """Return a cosine of one period at the middle of its cells."""
     return np.cos(2 * np.pi * (np.arange(points) + 0.5) / points)
 
 

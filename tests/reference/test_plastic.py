@@ -281,7 +281,6 @@ def oval(x, y):
 
 
 def half_widths(depth: float) -> tuple[float, float]:
-    """Return Hertz's semi-axes."""
     long, short = OVAL.semi_axes(depth)
     return float(long), float(short)
 

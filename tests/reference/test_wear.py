@@ -19,7 +19,6 @@ def ball(per_radius: int, half: float):
 
 
 def last(*args, **kwargs):
-    """Return the state at the last distance."""
     return list(wear(*args, **kwargs))[-1]
 
 

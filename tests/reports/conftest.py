@@ -101,7 +101,6 @@ def _one_surface(rows: pd.DataFrame) -> pd.DataFrame:
 def verdicts_of(
     rows: pd.DataFrame, quantities: dict[str, str], tolerance: float
 ) -> tuple[Verdict, ...]:
-    """Return the verdicts on every method and resolution."""
     kept = rows[rows["step"].notna() & ~rows["realisation"].isin(["0", "1", "2", "3", "4"])]
     if kept.empty:
         kept = rows[rows["step"].notna()]
@@ -351,7 +350,6 @@ def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
 
 
 def synthetic_study(folder: Path, copies: int = 1) -> StudyRecord:
-    """Write a study folder and return its record."""
     rng = np.random.default_rng(7)
     scenes = (sphere_scene(folder, rng), rough_scene(folder, rng)) * copies
     record = StudyRecord(

@@ -56,7 +56,6 @@ def page_size(pdf: bytes) -> tuple[float, float]:
 
 
 def drawn(scene, key):
-    """Return the axes of one plot."""
     (axes,) = single(panels(scene)[key]).axes
     return axes
 

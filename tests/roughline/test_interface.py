@@ -24,14 +24,12 @@ HOSTILE = '<script>alert(1)</script> & "quotes"'
 
 @pytest.fixture(scope="module")
 def found():
-    """Return a comparison of a scene with a hostile title."""
     scene = roughline.load_scene(BALL, {"title": HOSTILE})
     return roughline.compare(scene, "closed_form", "reduced", resolutions=[10, 20])
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Return a small study and its folder."""
     folder = tmp_path_factory.mktemp("study") / "run"
     methods = ["closed_form", "reduced"]
     return roughline.Study([BALL, "cone"], folder, methods=methods).run()

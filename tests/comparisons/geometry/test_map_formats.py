@@ -32,7 +32,6 @@ def listed(path, heights, header="", comma=False, delimiter="\t"):
 
 
 def read(path, **options):
-    """Read a map as a scene's table says."""
     return read_map(path, MeasuredMap(kind="map", file=path.name, **options))
 
 

@@ -89,7 +89,6 @@ def notes_on(size=(1e-6, 1e-6), points=(64, 64), slope=0.1, height=5e-9):
 
 
 def plan_of(**surface):
-    """Return the plan of a scene on this surface of 1 um x 1 um."""
     tables = {"half_space": {"effective_modulus": 1e11}, "loading": {"force": 1e-6}}
     surface = {"surface": {"size": 1e-6} | surface}
     return planning.plan_scene(validated({"name": "patch"} | tables | surface))[0]

@@ -37,8 +37,6 @@ def rough():
 
 @pytest.fixture
 def store(tmp_path):
-    """Save an array as .npy and return its path."""
-
     def save(array, name="map.npy"):
         np.save(tmp_path / name, array)
         return tmp_path / name
@@ -51,17 +49,14 @@ def spacing(surface):
 
 
 def read(path, **options):
-    """Read a map as a scene's table says."""
     return read_map(path, MeasuredMap(kind="map", file=path.name, **options))
 
 
 def plain(path, **options):
-    """Read a plain table in nm."""
     return read(path, **({"size": SIZE, "height_unit": "nm"} | options))
 
 
 def problems_of(path, **options):
-    """Return the problems that a plain table is refused for."""
     with pytest.raises(FileError) as caught:
         plain(path, **options)
     return caught.value.problems
@@ -306,7 +301,6 @@ def test_arrays_that_are_no_map(store, array, message):
 
 
 def stored(array) -> bytes:
-    """Return an array as .npy has it."""
     np.save(stream := io.BytesIO(), array, allow_pickle=True)
     return stream.getvalue()
 

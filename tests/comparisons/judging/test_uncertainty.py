@@ -29,7 +29,6 @@ N = np.array([10, 20, 40])
 
 
 def column(*values):
-    """Return one load step at several resolutions."""
     return np.array(values, dtype=float)[:, None]
 
 

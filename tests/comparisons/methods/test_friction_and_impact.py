@@ -23,7 +23,6 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 def block_of(name):
-    """Return a table of the page by its marker."""
     page = (ROOT / "docs" / "friction-and-impact.md").read_text(encoding="utf-8")
     (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
     return block

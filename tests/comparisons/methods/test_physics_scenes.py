@@ -77,8 +77,6 @@ def test_loads_are_what_the_physics_varies(ball, tables, axis, values):
 
 @pytest.fixture
 def ball():
-    """Return a maker of scenes without [loading]."""
-
     def make(**tables):
         data = {"name": "ball", "half_space": SOFT, "indenter": {"shape": "sphere", "radius": 0.01}}
         return make_scene(data | tables, "ball.toml", Path())

@@ -44,7 +44,6 @@ def history(control, values, **more):
 
 
 def squeezed(first, last):
-    """Return a stiff ball under oil between two forces."""
     loading = {"force": [first, last], "squeeze_speed": 0.1}
     return {"half_space": {"effective_modulus": 1e14}, "loading": loading}
 
@@ -242,15 +241,12 @@ class Wedge(Indenter):
 
     @property
     def axisymmetric(self):
-        """No."""
         return False
 
     def gap(self, x, y):
-        """Return slope |x|."""
         return np.where(np.abs(y) <= self.length, self.slope * np.abs(x), np.inf)
 
     def reach(self, penetration):
-        """Return d / slope, and the length."""
         return penetration / self.slope, self.length
 
 

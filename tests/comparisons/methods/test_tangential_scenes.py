@@ -159,7 +159,6 @@ ROLLS = {"creep": [-0.002, 0.0, 0.001, 0.01]}
 
 
 def rolling(scene, **tables) -> Scene:
-    """Return a ball that rolls on rubber, but for what is given."""
     ball = {"half_space": RUBBER, "loading": {"force": "10 mN"}, "friction": {"coefficient": 0.3}}
     return scene(**ball | {"rolling": ROLLS} | tables)
 
@@ -236,7 +235,6 @@ BALL = {"shape": "paraboloid", "radius": 0.01}
 
 
 def planned(**tables):
-    """Return the plan of a sliding scene with these tables."""
     data = {
         "name": "sliding",
         "indenter": BALL,

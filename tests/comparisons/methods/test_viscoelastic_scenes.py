@@ -18,7 +18,6 @@ OUT = {"time": [0.0, 0.1, 0.3, 0.4], "penetration": [0.0, 1e-4, 1e-4, 2e-5], "su
 
 
 def planned(loading, methods=("closed_form", "reduced", "bem_fft"), **tables):
-    """Return the plan of a scene with these tables."""
     data = {
         "name": "rubber",
         "indenter": BALL,

@@ -48,8 +48,6 @@ def found(law, bar=0.0, bisections=12, **more):
 
 
 def experiment_claim(monkeypatch, measure, **more):
-    """Return a claim on an experiment that is made up here."""
-
     def run(effort, *, x=1.0):
         measured = measure(x, effort)
         return Share(measured.error, measured.uncertainty, measured.details, measured.noun)

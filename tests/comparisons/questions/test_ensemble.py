@@ -36,7 +36,6 @@ def many(rough):
 
 @pytest.fixture(scope="module")
 def whole(many, tmp_path_factory):
-    """Return an undisturbed ensemble."""
     return Ensemble(many(), tmp_path_factory.mktemp("whole") / "out").run()
 
 

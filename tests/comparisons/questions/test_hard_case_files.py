@@ -262,8 +262,6 @@ ROUGH = {
 
 @pytest.fixture
 def heights(tmp_path):
-    """Return a maker of maps."""
-
     def make(**recipe):
         table = {
             "id": "map",

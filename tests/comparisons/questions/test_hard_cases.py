@@ -80,7 +80,6 @@ def test_methods_do_what_the_catalogue_says(name):
 
 
 def pairs_left(name):
-    """Return the methods of a case that the test above leaves out."""
     return [method for method in OURS if name in LONG or method in catalogue()[name].slow]
 
 

@@ -17,7 +17,6 @@ EXAMPLES = Path(__file__).resolve().parents[3] / "docs" / "examples"
 
 
 def example(name, monkeypatch):
-    """Return a script of the pages as a module."""
     monkeypatch.setenv("PYTHONPATH", str(EXAMPLES.parents[1]))
     spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
     script = importlib.util.module_from_spec(spec)

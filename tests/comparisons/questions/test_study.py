@@ -39,7 +39,6 @@ def ball(scene):
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Return the list of tasks that were really executed."""
     done = []
 
     def count(task):

@@ -79,7 +79,6 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
 
 
 def recorded(made, **changes):
-    """Return a changed record with the reasons for what is missing."""
     made = replace(made, **changes)
     return replace(made, verdicts=explained(made))
 

@@ -20,7 +20,6 @@ from comparisons.solving.planning import plan_scene
 
 
 def results(directory):
-    """Return results.csv without what a clock and a machine say."""
     table = pd.read_csv(directory / RESULTS, dtype=str).drop(columns="memory")
     return table[[name for name in table if "seconds" not in name]]
 
@@ -36,7 +35,6 @@ distributed = pytest.importorskip("distributed", reason="needs the extra 'cluste
 
 @pytest.fixture(scope="module")
 def address():
-    """Start two workers with one thread each."""
     options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
     with distributed.LocalCluster(**options) as local:
         yield local.scheduler_address
@@ -62,7 +60,6 @@ def ensemble(rough):
 
 @pytest.fixture(scope="module")
 def serial(ensemble, run_apart, tmp_path_factory):
-    """Return the results of these plans without a cluster."""
     out = tmp_path_factory.mktemp("serial") / "out"
     run_apart(Study(list(ensemble), out, effort="full"))
     return results(out)

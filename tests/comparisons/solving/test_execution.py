@@ -24,8 +24,6 @@ SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
 
 @pytest.fixture
 def task(scene):
-    """Return a maker of tasks of the ball on steel."""
-
     def make(method="reduced", resolution=10, **tables):
         return task_of(plan_scene(scene(**tables))[0], method, resolution)
 
@@ -122,8 +120,6 @@ def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace):
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a clock that stands still until it is told to go on."""
-
     class Clock:
         now = 0.0
 

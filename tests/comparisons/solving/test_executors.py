@@ -38,8 +38,6 @@ def killed_until(path, times):
 
 
 def interval():
-    """Return work that sleeps and says from when to when."""
-
     def work(seconds):
         start = time.time()
         time.sleep(seconds)

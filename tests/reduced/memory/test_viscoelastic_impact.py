@@ -16,7 +16,6 @@ BALL = paraboloid(1.0)
 
 
 def zener(ratio, tau):
-    """Return a standard solid of unit long-term modulus."""
     return standard_solid(1.0, ratio, relaxation_time=tau)
 
 

@@ -33,7 +33,6 @@ def rough(points=512, count=1, slope=0.1):
 
 
 def steady(lines, material, speed, force):
-    """Slide lines of unit length."""
     return slide(RoughLines(lines, 1 / lines.shape[-1]), material, speed, LoadPath("force", force))
 
 

@@ -28,7 +28,6 @@ def rows_of(page):
 
 
 def asked_anew(study, tolerance, counted=None):
-    """Return the scenes with another question."""
     for scene in study.scenes:
         names = tuple(n for n in scene.quantities if counted is None or n in counted)
         limit = tolerance or scene.tolerance
@@ -42,13 +41,11 @@ def asked_anew(study, tolerance, counted=None):
 
 
 def found(page):
-    """Return the rows of the finding."""
     rows = page.locator("table.finding tbody tr").all()
     return [tuple(row.locator("th, td").all_text_contents()) for row in rows]
 
 
 def expected(study, tolerance, counted=None):
-    """Return what Python says of the same question."""
     rows = []
     for asked in asked_anew(study, tolerance, counted):
         decisive, advice = worst(verdicts(asked)), advise(asked)
@@ -88,7 +85,6 @@ def test_solvers_have_rows_of_their_own_on_demand(followed, study):
 
 
 def slow_lines(scene):
-    """Return the scene with lines that take an hour each."""
     table = scene.rows.frame()
     lines = table["method"] == "reduced"
     times = {name: table[name].where(~lines, 3600.0) for name in ("seconds", "seconds_all")}
@@ -96,7 +92,6 @@ def slow_lines(scene):
 
 
 def lucky_lines(scene):
-    """Return the scene with lines that agree by chance."""
     return replace(scene, reference=replace(scene.reference, chance="3 contacts, fewer than 30"))
 
 

@@ -12,7 +12,6 @@ PHONE = (390, 844)
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory) -> Path:
-    """Return the page of the stored run."""
     path = tmp_path_factory.mktemp("claims") / "report.html"
     path.write_text(claims_page(load_claims_record(STORED)), encoding="utf-8")
     return path

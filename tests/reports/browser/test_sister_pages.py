@@ -22,7 +22,6 @@ def of_claims(study) -> str:
 
 
 def of_hard_cases(study) -> str:
-    """Return a page of outcomes of every kind."""
     kinds = ("accurate", "degraded", "refused", "lost", "not for", "left out")
     common = {"lost": [], "expected": "accurate", "deviation": "", "reason": "why & how"}
     none = dict.fromkeys(("error", "area_error", "bar", "seconds"))

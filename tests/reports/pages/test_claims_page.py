@@ -120,8 +120,6 @@ def test_the_report_can_be_written_anew(judged, capsys):
 
 
 def inquired(answers):
-    """Return inquiries that need nothing solved."""
-
     def inquiry(answer):
         yield []
         return answer
@@ -131,7 +129,6 @@ def inquired(answers):
 
 @pytest.fixture(scope="module")
 def few_cases():
-    """Return the cases of one shape of each half, on few cells."""
     from comparisons.questions import calibration
     from comparisons.solving.inquiries import answer_of
 

@@ -27,8 +27,6 @@ def outcome(case="ball", method="reduced", kind="accurate", **more):
 
 @pytest.fixture
 def record():
-    """Return a maker of records of a run."""
-
     def make(*outcomes, **more):
         settings = {
             "created": "2026-01-01T12:00:00+00:00",

@@ -200,7 +200,6 @@ def test_a_reduced_model_without_a_result_says_why(study):
 
 
 def recorded(scene, **changes):
-    """Return a changed scene with the reasons for what is missing."""
     other = replace(scene, **changes)
     return replace(other, verdicts=explained(other))
 

@@ -83,7 +83,6 @@ def study_of(scene, folder):
 
 
 def rows_of(table):
-    """Return the rows of a table as papers print them."""
     return [tuple(cell.text for cell in row) for row in table.rows]
 
 

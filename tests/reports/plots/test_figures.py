@@ -69,7 +69,6 @@ def at_every_load(spec):
 
 
 def decoded(coded):
-    """Return the map behind 16-bit codes, NaN for gaps."""
     codes = np.frombuffer(base64.b64decode(coded["codes"]), "<u2").reshape(coded["shape"])
     return np.where(codes > 0, codes * coded["step"] - coded.get("below", 0.0), np.nan)
 
@@ -432,7 +431,6 @@ def test_damaged_scenes_and_such_with_files_are_left_out(study):
 
 
 def printed(figure):
-    """Return the axes on which matplotlib has drawn a figure."""
     pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
     from reports.paper.figures import single
 

@@ -26,8 +26,6 @@ SCENE = SimpleNamespace(control="sliding_distance")
 
 @pytest.fixture
 def stores(monkeypatch):
-    """Return what gives a scene its only fields."""
-
     def store(method: str, level: int, fields: dict[str, np.ndarray]):
         def finest(scene, *names):
             return Stored(method, level, fields, method) if set(names) <= fields.keys() else None

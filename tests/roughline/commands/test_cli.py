@@ -116,7 +116,6 @@ def whole(tmp_path_factory):
 
 @pytest.fixture
 def copied(whole, tmp_path):
-    """Return a copy of that folder which a test may change."""
     return shutil.copytree(whole, tmp_path / "o")
 
 

@@ -157,7 +157,6 @@ def tables(script):
 
 
 def numbers(text):
-    """Return the rows of a file, and what stands around them."""
     head, rows = text.split("analytic_rows: |2\n")
     return head, [[float(value) for value in row.split()] for row in rows.splitlines()[:-1]]
 

@@ -26,7 +26,6 @@ def yielding(scene, *depths: float, model: str = "stress", **tables) -> Scene:
 
 
 def curve(solution: Solution, name: str = "force") -> np.ndarray:
-    """Return a curve of the only realisation."""
     return solution.quantities[name][0]
 
 

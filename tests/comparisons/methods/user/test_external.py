@@ -388,8 +388,6 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
 
 @pytest.fixture
 def described(monkeypatch, tmp_path):
-    """Return a maker of files that describe their only method so."""
-
     def describe(file="m.py", text="", **result):
         usual = {"name": "other", "title": "Other", "dimension": 3}
         done = parent.Outcome("answered", answer={"methods": json.dumps([usual | result])})

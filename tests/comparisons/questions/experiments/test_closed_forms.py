@@ -204,7 +204,6 @@ def test_lines_all_in_contact_let_nothing_through():
 
 @cache
 def face(effort="quick", **parameters):
-    """Return the limit of one face, solved once for all tests."""
     return EXPERIMENTS["adhesive-face"].measure(None, effort, **parameters)
 
 

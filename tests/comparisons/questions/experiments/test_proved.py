@@ -44,7 +44,6 @@ def test_circles_of_equal_area_are_too_soft(monkeypatch):
 
 
 def proved(**tables):
-    """Return the enclosures of a scene."""
     made = scene(**tables)
     return proof_of(made, prepare(made)[0])
 
