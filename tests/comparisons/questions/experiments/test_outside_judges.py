@@ -243,15 +243,6 @@ def test_rough_contacts_yield_below_their_surface():
     assert np.all((stresses > 0.2) & (stresses < 1.0))
 
 
-@pytest.mark.parametrize(
-    ("name", "wrong"),
-    [("second-truth", {"quantity": "force"}), ("rough-first-yield", {"rule": "none"})],
-)
-def test_unknown_choices_are_refused_in_words(name, wrong):
-    with pytest.raises(ValueError, match=r"must be .*of"):
-        EXPERIMENTS[name].measure(None, "quick", **wrong)
-
-
 def test_waves_of_elements_are_known_better_the_longer_they_are():
     """h^4 with 27 nodes."""
     errors = [abs(EXPERIMENTS["element-waves"].measure(n, "quick").error) for n in (4.0, 8.0)]
