@@ -4,7 +4,8 @@ The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the prin
 CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored,
 and ``kratos_chung_ooi``, curves of Chung & Ooi (2011) as Kratos has digitised them. Run from the
 repository's root; all examples or those that are named, and ``curves``; ``--cases`` prints every
-number that differs; ``half-space`` (four minutes) solves impacts of test 4 on cells::
+number that differs. ``limits`` solves examples on finer cells, ``impacts`` impacts by several
+methods, and ``1``, ``2`` or ``4`` CONTACT's timing of that name::
 
     python docs/examples/numbers_of_others.py FOLDER NAME --cases
 """
@@ -13,25 +14,30 @@ number that differs; ``half-space`` (four minutes) solves impacts of test 4 on c
 import csv
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from decimal import Decimal
+from itertools import islice
 from pathlib import Path
+from time import process_time
 from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
-from scipy.optimize import brentq
+from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
+from threadpoolctl import threadpool_limits
 
+from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from reference.contact.press import press
-from reference.contact.slide import slide
-from reference.elasticity import largest_shear, von_mises
+from reference.elasticity import Material, largest_shear, von_mises
+from reference.fem.nodal_friction import follow, frictional_body
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, FrictionStep, sweep
 from reference.halfspace.stress_below import stress_below
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.loads import Load, LoadPath
-from reference.rolling.roll import Creep, RollingStep, roll
+from reference.rolling.roll import Creep, RollingStep, Upstream, rigid_slip, roll, steady
+from roughline import compare
 
 Values = dict[str, float]  # by columns of the file, as sizes; N, mm, J, and W or J of friction
 JOULE = 1e-3  # N mm
@@ -47,10 +53,14 @@ class Number(NamedTuple):
     ours: float
 
     @property
+    def digit(self) -> float:
+        """A unit of the last printed digit."""
+        return 10.0 ** Decimal(self.printed).as_tuple().exponent
+
+    @property
     def off(self) -> float:
         """The difference in units of the last printed digit."""
-        unit = 10.0 ** Decimal(self.printed).as_tuple().exponent
-        return (abs(self.ours) - abs(float(self.printed))) / unit
+        return (abs(self.ours) - abs(float(self.printed))) / self.digit
 
     @property
     def agrees(self) -> bool:
@@ -59,9 +69,19 @@ class Number(NamedTuple):
 
 
 def grid(
-    shape: tuple[int, int], spacing: tuple[float, float], body: Compliance, middle: float = 0.0
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    body: Compliance,
+    middle: float = 0.0,
+    fine: int = 1,
 ) -> tuple[NormalAndTangential, np.ndarray, np.ndarray]:
-    """Return a half-space, and x and y of its cells around a middle."""
+    """Return a half-space, and x and y of its cells around a middle.
+
+    Cells are divided by `fine` each way, but for a single row of a cylinder.
+    """
+    parts = [1 if n == 1 else fine for n in shape]
+    shape = (shape[0] * parts[0], shape[1] * parts[1])
+    spacing = (spacing[0] / parts[0], spacing[1] / parts[1])
     x, y = ((np.arange(n) - (n - 1) / 2) * d + middle for n, d in zip(shape, spacing, strict=True))
     return NormalAndTangential(shape, spacing, body), x[:, None], y
 
@@ -107,9 +127,9 @@ def rolled(body: NormalAndTangential, step: RollingStep, speed: float, coupled: 
 
 
 # %%
-def cattaneo() -> Iterator[tuple[int, Values]]:
+def cattaneo(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Pull a ball by 7/8 of its friction: R 50, G 200, nu 0.42, mu 0.4."""
-    body, x, y = grid((17, 17), (2 / 15, 2 / 15), Compliance.of(100.0, 0.42))
+    body, x, y = grid((17, 17), (2 / 15, 2 / 15), Compliance.of(100.0, 0.42), fine=fine)
     ball = FrictionalPress(body, (x**2 + y**2) / 100, 0.4, coupled=False)
     pulls = LoadPath("tangential_force", [0.0, 0.35 * 9.1954])
     steps = sweep(ball, LoadPath("force", 9.1954), pulls, tolerance=1e-9)
@@ -117,66 +137,60 @@ def cattaneo() -> Iterator[tuple[int, Values]]:
         yield case, pulled(body, step) | {"col2": step.tangential_displacement}
 
 
-def catt_to_cart() -> Iterator[tuple[int, Values]]:
+def catt_to_cart(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll from Cattaneo's state to Carter's under constant forces: G 1, nu 0.28, mu 0.4013.
 
     The first of three runs prescribes the normal force, in coordinates that move with the contact;
-    the other two, in coordinates at rest, the approach after their first case: there the rigid
-    shift per step is printed, in the first the creep.
+    the other two, which are one problem, in coordinates at rest, the approach after their first
+    case: there the rigid shift per step is printed, in the first the creep.
     """
-    body, x, y = grid((34, 33), (0.25, 0.25), Compliance.of(0.5, 0.28))
+    body, x, y = grid((34, 33), (0.25, 0.25), Compliance.of(0.5, 0.28), fine=fine)
     gap, mu, step = 0.002963 * ((x - 0.125) ** 2 + y**2), 0.4013, 0.25
     held = press(body.normal, gap, Load("force", 0.4705), tolerance=1e-10)
     moved = press(body.normal, gap, Load("penetration", 0.07258), tolerance=1e-10)
     half_space = FrictionalGrid(body)
-    for first, contacts in (
-        (1, [held] * 57),
-        (58, [held] + [moved] * 56),
-        (115, [held] + [moved] * 56),
-    ):
-        before, traction = np.zeros((2, *body.shape)), None
+    for first, contacts in ((1, [held] * 57), (58, [held] + [moved] * 56)):
+        before = traction = np.zeros((2, *body.shape))
         for place, contact in enumerate(contacts):
             pull = 0.657 * mu * contact.force
-            solved = slide(
-                half_space,
-                mu * contact.pressure,
-                before,
-                total=pull / body.cell_area,
-                start=traction,
-                tolerance=1e-9,
-            )
-            traction = solved.traction
-            work = JOULE * (traction * solved.slip).sum() * body.cell_area
+            shift = work = 0.0
+            for _ in range(fine if place else 1):  # by a cell each
+                solved = half_space.slide(
+                    mu * contact.pressure, before, pull / body.cell_area, traction, 1e-9
+                )
+                traction = solved.traction
+                shift += solved.shift
+                work += JOULE * (traction * solved.slip).sum() * body.cell_area
+                before = np.zeros_like(before)
+                before[:, :-1] = solved.displacement[:, 1:]
             rolled = place > 0 and first == 1
             sticking = contact.mask & ~solved.sliding
-            yield (
-                first + place,
-                {
-                    "col2": solved.shift / (step if rolled else 1),
-                    "elastic_energy": energy(body, contact.pressure, traction),
-                    "friction_power_or_work": work * (1.0 / (JOULE * step) if rolled else 1.0),
-                    "approach_mm": contact.penetration,
-                    **cells(contact.pressure, sticking),
-                },
-            )
-            before = np.zeros_like(before)
-            before[:, :-1] = solved.displacement[:, 1:]
+            values = {
+                "col2": shift / (step if rolled else 1),
+                "elastic_energy": energy(body, contact.pressure, traction),
+                "friction_power_or_work": work * (1.0 / (JOULE * step) if rolled else 1.0),
+                "approach_mm": contact.penetration,
+                **cells(contact.pressure, sticking),
+            }
+            yield first + place, values
+            if first > 1:
+                yield first + 57 + place, values  # printed twice
 
 
 CREEPS = (1e-5, *np.arange(1, 16) * 4e-4, 0.008, *np.arange(1, 6) / 100, *np.arange(3, 11) / 40)
 
 
-def tractcurv() -> Iterator[tuple[int, Values]]:
+def tractcurv(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll a wheel at growing creep: F 106.7 kN, R 625, a/b 0.5, G 82 GPa, nu 0.28, mu 0.33."""
-    return traction_curve(48)
+    return traction_curve(48, fine)
 
 
-def euro_tractcurv() -> Iterator[tuple[int, Values]]:
+def euro_tractcurv(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll the same wheel, on 44 cells along the rolling direction."""
-    return traction_curve(44)
+    return traction_curve(44, fine)
 
 
-def traction_curve(count: int) -> Iterator[tuple[int, Values]]:
+def traction_curve(count: int, fine: int) -> Iterator[tuple[int, Values]]:
     """Roll at 10 m/s.
 
     The grid spans 1.1 times the ellipse of Hertz (Johnson 1985, eqs. (3.65)), which follows from
@@ -190,34 +204,34 @@ def traction_curve(count: int) -> Iterator[tuple[int, Values]]:
         3 * force * ratio**3 * across / (2 * np.pi * steel.effective_modulus * m * curvature)
     )
     other = curvature * (k - e) / across
-    body, x, y = grid((count, 44), (2.2 * a / count, 2.2 * a / ratio / 44), steel)
+    body, x, y = grid((count, 44), (2.2 * a / count, 2.2 * a / ratio / 44), steel, fine=fine)
     wheel = FrictionalPress(body, curvature * x**2 + other * y**2, 0.33, coupled=False)
     for case, step in enumerate(roll(wheel, Load("force", force), map(Creep, CREEPS)), 1):
         driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.33 * step.force)}
         yield case, rolled(body, step, 10.0, coupled=False) | driven
 
 
-def testbank() -> Iterator[tuple[int, Values]]:
+def bank(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Pull a ball by a shift (case 1) and a force (10), on steel; roll one steadily (7)."""
     for case, side, normal, tangential in (
         (1, 0.13333, ("penetration", 0.01131), ("tangential_displacement", 0.00304)),
         (10, 2.26666 / 17, ("force", 1722.0), ("tangential_force", 0.875 * 0.3 * 1722.0)),
     ):
-        body, x, y = grid((17, 17), (side, side), Compliance.of(41000.0, 0.28))
+        body, x, y = grid((17, 17), (side, side), Compliance.of(41000.0, 0.28), fine=fine)
         ball = FrictionalPress(body, 0.0056566 * (x**2 + y**2), 0.3, coupled=False)
         (step,) = sweep(ball, LoadPath(*normal), LoadPath(*tangential), tolerance=1e-9)
         moved = {"col2": step.tangential_displacement} if case == 10 else {}
         yield case, pulled(body, step) | {"FX": step.tangential_force} | moved
-    body, x, y = grid((41, 41), (0.2, 0.2), Compliance.of(0.5, 0.28))
+    body, x, y = grid((41, 41), (0.2, 0.2), Compliance.of(0.5, 0.28), fine=fine)
     ball = FrictionalPress(body, 0.002963 * (x**2 + y**2), 0.4013, coupled=False)
     (step,) = roll(ball, Load("force", 0.4705), [Creep(0.00304)])
     driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.4013 * step.force)}
     yield 7, rolled(body, step, 1.0, coupled=False) | driven
 
 
-def carter2d() -> Iterator[tuple[int, Values]]:
+def carter2d(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll a cylinder of radius 500 at a creep of 0.024 %: Carter's problem, a = 1."""
-    body, x, y = grid((55, 1), (0.04, 200.0), Compliance.of(41000.0, 0.28), middle=0.03)
+    body, x, y = grid((55, 1), (0.04, 200.0), Compliance.of(41000.0, 0.28), 0.03, fine)
     cylinder = FrictionalPress(body, 0.001 * x**2 + 0 * y, 0.3, coupled=False)
     (step,) = roll(cylinder, Load("force", 35780.0), [Creep(-0.00024)], tolerance=1e-9)
     driven = {"FX": step.tangential_force, "col2": step.tangential_force / (0.3 * step.force)}
@@ -229,16 +243,16 @@ SPIN = 0.000625  # 1/mm, and the lateral creep
 FLEXIBLE = np.array([0.4937e-4, 0.5152e-4, 0.4090e-4])
 
 
-def fastsim() -> Iterator[tuple[int, Values]]:
+def fastsim(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll with spin: an ellipse of 8 x 4 under 82 kN, on the half-space (case 1) and springs."""
-    body, x, y = grid((44, 44), (0.4, 0.2), Compliance.of(41000.0, 0.28))
+    body, x, y = grid((44, 44), (0.4, 0.2), Compliance.of(41000.0, 0.28), fine=fine)
     wheel = FrictionalPress(body, 0.8464e-3 * x**2 + 0.2406e-2 * y**2, 0.3, coupled=False)
     (step,) = roll(wheel, Load("force", 82e3), [Creep(0.0, -SPIN, SPIN)])
     turned = {"FY": step.lateral_force, "MZ": step.moment}
     yield 1, rolled(body, step, 30.0, coupled=False) | turned
     for case, count, parabolic in ((2, 44, True), (3, 44, False), (5, 220, True), (6, 220, False)):
-        yield case, on_springs(count, parabolic)
-    yield 8, on_springs(220, True)  # the mirror image of case 5
+        yield case, on_springs(fine * count, parabolic)
+    yield 8, on_springs(fine * 220, True)  # the mirror image of case 5
 
 
 def on_springs(count: int, parabolic: bool) -> Values:
@@ -306,16 +320,16 @@ def stresses() -> Values:
     return values
 
 
-def visc_cylindr() -> Iterator[tuple[int, Values]]:
+def visc_cylindr(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll cylinders of PA6 that relax, driven by 0.6 of the friction: G 1143, nu 0.4, R 100.
 
     The creep function is (2 - exp(-t/tau))/G: the displacement is that of the pressure now, and of
     the pressures that a point has met, 1/(V tau) exp(-s/(V tau)) of those at a way s. The cells are
     solved densely, contact and slip by changing sets.
     """
-    count, dx, dy, force, friction = 99, 0.16, 1000.0, 6e5, 0.3
+    count, dx, dy, force, friction = 99 * fine, 0.16 / fine, 1000.0, 6e5, 0.3
     place = np.arange(count)
-    gap = 0.01 * (-7.92 + dx * place) ** 2
+    gap = 0.01 * (dx * (place - (count - 1) / 2) - 0.08) ** 2
     offsets = place[:, None] - place + count + 1
     for case, way in ((1, 0.0), (2, 9.0), (3, 45.0), (4, 2000.0), (5, 0.0), (6, np.inf)):
         normal, along = relaxed(np.arange(-count - 1, count + 2), dx, dy, way)
@@ -402,18 +416,22 @@ def relaxed(places: np.ndarray, dx: float, dy: float, way: float) -> np.ndarray:
 
 
 # %%
-def spence35() -> Iterator[tuple[int, Values]]:
-    """Press a rigid ball in 35 stages into a half-space that sticks and slips: G 1/2, nu 0."""
+def spence35(fine: int = 1) -> Iterator[tuple[int, Values]]:
+    """Press a rigid ball in 35 stages into a half-space that sticks and slips: G 1/2, nu 0.
+
+    Stages are divided as cells are.
+    """
     soft, stiff = Compliance.of(0.5, 0.0), Compliance.of(1e5, 0.0)
     both = Compliance(soft.normal + stiff.normal, 0.0, soft.coupling - stiff.coupling)
-    body, x, y = grid((45, 45), (0.2, 0.2), both, middle=1e-4)
+    body, x, y = grid((45, 45), (0.2, 0.2), both, 1e-4, fine)
     ball = FrictionalPress(body, 0.004116 * (x**2 + y**2), 0.2986)
-    forces = np.round((np.arange(1, 36) / 45) ** 3, 6)
+    forces = (np.arange(1, 35 * fine + 1) / fine / 45) ** 3
+    forces[fine - 1 :: fine] = np.round(forces[fine - 1 :: fine], 6)
     steps = sweep(
         ball, LoadPath("force", forces), LoadPath("tangential_displacement", 0.0), tolerance=1e-8
     )
     lost = 0.0
-    for case, step in enumerate(steps, 1):
+    for case, step in enumerate(islice(steps, fine - 1, None, fine), 1):
         yield (
             case,
             {
@@ -426,13 +444,13 @@ def spence35() -> Iterator[tuple[int, Values]]:
         lost = step.dissipation
 
 
-def bentall() -> Iterator[tuple[int, Values]]:
+def bentall(fine: int = 1) -> Iterator[tuple[int, Values]]:
     """Roll a cylinder of aluminium on one of steel, of radius 50, freely or driven (cases 5, 6)."""
     soft, stiff = Compliance.of(23000.0, 0.31), Compliance.of(82000.0, 0.28)
     both = Compliance(
         soft.normal + stiff.normal, soft.lateral + stiff.lateral, soft.coupling - stiff.coupling
     )
-    body, x, y = grid((216, 1), (0.001, 1000.0), both)
+    body, x, y = grid((216, 1), (0.001, 1000.0), both, fine=fine)
     for case, friction, share, least in (
         (2, 1e-4, 0.0, 3.5e-4),
         (3, 10.0, 0.0, 3.5e-4),  # none slips; slower creeps do not converge
@@ -440,6 +458,8 @@ def bentall() -> Iterator[tuple[int, Values]]:
         (5, 0.05, -0.75, 1e-4),
         (6, 0.05, 0.75, 3.5e-4),
     ):
+        if fine > 1 and friction > 1:
+            continue  # where nothing slips, normal and tangential problem in turn diverge
         cylinder = FrictionalPress(body, 0.02 * x**2 + 0 * y, friction)
 
         def at(creep: float, cylinder: FrictionalPress = cylinder) -> RollingStep:
@@ -451,6 +471,38 @@ def bentall() -> Iterator[tuple[int, Values]]:
 
         creep = brentq(missing, least, 6e-4, xtol=1e-11)
         yield case, rolled(body, at(creep), 1.0, coupled=True) | {"col2": creep}
+
+
+def wheel(parts: int) -> str:
+    """Roll a wheel of a measured profile with spin under given forces, and tell how long it took.
+
+    The problem of CONTACT's timings ``tang_problm_1f``, ``2f`` and ``4f``, by `parts`: what is
+    sought are the creeps of Fx = 0.573 and Fy = 0.327 of the friction. CONTACT stops at 1e-7.
+    """
+    began, friction, spin, side = process_time(), 0.3, 3e-4, 0.1 / parts
+    x, y = (
+        first + (np.arange(n) + 0.5) * side
+        for first, n in ((-3.55, 72 * parts - 1), (-6.15, {1: 81, 2: 161, 4: 323}[parts]))
+    )
+    heights = tomllib.loads(MORE.read_text(encoding="utf-8"))["profile"]
+    gap = x[:, None] ** 2 / (2 * 483.931) + np.interp(y, -12 + 0.1 * np.arange(271), heights)
+    body = NormalAndTangential(gap.shape, (side, side), Compliance.of(41000.0, 0.28))
+    deep = Load("penetration", 0.02084 - gap.min())
+    contact = press(body.normal, gap - gap.min(), deep, tolerance=1e-7)
+    flow, bound, solved = Upstream(body, body.shape), friction * contact.pressure, []
+
+    def missing(creep: np.ndarray) -> np.ndarray:
+        """Return the forces that are missing; creeps are those at the origin, in 1e-3."""
+        along, across = 1e-3 * creep + spin * np.array([-y.mean(), x.mean()])
+        rigid = rigid_slip(Creep(along, across, spin), body.shape, body.spacing)
+        start = solved[-1].traction if solved else None
+        solved.append(steady(flow, bound, rigid, start, 1e-7))
+        return solved[-1].traction.sum(axis=(1, 2)) / bound.sum() - [0.573, 0.327]
+
+    creeps = root(missing, [0.3, 0.3], options={"xtol": 1e-6, "eps": 1e-3}).x
+    cells = f"{(bound > 0).sum()} cells in contact, {solved[-1].sliding.sum()} slip"
+    work = f"{sum(one.rounds for one in solved)} rounds, {process_time() - began:.1f} s"
+    return f"{cells}: creeps {creeps[0]:.4f} and {creeps[1]:.4f} per mille, {work} of the processor"
 
 
 # %%
@@ -465,12 +517,14 @@ EXAMPLES = {
     "examples/subsurf": subsurf,
     "examples/tractcurv": tractcurv,
     "testbank/examples_temp/euro_tractcurv": euro_tractcurv,
-    "testbank/testbank": testbank,
+    "testbank/testbank": bank,
 }
+NO_LIMIT = ("examples/subsurf", "testbank/examples_temp/euro_tractcurv")  # no cells; as tractcurv
+CYLINDERS = ("examples/bentall", "examples/carter2d", "examples/visc_cylindr")
 
 
-def compared(folder: Path, example: str) -> list[Number]:
-    """Return the numbers of an example that are printed and not zero."""
+def compared(folder: Path, example: str, ours: dict[int, Values] | None = None) -> list[Number]:
+    """Return the numbers of an example that are printed and not zero; `ours` by cases."""
     with (folder / "contact_cmcc" / "cases.csv").open(encoding="utf-8") as stream:
         rows = [row for row in csv.DictReader(stream) if row["file"] == f"{example}.ref_out"]
     printed = {int(row["case"]): row for row in rows}
@@ -478,11 +532,60 @@ def compared(folder: Path, example: str) -> list[Number]:
         printed[int(case)] = printed.get(int(case), {}) | more
     return [
         Number(case, column, printed[case][column], float(value))
-        for case, values in EXAMPLES[example]()
+        for case, values in (ours or dict(EXAMPLES[example]())).items()
         if case in printed
         for column, value in values.items()
         if float(printed[case].get(column) or 0)
     ]
+
+
+class Limit(NamedTuple):
+    """A printed number, ours on cells of a third of the side, and its relative error bar."""
+
+    number: Number
+    ours: float
+    bar: float
+
+    @property
+    def off(self) -> float:
+        """How far the printed number is from ours, relatively."""
+        return abs(float(self.number.printed)) / abs(self.ours) - 1
+
+    @property
+    def inside(self) -> bool:
+        """Whether the printed number, as it is rounded, lies in the bar."""
+        return abs(self.off) <= self.bar + 0.51 * self.number.digit / abs(self.ours)
+
+
+def limits(folder: Path, example: str) -> list[Limit]:
+    """Solve an example on its cells, their halves and their thirds; numbers of cells are areas.
+
+    Error bars are the grid convergence index of each column over all cases.
+    """
+    parts = np.array([1, 2, 3])
+    solved = [dict(EXAMPLES[example](fine)) for fine in parts]
+    columns: dict[str, list[Number]] = {}
+    for number in compared(folder, example, solved[0]):
+        if number.case in solved[-1]:
+            columns.setdefault(number.column, []).append(number)
+    found = []
+    for column, numbers in columns.items():
+        curves = np.array([[ours[n.case][column] for n in numbers] for ours in solved], float)
+        if column in ("NCON", "NADH", "NSLIP"):
+            curves /= parts[:, None] ** (1 if example in CYLINDERS else 2)
+        bars = grid_uncertainty(parts, curves)
+        found += [Limit(*one) for one in zip(numbers, curves[-1], bars, strict=True)]
+    return found
+
+
+def limits_row(name: str, found: list[Limit]) -> str:
+    """Return a line of the table of limits, of an example or of a column of all."""
+    worst = max(found, key=lambda one: abs(one.off) - one.bar)
+    off, bar = np.median([abs(one.off) for one in found]), np.median([one.bar for one in found])
+    largest = f"{worst.off:+.2%} ± {worst.bar:.2%} ({worst.number.column} of {worst.number.case})"
+    counts = [len(found), sum(one.inside for one in found)]
+    texts = [f"| `{name}`", *map(str, counts), f"{off:.2%}", f"{bar:.2%}", largest, ""]
+    return " | ".join(texts).strip()
 
 
 def row(example: str, numbers: list[Number]) -> str:
@@ -515,16 +618,19 @@ class Curve(NamedTuple):
         return (self.theirs - self.ours) / np.abs(self.theirs).max()
 
 
+BALLS = {  # R, E*, m, v of tests 1 and 2
+    1: (0.005, 0.5 * 48e9 / (1 - 0.2**2), 0.5 * 2800 * 4 / 3 * np.pi * 0.01**3, 20.0),
+    2: (0.1, 70e9 / (1 - 0.3**2), 2699 * 4 / 3 * np.pi * 0.1**3, 0.2),
+}
+
+
 def normal_impact(folder: Path, test: int) -> Iterator[Curve]:
     """Two balls of glass at 20 m/s (test 1); aluminium on a rigid plane at 0.2 m/s (test 2).
 
     Hertz's law; the time course is that of springs. The second one does not begin at first touch:
     its centre is put to ours.
     """
-    radius, modulus, mass, speed = {
-        1: (0.005, 0.5 * 48e9 / (1 - 0.2**2), 0.5 * 2800 * 4 / 3 * np.pi * 0.01**3, 20.0),
-        2: (0.1, 70e9 / (1 - 0.3**2), 2699 * 4 / 3 * np.pi * 0.1**3, 0.2),
-    }[test]
+    radius, modulus, mass, speed = BALLS[test]
     depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
     way, force = np.loadtxt(folder / f"test{test}_force_kN_vs_displacement_um.dat").T
     hertz = 4e-3 / 3 * modulus * np.sqrt(radius) * (1e-6 * way) ** 1.5
@@ -570,30 +676,65 @@ def oblique_impact(folder: Path) -> Iterator[Curve]:
     for name in ("Steel", "FEM"):
         x, y = np.array([(float(r["x"]), float(r["y"])) for r in rows if r["series"] == name]).T
         yield Curve(f"test 5, {name}", x, y, -5 * spent(x, 0.3))
+    more = tomllib.loads(MORE.read_text(encoding="utf-8"))
+    angle, theirs = np.array(more["test 4"]).T
+    slope = np.tan(np.radians(angle)) / friction
+    yield Curve("test 4, measured velocity", angle, theirs, 1 - 2 * spent(slope, 0.23) / slope)
+    x, theirs = np.array(more["test 8"]).T
+    yield Curve("test 8, sliding", x, theirs, x - 1)  # by mu times the normal impulse
 
 
-def left(angle: float, steps: int, per_radius: int, coupled: bool) -> float:
-    """Return the share of the tangential velocity that a ball of test 4 keeps on the half-space.
+Forces = Callable[[np.ndarray, np.ndarray], list[float]]
+CORUNDUM = 0.23, 0.092  # of test 4: Poisson's ratio, friction
 
-    From the springs' path on, its own force is integrated again and again, as in `impact`.
-    """
-    poisson, friction, slope = 0.23, 0.092, np.tan(np.radians(angle))
-    ratio = 2 * (1 - poisson) / (2 - poisson)
-    time, depth, shift, _ = impact(ratio * slope / friction, steps, 801, poisson)
-    shift = shift * friction / FRICTION
-    count, scale, touching = 2 * int(np.ceil(1.08 * per_radius)), depth.max(), depth > 0
-    touching[-1] = False
+
+def on_cells(per_radius: int, coupled: bool) -> Forces:
+    """Return the tangential forces of the half-space along penetrations and shifts."""
+    poisson, friction = CORUNDUM
+    count = 2 * int(np.ceil(1.08 * per_radius))
     constants = Compliance.of((1 - poisson) / 2, poisson)
     body, x, y = grid((count, count), (1 / per_radius, 1 / per_radius), constants)
     ball = FrictionalPress(body, (x**2 + y**2) / 2, friction, coupled)
+    return lambda depth, shift: [
+        step.tangential_force
+        for step in sweep(
+            ball, LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
+        )
+    ]
+
+
+def on_elements(per_radius: int) -> Forces:
+    """Return those of finite elements."""
+    poisson, friction = CORUNDUM
+    body = frictional_body(1.0, Material(1 - poisson**2, poisson), elements=per_radius)
+    gap = (body.points**2).sum(axis=1) / 2
+    return lambda depth, shift: [
+        step.tangential_force
+        for step in follow(
+            body,
+            gap,
+            friction,
+            LoadPath("penetration", depth),
+            LoadPath("tangential_displacement", shift),
+        )
+    ]
+
+
+def left(angle: float, steps: int, forces: Forces) -> float:
+    """Return the share of the tangential velocity that a ball of test 4 keeps.
+
+    From the springs' path on, its own force is integrated again and again, as in `impact`.
+    """
+    (poisson, friction), slope = CORUNDUM, np.tan(np.radians(angle))
+    ratio = 2 * (1 - poisson) / (2 - poisson)
+    time, depth, shift, _ = impact(ratio * slope / friction, steps, 801, poisson)
+    shift = shift * friction / FRICTION
+    scale, touching = depth.max(), depth > 0
+    touching[-1] = False
     force = np.zeros_like(time)
     for _ in range(40):
-        way = sweep(
-            ball,
-            LoadPath("penetration", depth[touching] / scale),
-            LoadPath("tangential_displacement", shift[touching] / scale),
-        )
-        force[touching] = scale**1.5 * np.array([step.tangential_force for step in way])
+        force[touching] = forces(depth[touching] / scale, shift[touching] / scale)
+        force[touching] *= scale**1.5
         speed = slope - 3.5 * cumulative_trapezoid(force, time, initial=0)
         moved = cumulative_trapezoid(speed, time, initial=0)
         change = np.abs(moved - shift).max() / np.abs(moved).max()
@@ -609,39 +750,82 @@ def curves(folder: Path) -> list[Curve]:
     return [*normal_impact(folder, 1), *normal_impact(folder, 2), *oblique_impact(folder)]
 
 
+def struck(folder: Path, test: int) -> str:
+    """Return a line of the largest force: read off, and of each method at its finest."""
+    radius, modulus, mass, speed = BALLS[test]
+    scene = {
+        "name": f"test-{test}",
+        "half_space": {"effective_modulus": modulus},
+        "indenter": {"shape": "paraboloid", "radius": radius},
+        "dynamics": {"mass": mass, "velocity": speed},
+    }
+    read = np.loadtxt(folder / "kratos_chung_ooi" / f"test{test}_force_kN_vs_time_us.dat")
+    methods = "reduced", "closed_form", "bem_fft", "fem"
+    steps = compare(scene, *methods, quantities=["force"]).steps()
+    finest = steps.groupby("method")["force"].last() / 1e3
+    texts = [f"| test {test}", f"{read[:, 1].max():.3f}", *(f"{finest[m]:.4f}" for m in methods)]
+    return " | ".join([*texts, ""]).strip()
+
+
+def kept(angle: float) -> str:
+    """Return a line of what a ball of test 4 keeps, each with the change from half of all."""
+    slope = np.tan(np.radians(angle)) / CORUNDUM[1]
+    springs = 1 - 2 * float(spent(np.array([slope]), CORUNDUM[0])[0]) / slope
+    texts = [f"| {angle:g}°", f"{springs:.3f}"]
+    for half, whole in (
+        (on_cells(8, coupled=False), on_cells(16, coupled=False)),
+        (on_cells(8, coupled=True), on_cells(16, coupled=True)),
+        (on_elements(2), on_elements(4)),
+    ):
+        coarse, fine = left(angle, 16, half), left(angle, 32, whole)
+        texts.append(f"{fine:.3f} ± {abs(fine - coarse):.3f}")
+    return " | ".join([*texts, ""]).strip()
+
+
 if __name__ == "__main__":
-    folder, *names = [word for word in sys.argv[1:] if word != "--cases"]
-    print("| example | cases | all digits | numbers | equal | largest difference, last digits |")
-    print("|---|---|---|---|---|---|")
-    for example in EXAMPLES:
-        if not names or example.rsplit("/", 1)[-1] in names:
-            numbers = compared(Path(folder), example)
+    threadpool_limits(limits=1)  # vectors are too short for threads
+    source, *names = [word for word in sys.argv[1:] if word != "--cases"]
+    folder, every = Path(source), "--cases" in sys.argv
+    examples = [one for one in EXAMPLES if one.rsplit("/", 1)[-1] in names]
+    if "limits" in names:
+        print("| example | numbers | inside | printed off, median | bar, median | most outside |")
+        print("|---|---|---|---|---|---|")
+        everything = []
+        for example in examples or [one for one in EXAMPLES if one not in NO_LIMIT]:
+            everything += (found := limits(folder, example))
+            print(limits_row(example, found), flush=True)
+            for (case, column, printed, _), ours, bar in found if every else []:
+                print(f"  {case} {column}: {printed}, ours {ours:.6g} ± {bar:.3%}")
+        for column in dict.fromkeys(one.number.column for one in everything):
+            found = [one for one in everything if one.number.column == column]
+            print(limits_row(column, found))
+    elif examples or not names:
+        print("| example | cases | all digits | numbers | equal | largest, last digits |")
+        print("|---|---|---|---|---|---|")
+        for example in examples or EXAMPLES:
+            numbers = compared(folder, example)
             print(row(example, numbers), flush=True)
-            if "--cases" in sys.argv:
-                for case, column, printed, ours in (n for n in numbers if not n.agrees):
-                    print(f"  {case} {column}: {printed}, ours {ours:.8g}")
+            for case, column, printed, ours in [n for n in numbers if every and not n.agrees]:
+                print(f"  {case} {column}: {printed}, ours {ours:.8g}")
     if not names or "curves" in names:
         print("\n| curve | points | typical difference | largest | at |\n|---|---|---|---|---|")
-        for curve in curves(Path(folder)):
+        for curve in curves(folder):
             worst = np.abs(curve.off).argmax()
             typical, largest = 100 * np.sqrt(np.mean(curve.off**2)), 100 * curve.off[worst]
             place = f"{curve.x[worst]:.3g}"
             print(
                 f"| {curve.name} | {curve.x.size} | {typical:.1f} % | {largest:+.1f} % | {place} |"
             )
-            if "--cases" in sys.argv:
-                for point in zip(curve.x, curve.theirs, curve.ours, strict=True):
-                    print("  {:.4g}: {:.4g}, ours {:.4g}".format(*point))
-    if "half-space" in names:
-        print("| angle | springs | uncoupled | change from half the grid | coupled | change |")
+            for point in zip(curve.x, curve.theirs, curve.ours, strict=True) if every else []:
+                print("  {:.4g}: {:.4g}, ours {:.4g}".format(*point))
+    for parts in [int(word) for word in names if word.isdecimal()]:
+        print(wheel(parts))
+    if "impacts" in names:
+        print("| largest force, kN | read off | springs | closed form | half-space | elements |")
         print("|---|---|---|---|---|---|")
+        for test in BALLS:
+            print(struck(folder, test), flush=True)
+        print("\n| angle | springs | half-space, uncoupled | coupled | elements |")
+        print("|---|---|---|---|---|")
         for angle in (5.0, 10.0, 20.0):
-            slope = np.tan(np.radians(angle)) / 0.092
-            texts = [
-                f"{angle:g}°",
-                f"{1 - 2 * float(spent(np.array([slope]), 0.23)[0]) / slope:.3f}",
-            ]
-            for coupled in (False, True):
-                coarse, fine = (left(angle, 2 * n, n, coupled) for n in (8, 16))
-                texts += [f"{fine:.3f}", f"{fine - coarse:+.3f}"]
-            print("| " + " | ".join(texts) + " |", flush=True)
+            print(kept(angle), flush=True)
