@@ -127,8 +127,11 @@ def press_ensemble(
     unknown = [name for name in quantities if name not in QUANTITIES]
     if unknown:
         refuse([f"quantities must be among {', '.join(QUANTITIES)}, got {', '.join(unknown)}"])
-    size, parts = max(1, _MEMORY // (8 * lines.points)), []
+    size = max(1, _MEMORY // (8 * lines.points))
+    parts: dict[str, list[np.ndarray]] = {name: [] for name in quantities}
     for first in range(0, lines.count, size):
-        block = lines.draw(range(first, min(first + size, lines.count)))
-        parts.append(press(block, effective_modulus, load, edges=edges))
-    return Ensemble({n: np.concatenate([getattr(part, n) for part in parts]) for n in quantities})
+        block = range(first, min(first + size, lines.count))
+        contact = press(lines.draw(block), effective_modulus, load, edges=edges)
+        for name in quantities:
+            parts[name].append(getattr(contact, name))
+    return Ensemble({name: np.concatenate(values) for name, values in parts.items()})
