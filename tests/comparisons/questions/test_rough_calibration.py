@@ -87,17 +87,17 @@ def test_bars_of_rough_surfaces_hold_as_often_whether_many_loads_are_asked_or_on
 
 
 def test_an_area_is_known_no_better_than_the_cells_at_its_contact_line():
-    """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.5 of 0.06^1.5.
+    """Changes of 10 and 9 % and, beside them, cells 6 % too many: 0.6 of 0.06^1.75.
 
-    And on 64 cells a side three quarters of a strip of 0.175 cells where there is a rim.
+    And on 64 cells a side a strip of 0.175 cells where there is a rim.
     """
     area = case("contact_area", 0.0, kind="periodic")
-    line = 0.5 * 0.06**1.5
+    line = 0.6 * 0.06**1.75
     counted = replace(area, counted=np.array([1.06]))
     assert counted.bar == pytest.approx(np.hypot(area.bar, line))
     close = replace(counted, curves=np.ones((3, 1)))
     assert close.bar == pytest.approx(line)
-    assert replace(close, kind="free").bar == pytest.approx(line + 0.75 * 2 * 0.17465 / 64)
+    assert replace(close, kind="free").bar == pytest.approx(line + 2 * 0.17465 / 64)
 
 
 def test_other_widths_are_those_of_all_bars_whatever_their_rule():

@@ -34,7 +34,7 @@ def record(name, method="bem_fft"):
     ("name", "called"),
     [
         ("square-punch", "u is a 95 % half-width, by calibration; of contact pressure an estimate"),
-        ("rough-free", "u is a 95 % half-width over the loads (92 % at one load), by calibration"),
+        ("rough-free", "u is a 95 % half-width, by calibration"),
         ("friction-steel", "no calibration covers such scenes"),
         ("coated-ball", "no calibration covers such scenes"),
         ("sliding-rough", "no calibration covers such scenes"),
