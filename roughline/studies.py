@@ -25,7 +25,7 @@ from comparisons.solving.planning import Source, plan_all
 from comparisons.tasks.task import Task
 from reports.tables.judged import answers, finding_table
 from reports.tables.runs import changes
-from reports.tables.terminal import plain
+from reports.tables.written import plain
 from roughline import notebook
 from roughline.commands.arguments import Workers
 from roughline.comparing import Comparison

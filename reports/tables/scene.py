@@ -12,7 +12,7 @@ from comparisons.judging.verdicts import NO_RESULT, Verdict
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.rows import Rows
-from comparisons.results.selection import Cost, confidence, cost, equal_at
+from comparisons.results.selection import confidence, cost, equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
 from reports.tables import cells
@@ -86,7 +86,12 @@ def _settings(scene: SceneRecord, pairs: list[tuple[str, str]]) -> Table:
         known = [judged.get((*setting, *pair)) for pair in pairs]
         rows.append(_setting_row(scene, *setting, known))
         if ensemble:
-            rows[-1] += _single_cells(cost(scene, *setting), known)
+            spent = cost(scene, *setting)
+            bands = [
+                cells.number(item.single, item.single_high) if item else cells.NOTHING
+                for item in known
+            ]
+            rows[-1] += (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
     return Table((*heads, *single) if ensemble else tuple(heads), tuple(rows))
 
 
@@ -120,14 +125,6 @@ def _setting_row(
         ),
         *(_error_cell(error, truth) for error in errors),
     )
-
-
-def _single_cells(spent: Cost, known: list[Verdict | None]) -> tuple[Cell, ...]:
-    """Return the time and the band of errors of one surface or line of a setting."""
-    bands = [
-        cells.number(item.single, item.single_high) if item else cells.NOTHING for item in known
-    ]
-    return (cells.count(spent.surfaces), cells.duration(spent.single_seconds), *bands)
 
 
 def _error_cell(error: Verdict | None, truth: bool) -> Cell:

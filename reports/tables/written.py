@@ -1,14 +1,22 @@
-"""Tables in files: data frames, LaTeX with booktabs rules, and Markdown."""
+"""Tables written: data frames, LaTeX with booktabs rules, Markdown, and on a terminal with rich."""
 
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Iterable
+from io import StringIO
+from typing import TYPE_CHECKING
 
-import pandas as pd
+from rich import table as rich
+from rich.console import Console
+from rich.markup import escape
 
 from comparisons import formatting as fmt
 from reports.tables.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _SPECIAL = {
     "\\": r"\textbackslash{}",
@@ -43,6 +51,8 @@ _POWER = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 
 def frame(table: Table) -> pd.DataFrame:
     """Return a data frame of sort keys, a row per table row; numbers stay numeric."""
+    import pandas as pd  # a list on a terminal does without
+
     columns = [head.csv or head.text for head in table.heads]
     rows = [[cell.key if cell.key != "" else cell.text for cell in row] for row in table.rows]
     return pd.DataFrame(rows, columns=columns)
@@ -109,7 +119,10 @@ def tex(text: str) -> str:
     """
     pieces, end = [], 0
     for power in _POWER.finditer(text):
-        pieces += [_escaped(text[end : power.start()]), _power(power[0])]
+        pieces += [
+            _escaped(text[end : power.start()]),
+            f"$^{{{power[0].translate(_SUPERSCRIPTS)}}}$",
+        ]
         end = power.end()
     return "".join([*pieces, _escaped(text[end:])])
 
@@ -117,10 +130,6 @@ def tex(text: str) -> str:
 def _escaped(text: str) -> str:
     printable = "".join(c if c.isprintable() or c in _SPECIAL else " " for c in text)
     return "".join(_SPECIAL.get(c, c) for c in printable)
-
-
-def _power(text: str) -> str:
-    return f"$^{{{text.translate(_SUPERSCRIPTS)}}}$"
 
 
 def markdown(text: str) -> str:
@@ -137,3 +146,48 @@ def markdown(text: str) -> str:
         r"\\\1",
         "".join(c if c.isprintable() or c == fmt.THIN else " " for c in line),
     )
+
+
+SHORT = 22  # characters: cells that are not folded, so that long texts give way and no word breaks
+LONG_SHARE = 20  # columns left for each column of longer cells
+
+
+def drawn(table: Table, *, unfolded: bool = False, tight: bool = False) -> rich.Table:
+    """Return a table without rules; long cells are wrapped, the first column unless `unfolded`.
+
+    Columns of short cells keep their width, where the terminal has room for them all: the texts
+    beside them wrap, between words. A `tight` table has one space between columns.
+    """
+    result = rich.Table(
+        title=escape(table.title),
+        title_justify="left",
+        box=None,
+        pad_edge=False,
+        collapse_padding=tight,
+    )
+    # which columns are not folded: those of short cells, if all of them have room
+    widths = [
+        max(len(head.text), *(len(row[place].text) for row in table.rows))
+        for place, head in enumerate(table.heads)
+        if table.rows
+    ] or [0] * len(table.heads)
+    short = [width <= SHORT for width in widths]
+    needed = sum(w if fits else LONG_SHARE for w, fits in zip(widths, short, strict=True))
+    room = shutil.get_terminal_size().columns - (1 if tight else 2) * (len(widths) - 1)
+    kept = short if needed <= room else [False] * len(widths)
+    for head, keep in zip(table.heads, kept, strict=True):
+        result.add_column(escape(head.text), overflow="fold", no_wrap=keep)
+    if unfolded:
+        result.columns[0].no_wrap = True
+    for place, row in enumerate(table.rows):
+        style = "bold" if place in table.strong else None
+        result.add_row(*(escape(cell.text) for cell in row), style=style)
+    return result
+
+
+def plain(table: Table) -> str:
+    """Return a table as text."""
+    console = Console(width=100, file=StringIO(), emoji=False, color_system=None)
+    with console.capture() as told:
+        console.print(drawn(table, tight=True))
+    return told.get().rstrip()

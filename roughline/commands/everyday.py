@@ -128,7 +128,7 @@ def run(  # noqa: PLR0913 (the options on the command line)
     from roughline.commands.progress import watched
 
     if static:  # without matplotlib that is told before anything is solved
-        import_module("reports.paper.mailed")
+        import_module("reports.paper.files")
     brought = method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
@@ -206,7 +206,7 @@ def _write_page(directory: Path, pictures: bool, static: bool = False) -> list[P
     write_report(record, path, pictures=pictures)
     if not static:
         return [path]
-    from reports.paper.mailed import write_mailed
+    from reports.paper.files import write_mailed
 
     return [path, write_mailed(record, directory)]
 

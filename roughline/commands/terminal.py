@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.text import Text
 
-from reports.tables.terminal import drawn
+from reports.tables.written import drawn
 from roughline.commands import printable
 from roughline.commands.progress import COMPILED, compiled
 

@@ -6,7 +6,7 @@ import pytest
 from markupsafe import escape
 
 import roughline
-from reports.paper.mailed import write_mailed
+from reports.paper.files import write_mailed
 
 pytestmark = pytest.mark.slow  # a second for each figure of a scene
 MEGABYTE = 1_000_000

@@ -179,3 +179,63 @@ def versions_in(python: str, packages: tuple[str, ...]) -> dict[str, str] | str:
             return outcome.answer if outcome.ok else outcome.reason
         _ANSWERS[python, packages] = outcome.answer
     return _ANSWERS[python, packages]
+
+
+class Drake(LiveCode):
+    """Drake's hydroelastic contact, a pressure that goes as the overlap: Hertz's at the last load.
+
+    The force is (E_h/H) pi d^2 (R - d/3) under a slab of thickness H. Its modulus is a parameter
+    without a rule: the one that gives Hertz's force at d* is E_h = (4/(3 pi)) E* H/sqrt(R d*).
+    """
+
+    name = "drake"
+    code = Code("Drake", {"drake": ""}, "pip install drake")
+    wants = "Drake is told where the ball is: prescribe penetrations"
+
+    def _refuse_unfit(self) -> None:
+        if float(loads_of(self.scene).values.max()) >= self.radius:
+            raise Refused("its mesh is the lower half of the ball: press less deep than the radius")
+
+    def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
+        """Place the ball at all penetrations."""
+        modulus = 4 / (3 * np.pi * np.sqrt(loads.max()))
+        return {"modulus": float(modulus), "depths": loads.tolist()}
+
+
+# 1 - the impedance of the script.
+_YIELDS = 0.05
+
+
+class MuJoCo(LiveCode):
+    """MuJoCo's soft contact, a spring proportional to the mass: Hertz's depth at the largest force.
+
+    At rest F = m k d/(1 - i). The parameter k follows for one mass: a ball twice as heavy is twice
+    as stiff.
+    """
+
+    name = "mujoco"
+    code = Code("MuJoCo", {"mujoco": ""}, "pip install mujoco")
+    control = "force"
+    wants = "MuJoCo is told the force on the ball: prescribe forces"
+
+    def problem(self, loads: NDArray[np.float64]) -> dict[str, Any]:
+        """Hold all forces on a mass that is the largest: accelerations are of order 1."""
+        largest = float(loads.max())
+        hertz = (0.75 * largest) ** (2 / 3)
+        return {"stiffness": float(_YIELDS / hertz), "mass": largest, "forces": loads.tolist()}
+
+
+class Slippy(LiveCode):
+    """slippy's boundary elements, 128 x 128 cells over six contact radii for each load."""
+
+    name = "slippy"
+    code = Code("slippy", {"slippy": "0.2.0"}, "see docs/live-codes.md")
+    wants = "slippy is told the depth: prescribe penetrations"
+
+    def fail_steps(
+        self, task: Task[IndenterGeometry], solution: Solution, answer: dict[str, Any]
+    ) -> None:
+        """Mark the steps whose iterations did not converge."""
+        for step, converged in enumerate(answer["converged"]):
+            if not converged:
+                solution.fail((0, step), "slippy did not converge")

@@ -15,8 +15,7 @@ from reports.tables import cells
 from reports.tables.card import _bodies, card
 from reports.tables.documents import rewrite
 from reports.tables.table import table, tone
-from reports.tables.terminal import drawn
-from reports.tables.written import alignment, frame, in_markdown, latex
+from reports.tables.written import alignment, drawn, frame, in_markdown, latex
 from roughline import notebook
 
 HOSTILE = "a|b [bold] <i> $x"

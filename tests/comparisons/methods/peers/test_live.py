@@ -12,9 +12,7 @@ from numpy.testing import assert_allclose
 
 from comparisons.isolation import parent
 from comparisons.methods.peers import live, ngsolve
-from comparisons.methods.peers.drake import Drake
-from comparisons.methods.peers.mujoco import MuJoCo
-from comparisons.methods.peers.slippy import Slippy
+from comparisons.methods.peers.live import Drake, MuJoCo, Slippy
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import make_scene
