@@ -1,11 +1,10 @@
-"""Hold numbers that others print against the suite's solvers: the tables of docs/others.md.
+"""Hold numbers that CONTACT prints against the suite's solvers: the tables of docs/others.md.
 
 The data stay where they are: a folder with ``contact_cmcc/cases.csv``, the printed results of
-CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored,
-and ``kratos_chung_ooi``, curves of Chung & Ooi (2011) as Kratos has digitised them. Run from the
-repository's root; all examples or those that are named, and ``curves``; ``--cases`` prints every
-number that differs. ``limits`` solves examples on finer cells, ``impacts`` impacts by several
-methods, and ``1``, ``2`` or ``4`` CONTACT's timing of that name::
+CONTACT's examples (Vollebregt & Kalker; as of July 2025), of which two cases in three are stored.
+Run from the repository's root; all examples or those that are named; ``--cases`` prints every
+number that differs. ``limits`` solves examples on finer cells, and ``1``, ``2`` or ``4`` CONTACT's
+timing of that name::
 
     python docs/examples/numbers_of_others.py FOLDER NAME --cases
 """
@@ -14,7 +13,7 @@ methods, and ``1``, ``2`` or ``4`` CONTACT's timing of that name::
 import csv
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from decimal import Decimal
 from itertools import islice
 from pathlib import Path
@@ -22,22 +21,18 @@ from time import process_time
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
 from threadpoolctl import threadpool_limits
 
 from comparisons.judging.uncertainty import grid_uncertainty
-from comparisons.questions.experiments.friction_judges import FRICTION, impact
 from reference.contact.press import press
-from reference.elasticity import Material, largest_shear, von_mises
-from reference.fem.nodal_friction import follow, frictional_body
+from reference.elasticity import largest_shear, von_mises
 from reference.halfspace.friction import FrictionalGrid, FrictionalPress, FrictionStep, sweep
 from reference.halfspace.stress_below import stress_below
 from reference.halfspace.traction import Compliance, NormalAndTangential, cell_integrals
 from reference.loads import Load, LoadPath
 from reference.rolling.roll import Creep, RollingStep, Upstream, rigid_slip, roll, steady
-from roughline import compare
 
 Values = dict[str, float]  # by columns of the file, as sizes; N, mm, J, and W or J of friction
 JOULE = 1e-3  # N mm
@@ -599,189 +594,6 @@ def row(example: str, numbers: list[Number]) -> str:
     return " | ".join(["", f"`{example}`", *map(str, counts), largest, ""]).strip()
 
 
-# %% [markdown]
-# Chung & Ooi (2011): balls that strike. In `impact` m, E*, R and the normal speed are 1.
-
-
-# %%
-class Curve(NamedTuple):
-    """Points of a digitised curve, and ours at the same places."""
-
-    name: str
-    x: np.ndarray
-    theirs: np.ndarray
-    ours: np.ndarray
-
-    @property
-    def off(self) -> np.ndarray:
-        """Differences over the largest value."""
-        return (self.theirs - self.ours) / np.abs(self.theirs).max()
-
-
-BALLS = {  # R, E*, m, v of tests 1 and 2
-    1: (0.005, 0.5 * 48e9 / (1 - 0.2**2), 0.5 * 2800 * 4 / 3 * np.pi * 0.01**3, 20.0),
-    2: (0.1, 70e9 / (1 - 0.3**2), 2699 * 4 / 3 * np.pi * 0.1**3, 0.2),
-}
-
-
-def normal_impact(folder: Path, test: int) -> Iterator[Curve]:
-    """Two balls of glass at 20 m/s (test 1); aluminium on a rigid plane at 0.2 m/s (test 2).
-
-    Hertz's law; the time course is that of springs. The second one does not begin at first touch:
-    its centre is put to ours.
-    """
-    radius, modulus, mass, speed = BALLS[test]
-    depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
-    way, force = np.loadtxt(folder / f"test{test}_force_kN_vs_displacement_um.dat").T
-    hertz = 4e-3 / 3 * modulus * np.sqrt(radius) * (1e-6 * way) ** 1.5
-    yield Curve(f"test {test}, force over displacement", way, force, hertz)
-    time, force = np.loadtxt(folder / f"test{test}_force_kN_vs_time_us.dat").T
-    course, depths, *_ = impact(1.0, 200, 101)
-    microseconds = 1e6 * depth / speed * course / depths.max()
-    centre = np.trapezoid(time * force, time) / np.trapezoid(force, time)
-    shift = 0.0 if test == 1 else centre - microseconds[-1] / 2
-    peak = 4e-3 / 3 * modulus * np.sqrt(radius) * depth**1.5
-    there = np.interp(time - shift, microseconds, depths, 0.0, 0.0) / depths.max()
-    yield Curve(f"test {test}, force over time", time, force, peak * there**1.5)
-
-
-def spent(slope: np.ndarray, poisson_ratio: float, steps: int = 64) -> np.ndarray:
-    """Return the tangential impulse of springs over 2 mu m v_z, by v_x/(mu v_z)."""
-    ratio = 2 * (1 - poisson_ratio) / (2 - poisson_ratio)
-    ways = [impact(ratio * one, steps, 801, poisson_ratio) for one in slope]
-    return np.array([np.trapezoid(force, time) / (2 * FRICTION) for time, _, _, force in ways])
-
-
-def oblique_impact(folder: Path) -> Iterator[Curve]:
-    """Balls of corundum at 3.9 m/s by the angle (test 4), of steel by the slope (test 5).
-
-    Springs conserve energy along the normal, where test 4 has 0.98: 1 % of what friction takes.
-    """
-    given = np.loadtxt(folder / "test4_oblique_reference.csv", delimiter=",", skiprows=1).T
-    friction, radius = 0.092, 0.0025
-    for place, name in ((0, "velocity"), (2, "rotation"), (4, "rebound")):
-        angle, theirs = np.radians(given[place]), given[place + 1]
-        slope, normal = np.tan(angle) / friction, 3.9 * np.cos(angle)
-        lost = 2 * friction * normal * spent(slope, 0.23)
-        turned = -2.5 * lost / radius
-        along = 3.9 * np.sin(angle) - lost
-        ours = {
-            "velocity": along / (3.9 * np.sin(angle)),
-            "rotation": turned,
-            "rebound": np.degrees(np.arctan((along + radius * turned) / normal)),
-        }[name]
-        yield Curve(f"test 4, {name}", given[place], theirs, ours)
-    with (folder / "test5_reference_incl_FEM.csv").open(encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
-    for name in ("Steel", "FEM"):
-        x, y = np.array([(float(r["x"]), float(r["y"])) for r in rows if r["series"] == name]).T
-        yield Curve(f"test 5, {name}", x, y, -5 * spent(x, 0.3))
-    more = tomllib.loads(MORE.read_text(encoding="utf-8"))
-    angle, theirs = np.array(more["test 4"]).T
-    slope = np.tan(np.radians(angle)) / friction
-    yield Curve("test 4, measured velocity", angle, theirs, 1 - 2 * spent(slope, 0.23) / slope)
-    x, theirs = np.array(more["test 8"]).T
-    yield Curve("test 8, sliding", x, theirs, x - 1)  # by mu times the normal impulse
-
-
-Forces = Callable[[np.ndarray, np.ndarray], list[float]]
-CORUNDUM = 0.23, 0.092  # of test 4: Poisson's ratio, friction
-
-
-def on_cells(per_radius: int, coupled: bool) -> Forces:
-    """Return the tangential forces of the half-space along penetrations and shifts."""
-    poisson, friction = CORUNDUM
-    count = 2 * int(np.ceil(1.08 * per_radius))
-    constants = Compliance.of((1 - poisson) / 2, poisson)
-    body, x, y = grid((count, count), (1 / per_radius, 1 / per_radius), constants)
-    ball = FrictionalPress(body, (x**2 + y**2) / 2, friction, coupled)
-    return lambda depth, shift: [
-        step.tangential_force
-        for step in sweep(
-            ball, LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-        )
-    ]
-
-
-def on_elements(per_radius: int) -> Forces:
-    """Return those of finite elements."""
-    poisson, friction = CORUNDUM
-    body = frictional_body(1.0, Material(1 - poisson**2, poisson), elements=per_radius)
-    gap = (body.points**2).sum(axis=1) / 2
-    return lambda depth, shift: [
-        step.tangential_force
-        for step in follow(
-            body,
-            gap,
-            friction,
-            LoadPath("penetration", depth),
-            LoadPath("tangential_displacement", shift),
-        )
-    ]
-
-
-def left(angle: float, steps: int, forces: Forces) -> float:
-    """Return the share of the tangential velocity that a ball of test 4 keeps.
-
-    From the springs' path on, its own force is integrated again and again, as in `impact`.
-    """
-    (poisson, friction), slope = CORUNDUM, np.tan(np.radians(angle))
-    ratio = 2 * (1 - poisson) / (2 - poisson)
-    time, depth, shift, _ = impact(ratio * slope / friction, steps, 801, poisson)
-    shift = shift * friction / FRICTION
-    scale, touching = depth.max(), depth > 0
-    touching[-1] = False
-    force = np.zeros_like(time)
-    for _ in range(40):
-        force[touching] = forces(depth[touching] / scale, shift[touching] / scale)
-        force[touching] *= scale**1.5
-        speed = slope - 3.5 * cumulative_trapezoid(force, time, initial=0)
-        moved = cumulative_trapezoid(speed, time, initial=0)
-        change = np.abs(moved - shift).max() / np.abs(moved).max()
-        shift = (shift + moved) / 2
-        if change < 1e-4:
-            return 1 - float(np.trapezoid(force, time)) / slope
-    raise ArithmeticError(f"the impact did not converge: {change:.1e} of the way")
-
-
-def curves(folder: Path) -> list[Curve]:
-    """Return all of them."""
-    folder = folder / "kratos_chung_ooi"
-    return [*normal_impact(folder, 1), *normal_impact(folder, 2), *oblique_impact(folder)]
-
-
-def struck(folder: Path, test: int) -> str:
-    """Return a line of the largest force: read off, and of each method at its finest."""
-    radius, modulus, mass, speed = BALLS[test]
-    scene = {
-        "name": f"test-{test}",
-        "half_space": {"effective_modulus": modulus},
-        "indenter": {"shape": "paraboloid", "radius": radius},
-        "dynamics": {"mass": mass, "velocity": speed},
-    }
-    read = np.loadtxt(folder / "kratos_chung_ooi" / f"test{test}_force_kN_vs_time_us.dat")
-    methods = "reduced", "closed_form", "bem_fft", "fem"
-    steps = compare(scene, *methods, quantities=["force"]).steps()
-    finest = steps.groupby("method")["force"].last() / 1e3
-    texts = [f"| test {test}", f"{read[:, 1].max():.3f}", *(f"{finest[m]:.4f}" for m in methods)]
-    return " | ".join([*texts, ""]).strip()
-
-
-def kept(angle: float) -> str:
-    """Return a line of what a ball of test 4 keeps, each with the change from half of all."""
-    slope = np.tan(np.radians(angle)) / CORUNDUM[1]
-    springs = 1 - 2 * float(spent(np.array([slope]), CORUNDUM[0])[0]) / slope
-    texts = [f"| {angle:g}°", f"{springs:.3f}"]
-    for half, whole in (
-        (on_cells(8, coupled=False), on_cells(16, coupled=False)),
-        (on_cells(8, coupled=True), on_cells(16, coupled=True)),
-        (on_elements(2), on_elements(4)),
-    ):
-        coarse, fine = left(angle, 16, half), left(angle, 32, whole)
-        texts.append(f"{fine:.3f} ± {abs(fine - coarse):.3f}")
-    return " | ".join([*texts, ""]).strip()
-
-
 if __name__ == "__main__":
     threadpool_limits(limits=1)  # vectors are too short for threads
     source, *names = [word for word in sys.argv[1:] if word != "--cases"]
@@ -807,25 +619,5 @@ if __name__ == "__main__":
             print(row(example, numbers), flush=True)
             for case, column, printed, ours in [n for n in numbers if every and not n.agrees]:
                 print(f"  {case} {column}: {printed}, ours {ours:.8g}")
-    if not names or "curves" in names:
-        print("\n| curve | points | typical difference | largest | at |\n|---|---|---|---|---|")
-        for curve in curves(folder):
-            worst = np.abs(curve.off).argmax()
-            typical, largest = 100 * np.sqrt(np.mean(curve.off**2)), 100 * curve.off[worst]
-            place = f"{curve.x[worst]:.3g}"
-            print(
-                f"| {curve.name} | {curve.x.size} | {typical:.1f} % | {largest:+.1f} % | {place} |"
-            )
-            for point in zip(curve.x, curve.theirs, curve.ours, strict=True) if every else []:
-                print("  {:.4g}: {:.4g}, ours {:.4g}".format(*point))
     for parts in [int(word) for word in names if word.isdecimal()]:
         print(wheel(parts))
-    if "impacts" in names:
-        print("| largest force, kN | read off | springs | closed form | half-space | elements |")
-        print("|---|---|---|---|---|---|")
-        for test in BALLS:
-            print(struck(folder, test), flush=True)
-        print("\n| angle | springs | half-space, uncoupled | coupled | elements |")
-        print("|---|---|---|---|---|")
-        for angle in (5.0, 10.0, 20.0):
-            print(kept(angle), flush=True)
