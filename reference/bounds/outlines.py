@@ -101,7 +101,17 @@ def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float
     rounds = np.arctan2(turns, (corners * after).sum(axis=1)).sum() / (2 * math.pi)
     if round(rounds) != 1:
         raise ValueError(f"the polygon crosses itself: it goes {rounds:.0f} times round the origin")
-    axes = _mirrors(corners)
+    # angles in [0, pi) of the lines through the origin that mirror the polygon onto itself
+    size, axes = np.abs(corners).max(), list[float]()
+    for x, y in np.concatenate([0.5 * (corners + after), corners]):
+        angle = math.atan2(y, x) % math.pi
+        c, s = math.cos(2 * angle), math.sin(2 * angle)
+        image = corners @ np.array([[c, s], [s, -c]])
+        apart = np.abs(image[:, None] - corners[None]).max(axis=2).min(axis=1)
+        again = any(abs(math.sin(angle - axis)) < 1e-6 for axis in axes)
+        if apart.max() < _SYMMETRIC * size and not again:
+            axes.append(angle)
+    axes.sort()
     if not axes:
         path = _path([*corners, corners[0]], [True] * (len(corners) + 1), cells, exponent)
         return Outline(path[:-1], np.eye(2)[None], closed=True, extents=_extents(path))
@@ -149,22 +159,6 @@ def slack(vertices: Sequence[tuple[float, float]]) -> float:
     after = np.roll(corners, -1, axis=0)
     near = (_cross(corners, after) / np.hypot(*(after - corners).T)).min()
     return float(2 * _ON_AXIS * np.abs(corners).max() / near)
-
-
-def _mirrors(corners: Array) -> list[float]:
-    """Angles in [0, pi) of the lines through the origin that mirror a polygon onto itself."""
-    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
-    near = _SYMMETRIC * np.abs(corners).max()
-    axes: list[float] = []
-    for x, y in np.concatenate([middles, corners]):
-        angle = math.atan2(y, x) % math.pi
-        c, s = math.cos(2 * angle), math.sin(2 * angle)
-        image = corners @ np.array([[c, s], [s, -c]])
-        apart = np.abs(image[:, None] - corners[None]).max(axis=2).min(axis=1)
-        again = any(abs(math.sin(angle - axis)) < 1e-6 for axis in axes)
-        if apart.max() < near and not again:
-            axes.append(angle)
-    return sorted(axes)
 
 
 def circle(cells: int, images: Array, angle: float, exponent: float = 1.0) -> Outline:
