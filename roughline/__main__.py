@@ -100,6 +100,8 @@ def main() -> None:
         # makes CPython end itself by SIGINT even though the exception was dealt with.
         atexit._run_exitfuncs()
         os._exit(code)
+    # The process ends, and its objects with it: not to be looked through for garbage before.
+    gc.freeze()
     sys.exit(code)
 
 
