@@ -92,7 +92,7 @@ Shares = Mapping[Calibrated, Share]
 # where none was measured.
 SHARES: Shares = {
     ("contact_area", "free"): Share(1.5, 0.63, area=0.5, gap=0.5),
-    ("contact_area", "periodic"): Share(1.5, 0.63, area=0.5, gap=0.5),
+    ("contact_area", "periodic"): Share(1.5, 0.5, area=0.5, gap=0.5),
     ("penetration", "free"): Share(1.5, 1.1, area=0.75),
     ("penetration", "periodic"): Share(2.25, 0.75, area=1.125, gap=0.25),
     ("mean_gap", "free"): Share(1.5, 0.9, gap=2.0),
@@ -396,7 +396,7 @@ def combined(*sources: ArrayLike) -> np.ndarray:
 
 
 # Bar per x^ORDER: some more than what that order leaves.
-FACTOR, ORDER = 0.6, 1.75
+FACTOR, ORDER = 0.5, 1.5
 
 
 def line_uncertainty(
@@ -431,7 +431,7 @@ def line_uncertainty(
     --------
     >>> bar = line_uncertainty(np.array([1.0]), np.array([1.06]), (512, 512), periodic=True)
     >>> round(float(bar[0]), 4)
-    0.0044
+    0.0073
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         excess = np.where(area > 0, np.maximum(counted / area - 1, 0.0), np.nan)

@@ -1,6 +1,6 @@
 """Hold the bars of measured maps and random surfaces against grids eight times finer.
 
-Run from the repository's root (some ten minutes on one core)::
+Run from the repository's root (some three minutes on one core)::
 
     python docs/examples/map_bars.py SEED MAP...
 

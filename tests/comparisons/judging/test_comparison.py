@@ -382,7 +382,7 @@ def test_the_bar_of_a_located_area_is_of_the_finest_grid_that_has_any():
         Levels("bem_fft", {**two, 256: lost}).discretisation("contact_area"), bar
     )
     # 128 x 32 cells: half of two ends of 0.175 cells on either side; and a change of 2 %
-    line = 0.6 * 0.06**1.75 + EDGE_OFFSET * (1 / 128 + 1 / 32)
+    line = 0.5 * 0.06**1.5 + EDGE_OFFSET * (1 / 128 + 1 / 32)
     areas = np.array([[1.02], [1.0]])
     change = share_uncertainty(np.array([64, 128]), areas, ("contact_area", "free"))
     np.testing.assert_allclose(bar[0], np.hypot(line, change))

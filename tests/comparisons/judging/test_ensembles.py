@@ -215,7 +215,7 @@ def test_few_lines_have_no_band(plan):
 
 
 def test_only_grids_of_cells_err_at_the_contact_line(plan):
-    """An area of 1.0 counted as 1.5: cells leave at least 0.6 0.5^1.75 = 17 %, springs nothing."""
+    """An area of 1.0 counted as 1.5: cells leave at least 0.5 0.5^1.5 = 17 %, springs nothing."""
     steps = np.ones(len(plan.loads.values))
     for method, least, most in (("bem_fft", 0.17, np.inf), ("reduced", 0.0, 1e-9)):
         solved = {
