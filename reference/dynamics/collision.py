@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import quad, solve_ivp
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
-from scipy.special import beta, betaincinv
+from scipy.special import beta
 
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.closed_form.numerics import gauss_rule
@@ -75,20 +75,6 @@ def power_law_collision(
     depth = unit * (0.5 * mass * velocity**2 / scale) ** (1 / p)
     duration = 2 * depth / velocity * float(beta(1 / p, 0.5)) / p
     return Collision(duration, depth, float(form.force(depth)), 1e-14)
-
-
-def power_law_motion(exponent: float, collision: Collision, times: ArrayLike) -> np.ndarray:
-    """Return x(t) of that impact: u = x/x_m solves I(u^p; 1/p, 1/2) = 2 t/T.
-
-    I is the regularised incomplete beta function: Deresiewicz's integral, inverted. For times in
-    [0, T]; the second half is symmetric to the first.
-    """
-    t = np.asarray(times, float)
-    if not ((t >= 0) & (t <= collision.duration)).all():
-        raise ValueError(f"times must lie in [0, {collision.duration!r}], not {times!r}")
-    p = 2 + 1 / exponent
-    early = np.minimum(t, collision.duration - t) / (collision.duration / 2)
-    return collision.penetration * betaincinv(1 / p, 0.5, early) ** (1 / p)
 
 
 def collide(form: ClosedForm, mass: float, velocity: float) -> Collision:

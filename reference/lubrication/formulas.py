@@ -44,7 +44,6 @@ from scipy.optimize import brentq
 from reference.arguments import positive_faults, refuse
 
 CYLINDER = 4.894968493913368
-RUPTURE = 0.4751299200930561
 HALF_SOMMERFELD = 24 / 5 * np.pi / np.sqrt(2)
 # Of the film behind the inlet of a contact that is large beside it; to 1e-4, by the tests.
 INLET = 0.5122

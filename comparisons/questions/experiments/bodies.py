@@ -35,7 +35,7 @@ from reference.halfspace.punches import array_force, pair_force
 
 # Radius in units of a for which the half-ball equals a half-space to 1e-6: k/(2 E* a) = 1 + 1.09
 # a/R.
-_HALF_SPACE = 1e6
+_HALF_SPACE, _NU = 1e6, 0.3
 
 
 @experiment("far-field", "distance r/D")
@@ -86,7 +86,6 @@ def energy_share(
     effort: str,
     *,
     distance: Annotated[float, Field(gt=0.78)] = 1.0,
-    poisson_ratio: float = 0.3,
     reading: Literal["local", "letter", "corrected"] = "local",
 ) -> Finding | Share:
     """Share of the elastic energy that lies far from the contact (19.10).
@@ -96,13 +95,13 @@ def energy_share(
     the integral of Boussinesq's field.
     """
     rho = 2 * float(distance)
-    pair = _pair(effort, _HALF_SPACE, poisson_ratio, "axisymmetric", "fixed", (rho,))
+    pair = _pair(effort, _HALF_SPACE, _NU, "axisymmetric", "fixed", (rho,))
     coarse, fine = (float(1 - body.energy[0]) for body in pair)
     bar = abs(fine - coarse) + 1 / _HALF_SPACE
     # with a = d = E* = 1 the force is 2 and the total energy is 1
     stated = {
-        "letter": np.pi * (1 - poisson_ratio) / 2 * 4 / rho,
-        "corrected": float(boussinesq_energy(2.0, rho, 1.0, poisson_ratio)),
+        "letter": np.pi * (1 - _NU) / 2 * 4 / rho,
+        "corrected": float(boussinesq_energy(2.0, rho, 1.0, _NU)),
     }
     beyond = fine * pair[1].stiffness / 2
     details = {
@@ -120,7 +119,6 @@ def body_size(
     effort: str,
     *,
     size: Annotated[float, Field(gt=1.99)] = 10.0,
-    poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
     """Change of the contact stiffness with the size of the body.
@@ -129,7 +127,7 @@ def body_size(
     size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
     """
     body, tenfold = (
-        [mesh.stiffness for mesh in _pair(effort, 2 * radius, poisson_ratio, kind, "fixed")]
+        [mesh.stiffness for mesh in _pair(effort, 2 * radius, _NU, kind, "fixed")]
         for radius in (size, 10 * size)
     )
     (coarse, fine), (coarse_tenfold, true) = body, tenfold
@@ -145,16 +143,12 @@ def body_size(
 
 
 @experiment("plane-logarithm", "size of the body R/D")
-def plane_logarithm(
-    effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0, poisson_ratio: float = 0.3
-) -> Finding:
+def plane_logarithm(effort: str, *, size: Annotated[float, Field(gt=1.99)] = 10.0) -> Finding:
     """Growth of the compliance in plane strain with the logarithm of the body.
 
     In plane strain d E*/F grows by (2/pi) ln 10 for tenfold R (Johnson 1985, 2.8).
     """
-    pairs = [
-        _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
-    ]
+    pairs = [_pair(effort, factor * 2 * size, _NU, "plane", "fixed") for factor in (1.0, 10.0)]
     stated = 2 / np.pi * np.log(10)
     coarse, fine = (1 / pairs[1][mesh].stiffness - 1 / pairs[0][mesh].stiffness for mesh in (0, 1))
     return Finding(stated, fine, abs(stated / fine - stated / coarse), {})
@@ -168,7 +162,6 @@ def kinetic_energy(
     frame: Literal["far", "held", "centre"] = "far",
     reading: Literal["rigid", "printed", "linear"] = "rigid",
     quantity: Literal["energy", "reduction"] = "energy",
-    poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
     """Kinetic energy of a body that is pressed at v0 (19.11)-(19.12).
@@ -189,13 +182,13 @@ def kinetic_energy(
     support: Support = "inertia" if frame == "centre" else "fixed"
     if frame == "far":
         half_space = _HALF_SPACE * radius
-        pair = _pair(effort, half_space, poisson_ratio, kind, support, (radius,))
+        pair = _pair(effort, half_space, _NU, kind, support, (radius,))
     else:
-        pair = _pair(effort, radius, poisson_ratio, kind, support)
+        pair = _pair(effort, radius, _NU, kind, support)
     coarse, true = (
         1 - 2 * body.mean_displacement[0] + body.mean_square_displacement[0] for body in pair
     )
-    exact = (7 - 6 * poisson_ratio) / (2 * np.pi * (1 - poisson_ratio))
+    exact = (7 - 6 * _NU) / (2 * np.pi * (1 - _NU))
     stated = {"rigid": 1.0, "printed": 1 - ratio, "linear": 1 - exact * ratio}[reading]
     bar = abs(true - coarse) + (2 * ratio / _HALF_SPACE if frame == "far" else 0.0)
     details = {

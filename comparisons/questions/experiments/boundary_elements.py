@@ -284,11 +284,10 @@ def second_truth(
     *,
     runs: Count = 200,
     quantity: Annotated[str, one_of(*QUANTITIES)] = "contact_area",
-    element: Element = "splines",
 ) -> Share:
     """Share of random rough contacts on which elements and half-space differ beyond both bars."""
     count = number_of(runs, effort, FEW)
-    cases = drawn(count, element)
+    cases = drawn(count)
     ratios = np.array([abs(case.difference(quantity)) / case.bar(quantity) for case in cases])
     differences = np.abs([case.difference(quantity) for case in cases])
     details = {

@@ -27,7 +27,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.plan import task_of
 from comparisons.solving.planning import plan_scene
 from reference.fem import Material
-from reference.fem.columns import Element, Layers, compliance
+from reference.fem.columns import Layers, compliance
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {
@@ -170,7 +170,7 @@ def finite_element_cost(
 
 
 # Growth of the elements with depth, whose floor is 1e-7, and depth of the body in waves.
-GROWTH, DEPTH, FLOOR = 1.08, 4.0, 2e-7
+GROWTH, DEPTH, FLOOR, _NU = 1.08, 4.0, 2e-7, 0.3
 
 
 @experiment("element-waves", "wavelength in elements")
@@ -178,8 +178,6 @@ def element_waves(
     effort: str,
     *,
     wavelength: Annotated[float, Field(gt=1.999)] = 8.0,
-    element: Element = "quadratic",
-    poisson_ratio: float = 0.3,
 ) -> Finding:
     """Work of a wave of pressure on a half-space of finite elements, against the exact one.
 
@@ -188,10 +186,10 @@ def element_waves(
     """
     angles = np.array([0.0, np.pi / 4])
     q = 2 * np.pi / wavelength
-    body = Layers([DEPTH * wavelength], [Material(1.0, poisson_ratio)])
+    body = Layers([DEPTH * wavelength], [Material(1.0, _NU)])
     phases = q * np.cos(angles), q * np.sin(angles)
-    work = compliance(phases, (1.0, 1.0), body, element=element, growth=GROWTH, smooth=True)
-    stated = work * q / (2 * (1 - poisson_ratio**2))
+    work = compliance(phases, (1.0, 1.0), body, element="quadratic", growth=GROWTH, smooth=True)
+    stated = work * q / (2 * (1 - _NU**2))
     details = {
         "along": float(stated[0]) - 1,
         "diagonal": float(stated[1]) - 1,

@@ -30,8 +30,7 @@ from reduced.wear import Oscillation, RoundBody, wear
 from reference import closed_form
 from reference import loads as reference_loads
 from reference.closed_form.worn import FrettingLimit
-from reference.halfspace import FreeOperator, areas
-from reference.halfspace import wear as half_space
+from reference.halfspace import areas
 from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.traction import Compliance, NormalAndTangential
 
@@ -84,17 +83,16 @@ def stick_radius(
     effort: str,
     *,
     share: Fraction = 0.5,
-    exponent: Positive = 2.0,
 ) -> Finding:
     """Length of the springs that stick against the stick radius in closed form.
 
-    Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
-    The reference is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
+    Half their length under a paraboloid, F_x = share mu F. The reference is Cattaneo's and
+    Mindlin's.
     """
-    form = closed_form.power_law(exponent, 1.0, 1.0)
+    form = closed_form.power_law(2.0, 1.0, 1.0)
     exact = closed_form.PartialSlip(form, _DEPTH, friction=_FRICTION, modulus_ratio=_MODULUS)
     path = exact.along([share * exact.limit])
-    profile = equivalents.power_law(exponent, 1.0)
+    profile = equivalents.power_law(2.0, 1.0)
     springs, finer = (
         slide(
             Springs(profile, 1.0, per_radius=count),
@@ -119,12 +117,11 @@ def changing_load(
     effort: Effort,
     *,
     final: Positive = 0.5,
-    reach: Positive = 0.5,
 ) -> Finding:
     """Tangential force on a ball that is pushed while its depth changes, against the half-space.
 
-    The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
-    the depth changes to `final` times its value. The difference is relative to mu F. Springs take
+    The ball is pressed in, then displaced by half the displacement of full sliding, while the
+    depth changes to `final` times its value. The difference is relative to mu F. Springs take
     the path in one proportional step, the half-space in steps that halve with the cells.
     """
     radius = float(np.sqrt(_DEPTH * max(final, 1.0)))
@@ -133,7 +130,7 @@ def changing_load(
         """Return depth and displacement: pressed in one step, then proportional changes."""
         part = np.linspace(0.0, 1.0, steps + 1)
         limit = _FRICTION * _DEPTH / _MODULUS  # displacement of full sliding at the first depth
-        return _DEPTH * (1 + (final - 1) * part), reach * limit * part
+        return _DEPTH * (1 + (final - 1) * part), 0.5 * limit * part
 
     x = np.linspace(-1.05 * radius, 1.05 * radius, _SPRINGS)
     springs = follow(x**2, x[1] - x[0], 1.0, Friction(_MODULUS, _FRICTION), *way(1))
@@ -220,53 +217,30 @@ def rough_slip(
     return compare(slip_of_lines(surface, load, share, count), true, grid_bar, details)
 
 
-# Grids over the first contact radius: what touches in the end is at most pi/2 as wide (a cone).
+# Springs over the first contact radius: what touches in the end is at most pi/2 as wide (a cone).
 _BEYOND = 1.6
 
 
 @experiment("fretting-limit", "G* U/(mu E* d)")
 def fretting_limit(
-    effort: Effort,
-    *,
-    lag: float = 0.5,
-    cycles: Positive = 6.0,
-    shape: Literal["paraboloid", "cone"] = "paraboloid",
-    model: Literal["springs", "half_space"] = "springs",
+    effort: Effort, *, lag: float = 0.5, shape: Literal["paraboloid", "cone"] = "paraboloid"
 ) -> Finding:
     """Force after many cycles of fretting against that of the limit shape.
 
-    Coarser springs or cells give the bar. `lag` is G* U/(mu E* d), `cycles` are k E* U n over the
-    contact radius of a paraboloid. All have k = E* = d = 1; the stick circle is that of d - lag.
+    On springs; half as many give the bar. `lag` is G* U/(mu E* d). All have k = E* = d = 1; the
+    stick circle is that of d - lag, and k E* U n is six contact radii of a paraboloid.
     """
     limit = FrettingLimit(getattr(closed_form, shape)(1.0, 1.0), 1.0, lag)
-    after = _springs if model == "springs" else _cells
-    finest = 8 if effort == "quick" else 16
-    fine, coarse = (after(shape, limit, cycles, n) for n in (finest, finest // 2))
-    return Finding(fine, limit.force, abs(fine - coarse) / limit.force, {})
-
-
-def _springs(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
-    """Return the force on springs, so many in the stick radius."""
     profile = getattr(equivalents, shape)(1.0)
-    spacing = limit.stick_radius / number
-    reach = float(profile.contact_radius(1.0)) * _BEYOND
-    count = int(np.ceil(reach / spacing))
-    body = RoundBody(profile, count * spacing, count)
-    swing = Oscillation(1.0, limit.lag)
-    (state,) = wear(body, 1.0, Load("penetration", 1.0), 1.0, np.array([cycles]), swing)
-    return state.force
+    load, cycles, swing = Load("penetration", 1.0), np.array([6.0]), Oscillation(1.0, lag)
 
+    def worn(number: int) -> float:
+        """Return the force on so many springs in the stick radius."""
+        spacing = limit.stick_radius / number
+        count = int(np.ceil(float(profile.contact_radius(1.0)) * _BEYOND / spacing))
+        (state,) = wear(RoundBody(profile, count * spacing, count), 1.0, load, 1.0, cycles, swing)
+        return state.force
 
-def _cells(shape: str, limit: FrettingLimit, cycles: float, number: int) -> float:
-    """Return the force on the half-space, so many cells to the contact radius."""
-    assert limit.form.contact_radius is not None
-    cell = float(limit.form.contact_radius(1.0)) / number
-    half = int(np.ceil(_BEYOND * number))
-    x = (np.arange(2 * half) - half + 0.5) * cell
-    r = np.hypot(x[:, None], x)
-    gap = r**2 / 2 if shape == "paraboloid" else r
-    body = FreeOperator(gap.shape, (cell, cell), 1.0)
-    swing = half_space.Oscillation(1.0, limit.lag)
-    load = reference_loads.Load("penetration", 1.0)
-    (state,) = half_space.wear(body, gap, load, 1.0, np.array([cycles]), swing)
-    return state.contact.force
+    finest = 8 if effort == "quick" else 16
+    fine, coarse = (worn(n) for n in (finest, finest // 2))
+    return Finding(fine, limit.force, abs(fine - coarse) / limit.force, {})

@@ -78,31 +78,6 @@ def particle_waves(
     return Finding(*worst(speeds, np.broadcast_to(exact, speeds.shape)), ROUND_OFF, details)
 
 
-@experiment("particle-hertz", "Poisson's ratio nu")
-def particle_hertz(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
-    """Force on a paraboloid pressed into a half-space of automata, against Hertz.
-
-    With three automata per contact radius, five at full effort; the bar is the difference from one
-    fewer.
-    """
-    numbers = (2, 3) if effort == "quick" else (4, 5)
-    forces, exact, radius = [], [], np.nan
-    for number in numbers:
-        body, contact = _contact(poisson_ratio, number)
-        ball = paraboloid(10.0 * number, body.effective_modulus)
-        forces.append(contact.force)
-        exact.append(float(ball.force(0.1 * number)))
-        # of Hertz' pressure the mean of r^2 is 2/5 a^2
-        mean = float(contact.reactions @ (body.points**2).sum(axis=1)) / contact.force
-        radius = float(np.sqrt(2.5 * mean)) / number
-    details = {
-        "automata per contact radius": float(numbers[-1]),
-        "radius from the pressure, over Hertz' - 1": radius - 1,
-    }
-    bar = abs(forces[-1] / exact[-1] - forces[0] / exact[0])
-    return Finding(forces[-1], exact[-1], bar, details)
-
-
 @experiment("particle-yield", "Poisson's ratio nu")
 def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
     """Pressure at which a ball first brings automata to their yield stress, against Hertz.
@@ -123,7 +98,7 @@ def particle_yield(effort: str, *, poisson_ratio: float = 0.3) -> Finding:
 
 
 @experiment("particle-plastic", "penetration over that of first yield")
-def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float = 0.3) -> Finding:
+def particle_plastic(effort: Effort, *, depth: float = 5.0) -> Finding:
     """Force on a ball whose automata flow, against finite elements.
 
     `depth` in units of that of first yield, where Hertz has p0 = 1.60 Y; the fit of L. Kogut & I.
@@ -135,12 +110,13 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
     numbers = (2, 3) if effort == "quick" else (4, 5)
     exact = 1.03 * depth**1.425 if depth <= 6 else 1.40 * depth**1.263
     forces = []  # F/F_y, by three steps from the depth of first yield
-    effective = 1 / (1 - poisson_ratio**2)
+    nu = 0.3
+    effective = 1 / (1 - nu**2)
     for number in numbers:
         radius, first = 10.0 * number, 0.1 * number / depth
         peak = 2 * effective / np.pi * np.sqrt(first / radius)
-        limit = peak / yield_pressure(poisson_ratio)
-        material = PlasticMaterial(Material(1.0, poisson_ratio), limit)
+        limit = peak / yield_pressure(nu)
+        material = PlasticMaterial(Material(1.0, nu), limit)
         body = PlasticHalfSpace(Domain((1.7 * number,) * 2, 2.5 * number), material)
         gap = (body.points**2).sum(axis=1) / (2 * radius)
         *_, last = body.walk(gap, LoadPath("penetration", first * np.geomspace(1, depth, 4)))
@@ -155,21 +131,14 @@ def particle_plastic(effort: Effort, *, depth: float = 5.0, poisson_ratio: float
 
 
 @experiment("particle-wear", "overlap of the tips in spacings")
-def particle_wear(
-    effort: Effort,
-    *,
-    overlap: float = 1.5,
-    energy: float = 0.005,
-    healing: float = 0.02,
-    speed: float = 0.05,
-) -> Share:
+def particle_wear(effort: Effort, *, overlap: float = 1.5) -> Share:
     """An asperity dragged over another with bonds that break and heal: where its work goes.
 
     The finding is the part of the work that is neither stored, damped nor spent on bonds. Friction
     and wear are means over seeds: of them no truth is known. Lengths in spacings, energies in k
     r0^2 of a bond.
     """
-    asperities = Asperities(overlap=overlap, energy=energy, healing=healing, speed=speed)
+    asperities = Asperities(overlap=overlap, energy=0.005, healing=0.02, speed=0.05)
     passes = [asperities.drag(seed) for seed in range(2 if effort == "quick" else 6)]
     friction = np.array([drag.friction for drag in passes])
     details = {

@@ -10,7 +10,6 @@ from itertools import repeat
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
 
 from comparisons.judging.uncertainty import ratio_of_means
 from comparisons.questions.experiments.experiment import (
@@ -41,7 +40,7 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 from reference.viscoelastic.rubber import SlidingContact, slide_on_rubber
 from reference.viscoelastic.travelling import TravellingPlane
 
-_FRICTION = 0.3
+_FRICTION, _POISSON = 0.3, 0.25
 _COEFFICIENTS = ("C11", "C22", "C23", "C33")
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (6, 8, 11), "full": (10, 14, 20)}
 
@@ -104,7 +103,6 @@ def creep_cylinder(
     traction: Fraction = 0.5,
     on: Literal["cells", "elements"] = "cells",
     inertia: float = 0.0,
-    poisson_ratio: float = 0.25,
 ) -> Finding:
     """Traction of a cylinder that rolls on cells against Carter's closed form.
 
@@ -115,9 +113,9 @@ def creep_cylinder(
     if not 0 <= inertia <= (0.5 if on == "elements" else 0):
         raise ValueError(f"inertia must be from 0 to 0.5, and is of elements, not {inertia!r}")
     cylinder = Carter(1.0, 1.0, _FRICTION)
-    compliance = Compliance.of(0.25, poisson_ratio)
+    compliance = Compliance.of(0.25, _POISSON)
     force = np.pi * compliance.effective_modulus / 4
-    softer = moving_compliance(poisson_ratio, inertia)
+    softer = moving_compliance(_POISSON, inertia)
 
     def on_cells(cells: int) -> float:
         x = (np.arange(-cells, cells + 1) + 0.5) / cells
@@ -127,7 +125,7 @@ def creep_cylinder(
         surface = PlaneSurface(x.size, 1 / cells, compliance)
         if on == "elements":
             grid = surface.cells, surface.width, compliance
-            surface = PlaneElements(*grid, poisson_ratio, inertia=inertia)
+            surface = PlaneElements(*grid, _POISSON, inertia=inertia)
         answer = steady(Upstream(surface, bound.shape), bound, creep)
         return float(answer.traction[0].sum() / bound.sum())
 
@@ -146,7 +144,6 @@ def rolling_steady(
     *,
     way: Positive = 6.0,
     share: Fraction = 0.5,
-    poisson_ratio: float = 0.25,
 ) -> Share:
     """Tractions after rolling on from Cattaneo's against those of the steady state.
 
@@ -155,7 +152,7 @@ def rolling_steady(
     """
     cells = 6 if effort == "quick" else 12
     x, y = (np.arange(-cells, cells + 1) + 0.5) / cells, (np.arange(-cells, cells) + 0.5) / cells
-    compliance = Compliance.of((1 - poisson_ratio) / 2, poisson_ratio)
+    compliance = Compliance.of((1 - _POISSON) / 2, _POISSON)
     body = NormalAndTangential((x.size, y.size), (1 / cells, 1 / cells), compliance)
     pressure = 2 / np.pi * np.sqrt(np.maximum(1 - x[:, None] ** 2 - y**2, 0.0))
     bound = _FRICTION * pressure
@@ -184,15 +181,14 @@ def rolling_resistance(
     effort: Effort,
     *,
     way: Positive = 1.0,
-    glassy: Annotated[float, Field(gt=1)] = 11.0,
 ) -> Finding:
     """Rolling resistance of a cylinder on rubber against Hunter's closed form.
 
-    On strips. `way`: rolled in the retardation time, over half the width of the contact. `glassy`:
-    the instantaneous modulus of a standard solid over that at rest.
+    On strips. `way`: rolled in the retardation time, over half the width of the contact. The
+    instantaneous modulus of the standard solid is eleven times that at rest.
     """
-    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, glassy)
-    rubber = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
+    cylinder = RubberCylinder(1.0, 100.0, way, 0.25, 11.0)
+    rubber = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
     force = reference_loads.Load("force", cylinder.force)
 
     def on_strips(cells: int) -> SlidingContact:

@@ -286,21 +286,16 @@ def _solved(roll_offs: int, factor: int, count: int) -> np.ndarray:
 def published_ensemble(
     effort: str,
     *,
-    row: float = 1,
+    row: Annotated[int, Field(strict=False, ge=1, le=len(PRESSURES))] = 1,
     quantity: Annotated[str, one_of(*PUBLISHED)] = "mean_gap",
-    roll_offs: Count = 4,
-    realisations: Count = 8,
 ) -> Finding:
     """Mean gap and area that Xu, Zhou, Müser et al. (2024) publish, against our own surfaces.
 
     The means are those of patches of several roll-offs on the coarsest grid, scaled by what finer
     grids change on patches of one. Quick effort: half the side, half as many, two grids for three.
     """
-    if row not in range(1, len(PRESSURES) + 1):
-        raise ValueError(f"row must be a whole number from 1 to {len(PRESSURES)}, not {row!r}")
-    step, full = int(row) - 1, effort == "full"
-    share = 1 if full else 2
-    side, count = roll_offs // share, realisations // share
+    step, full = row - 1, effort == "full"
+    side, count = (4, 8) if full else (2, 4)  # roll-offs to a side, surfaces
     index, kind = (0, "mean_gap") if quantity == "mean_gap" else (1, "contact_area")
     factors = FACTORS if full else FACTORS[:2]
     # Finest over coarsest grid, and the grids' 95 % bar, both (pressures,), on small patches: what

@@ -38,7 +38,7 @@ from reference.viscoelastic.rubber import paraboloid
 
 # Cells across the grid and steps per period, coarse and fine: their difference is the bar.
 _GRIDS = {"quick": ((32, 16), (64, 32)), "full": ((64, 32), (128, 64))}
-_PERIODS = 3
+_PERIODS, _STIFFENING = 3, 3.0
 _DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is arbitrary
 _TO_REST = 60.0  # relaxation times before the oscillation begins
 
@@ -49,19 +49,18 @@ def harmonic_contact(
     *,
     amplitude: float = 0.01,
     frequency: Positive = 1.0,
-    stiffening: Positive = 3.0,
 ) -> Share:
     """The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time.
 
     Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
-    `amplitude` is relative to the mean depth, `stiffening` is G_1/G_0. The reference is the
+    `amplitude` is relative to the mean depth, G_1/G_0 = 3. The reference is the
     in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
     fitted transient exp(-t/tau)). The distance of the complex stiffnesses over the true one's size.
     """
     if not 0 < amplitude < 1:
         raise ValueError(f"amplitude must lie between 0 and 1, not {amplitude!r}")
-    coarse, fine = (_stiffness(amplitude, frequency, stiffening, *grid) for grid in _GRIDS[effort])
-    material = standard_solid(1.0, stiffening, relaxation_time=1.0)
+    coarse, fine = (_stiffness(amplitude, frequency, *grid) for grid in _GRIDS[effort])
+    material = standard_solid(1.0, _STIFFENING, relaxation_time=1.0)
     stated = complex(harmonic_stiffness(material, np.sqrt(_DEPTH), frequency))
     details = {
         "storage stiffness over the stated": fine.real / stated.real,
@@ -71,9 +70,7 @@ def harmonic_contact(
     return Share(abs(stated / fine - 1), abs(coarse / fine - 1), details, "deviation")
 
 
-def _stiffness(
-    amplitude: float, frequency: float, stiffening: float, cells: int, steps: int
-) -> complex:
+def _stiffness(amplitude: float, frequency: float, cells: int, steps: int) -> complex:
     """Return the fundamental of the force over that of the depth on the 3-D half-space."""
     # Largest contact radius, sqrt(R d) as for the springs.
     reach = np.sqrt(_DEPTH * (1 + amplitude))
@@ -85,7 +82,7 @@ def _stiffness(
     instants = press_in_time(
         operator,
         (x[:, None] ** 2 + x**2) / 2,
-        GeneralisedMaxwell.standard(1.0, stiffening, 1.0),
+        GeneralisedMaxwell.standard(1.0, _STIFFENING, 1.0),
         History("penetration", np.append(hold, _TO_REST + later), depth),
     )
     force = np.array([instant.force for instant in instants])[-steps:]

@@ -41,7 +41,7 @@ from reduced.plasticity import Reading, Yielded, YieldingSprings, ZunkerKamrin
 from reduced.profiles import equivalents
 from reduced.rough import regions
 from reduced.springs import stress
-from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
+from reference.closed_form import ClosedForm, power_law, sphere
 from reference.elasticity import Material
 from reference.halfspace import PeriodicOperator
 from reference.halfspace.areas import located_area
@@ -218,11 +218,10 @@ def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
     return max(float(values[best]), -float(optimum.fun))
 
 
-# Equivalent profile and closed form by exponent and flat radius: shapes of unit size, E* = 1.
-_SHAPES: dict[str, Callable[[float, float], tuple[equivalents.Profile, ClosedForm]]] = {
-    "power_law": lambda n, b: (equivalents.power_law(n, 1.0), power_law(n, 1.0, 1.0)),
-    "sphere": lambda n, b: (equivalents.sphere(1.0), sphere(1.0, 1.0)),
-    "rounded_punch": lambda n, b: (equivalents.rounded_punch(b, 1.0), rounded_punch(b, 1.0, 1.0)),
+# Equivalent profile and closed form by exponent: shapes of unit size, E* = 1.
+_SHAPES: dict[str, Callable[[float], tuple[equivalents.Profile, ClosedForm]]] = {
+    "power_law": lambda n: (equivalents.power_law(n, 1.0), power_law(n, 1.0, 1.0)),
+    "sphere": lambda n: (equivalents.sphere(1.0), sphere(1.0, 1.0)),
 }
 
 
@@ -232,7 +231,6 @@ def first_yield(
     *,
     exponent: float = 4.0,
     shape: Annotated[str, one_of(*_SHAPES)] = "power_law",
-    edge: float = 0.1,
     limit: Positive = 0.05,
     rule: Literal["own_curvature", "one_radius", "abel"] = "own_curvature",
     criterion: Literal["pressure", "mises"] = "pressure",
@@ -240,18 +238,16 @@ def first_yield(
     """Force at first yield by the local stress rule (19.37).
 
     The forces at which the stress (19.37) and the true stress reach `limit` E*. Shapes: f = r^n of
-    unit coefficient, the sphere and the rounded punch (flat to `edge`) of unit radius.
+    unit coefficient, the sphere of unit radius.
     ``criterion="mises"``: true first yield occurs below the surface, while the rule compares sigma
     with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the axis, nu = 0.3). The
     closed forms are exact to 1e-12, the search for the maximum to 1e-9.
     """
     if shape == "power_law" and rule == "own_curvature" and exponent < 2:
         raise ValueError(f"exponent {exponent!r}: below 2 the rule is infinite on the axis")
-    if shape == "rounded_punch" and rule == "own_curvature":
-        raise ValueError("rounded_punch: the rule is infinite at the edge of the flat, at any load")
     if criterion == "mises" and (shape, exponent) != ("power_law", 2):
         raise ValueError("criterion 'mises' is for the paraboloid, exponent = 2")
-    profile, form = _SHAPES[shape](float(exponent), float(edge))
+    profile, form = _SHAPES[shape](exponent)
 
     def stated(depth: float) -> float:
         a = float(profile.contact_radius(depth))
@@ -361,15 +357,13 @@ def _surfaces() -> RoughGeometry:
 
 
 @shared(maxsize=256)
-def _compared(
-    surface: int, points: int, index: float, load: float
-) -> dict[str, tuple[float, float]]:
-    """Return what is stated and what is true of a surface on a grid, F = load H A0, E* = 1."""
+def _compared(surface: int, points: int, index: float) -> dict[str, tuple[float, float]]:
+    """Return what is stated and what is true of a surface on a grid, F = 0.1 H A0, E* = 1."""
     rough = _surfaces()
     hardness = rough.rms_slope / index
     heights = rough.heights(surface, points)
     body = PeriodicOperator((points, points), rough.spacing(heights), 1.0)
-    gap, force = rough.top(surface) - heights, LoadPath("force", load * hardness * rough.area)
+    gap, force = rough.top(surface) - heights, LoadPath("force", 0.1 * hardness * rough.area)
     (dent,), (elastic,) = (along(body, gap, cap, force) for cap in (hardness, np.inf))
     area = located_area(dent.contact, hardness, patch=True)
     pressure = elastic.contact.pressure
@@ -386,19 +380,16 @@ def rough_yield(
     effort: Effort,
     *,
     index: Positive = 3.0,
-    load: float = 0.1,
     quantity: Literal["hardness_area", "elastic_area", "plastic_share"] = "hardness_area",
 ) -> Finding:
     """Rough contacts by their hardness, or elastic, against a capped pressure.
 
     The area F/H, the elastic one, or the elastic share above H, with what yields.
     """
-    if not 0 < load <= 0.5:
-        raise ValueError(f"load must be above 0 and at most 0.5, not {load!r}")
     numbers = range(_SURFACES[effort])
     errors = []
     for points in _POINTS[effort]:
-        pairs = [_compared(k, points, index, load)[quantity] for k in numbers]
+        pairs = [_compared(k, points, index)[quantity] for k in numbers]
         stated, true = np.transpose(pairs)
         if not true.mean() > 0:
             raise ValueError(f"nothing yields at an index of {index!r}")
@@ -407,7 +398,7 @@ def rough_yield(
     scatter = float(2 * np.std(residual, ddof=1) / np.sqrt(len(pairs)) / true.mean())
     # grids err in proportion to their cells (Richardson's rule of first order)
     coarse, fine = errors
-    everything = [_compared(k, _POINTS[effort][-1], index, load) for k in numbers]
+    everything = [_compared(k, _POINTS[effort][-1], index) for k in numbers]
     details = {
         "share of the contact that yields": float(
             np.mean([pair["plastic_share"][1] for pair in everything])
@@ -443,7 +434,6 @@ def rough_first_yield(
     *,
     load: Positive = 0.03,
     rule: Annotated[str, one_of(*regions.RULES)] = "one_radius",
-    poisson_ratio: float = 0.3,
     surface: Surface = PeriodicSurface(32, shortest=4.0),
     realisations: Count = 90,
 ) -> Finding:
@@ -455,7 +445,7 @@ def rough_first_yield(
     count = number_of(realisations, effort, 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
-        return largest_mises(surface, load, poisson_ratio, factor, number)[0]
+        return largest_mises(surface, load, NU, factor, number)[0]
 
     true, grid_bar = truth(sample, count, effort)
     # The largest local stress (19.37) of every line: second differences need eight times the points
@@ -466,7 +456,7 @@ def rough_first_yield(
     ]
     finest = 4 if effort == "full" else 2
     number = max(3, count // 30) if effort == "full" else max(6, count // 6)
-    depths = largest_mises(surface, load, poisson_ratio, finest, number)[1]
+    depths = largest_mises(surface, load, NU, finest, number)[1]
     details = {
         "depth of the largest, in shortest waves": float(depths.mean()),
         "surfaces that yield below their surface first": float((depths > 1e-3).mean()),

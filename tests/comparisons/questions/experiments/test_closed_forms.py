@@ -46,7 +46,6 @@ def test_a_small_vibration_softens_as_the_square_of_its_amplitude():
     """1 - (A/d0)^2/24 (Nayak 1972): 24 times the linear error is the square, to order A^2."""
     linear = measure("free-vibration", 1.1, model="linear").error
     assert 24 * linear == pytest.approx(0.1**2, rel=0.05)
-    assert abs(measure("free-vibration", 1.1, model="second_order").error) < linear / 100
 
 
 @pytest.mark.parametrize(("deepest", "state"), [(1.5, "stays in contact"), (2.5, "flies")])
@@ -63,14 +62,6 @@ def test_a_weak_drive_at_resonance_is_linear_and_the_springs_know_it():
     linear = measure("forced-vibration", 1e-3, model="linear")
     assert abs(linear.error) < 1e-6
     assert linear.details["amplitude over static depth"] == pytest.approx(1 / 150, rel=1e-6)
-
-
-@pytest.mark.parametrize(("exponent", "number"), [(1.0, 2.80436), (2.0, 2.94328)])
-def test_the_course_of_an_impact_is_deresiewiczs(exponent, number):
-    """T v/x_m of cone and paraboloid; depths differ by less than the bar of the steps."""
-    measured = measure("impact-in-time", exponent)
-    assert measured.details["duration times v over depth"] == pytest.approx(number, abs=1e-5)
-    assert measured.error < measured.uncertainty < 1e-4
 
 
 @pytest.mark.parametrize("quantity", ["work", "friction"])
@@ -290,16 +281,12 @@ def test_the_rule_is_wrong_by_a_quarter_for_a_long_range_and_right_for_a_short_o
         ("set-valued-steps", 1, {}),
         ("set-valued-steps", 1.5, {"along": "load", "quantity": "rest"}),
         ("regularised-amplitude", 0.0, {}),
-        ("regularised-amplitude", 10.0, {"ratio": 1.0}),
         ("free-vibration", 1.0, {}),
-        ("forced-vibration", 0.1, {"model": "second_order"}),
-        ("impact-in-time", -1.0, {}),
         ("corrected-rubber", 1.0, {"quantity": "start"}),
         ("relaxation-series", math.nan, {}),
         ("regularised-block", -1.0, {}),
         ("regularised-block", 10.0, {"load": 1.0}),
         ("regularised-block", 10.0, {"quantity": "speed"}),
-        ("regularised-stick-slip", 10.0, {"limit": 2.0}),
         ("regularised-belt", 0.5, {}),
         ("explicit-friction-step", 1.5, {}),
         ("equivalent-body", 0.0, {}),
@@ -307,7 +294,6 @@ def test_the_rule_is_wrong_by_a_quarter_for_a_long_range_and_right_for_a_short_o
         ("stick-radius", 1.0, {}),
         ("changing-load", 0.0, {}),
         ("ridges", 1.0, {}),
-        ("ridges", 0.1, {"ridges": 0}),
         ("procedure", 0.1, {"variant": "mine"}),
         ("adhesive-range", 5.0, {"law": "exponential"}),
         ("film-plane-open", 0.1, {"statement": "patir_cheng", "quantity": "shear"}),
