@@ -123,7 +123,9 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
 
 
 _FORCING = 1e-3  # tolerance of MINRES relative to the residual of Newton's method
-_DIRECTION = 1e-10  # tolerance of the response to the penetration, nearly singular close to a fold
+# Tolerances of the response to the penetration, nearly singular close to a fold: as the direction
+# of a step, whose error the next one finds, and as a result.
+_DIRECTION, _STIFFNESS = 1e-6, 1e-10
 _ROUNDS = 2000
 _LEAST_SHARE = 1e-3
 
@@ -221,6 +223,7 @@ class CohesiveProblem:
         history: list[float] = []
         for _ in range(max_iterations):
             state = _Linearised(self, pressure, penetration)
+            forcing = _FORCING * min(1.0, state.error)
             missing = value - by_depth * penetration - by_force * self.force(pressure)
             history.append(max(state.error, abs(missing) / unit))
             if history[-1] <= tolerance:
@@ -238,10 +241,10 @@ class CohesiveProblem:
             # the change of the penetration that satisfies the constraint
             if by_force == 0:
                 depth = missing / by_depth
-                pressure = pressure + state.change(depth, with_residual=True)
+                pressure = pressure + state.change(depth, with_residual=True, rtol=forcing)
             else:
-                fixed = state.change(0.0, with_residual=True)
-                per_depth = state.change(1.0, with_residual=False)
+                fixed = state.change(0.0, with_residual=True, rtol=forcing)
+                per_depth = state.change(1.0, with_residual=False, rtol=_DIRECTION)
                 rate = by_depth + by_force * self.force(per_depth)
                 depth = (missing - by_force * self.force(fixed)) / rate
                 pressure = pressure + fixed + depth * per_depth
@@ -251,7 +254,7 @@ class CohesiveProblem:
     def stiffness(self, contact: CohesiveContact) -> float:
         """Return dF/dd at an equilibrium, the slope of the path."""
         state = _Linearised(self, contact.pressure, contact.penetration)
-        return self.force(state.change(1.0, with_residual=False))
+        return self.force(state.change(1.0, with_residual=False, rtol=_STIFFNESS))
 
 
 class _Linearised:
@@ -277,8 +280,11 @@ class _Linearised:
             float(np.abs(self.residual).max()) / law.strength,
         )
 
-    def change(self, depth: float, *, with_residual: bool) -> Field:
-        """Return the change of the pressures with the penetration, with or without the residual."""
+    def change(self, depth: float, *, with_residual: bool, rtol: float) -> Field:
+        """Return the change of the pressures with the penetration, with or without the residual.
+
+        MINRES ends at the tolerance `rtol`, relative to the right-hand side.
+        """
         apply, weight = self.problem.operator.apply, self.weight
         right = np.full(weight.shape, -depth)
         if with_residual:
@@ -290,7 +296,6 @@ class _Linearised:
             return (np.where(self.contact, 0.0, z) - weight * apply(weight * z)).ravel()
 
         system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
-        rtol = _FORCING * min(1.0, self.error) if with_residual else _DIRECTION
         right = (weight * right).ravel()
         size = float(np.linalg.norm(right))
         z = np.zeros_like(right)
