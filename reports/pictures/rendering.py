@@ -6,6 +6,7 @@ Run as ``python -m reports.pictures.rendering IN.npz OUT.png [IN.npz OUT.png ...
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -140,3 +141,4 @@ def main(arguments: Sequence[str]) -> None:
 
 if __name__ == "__main__":
     main(sys.argv[1:])
+    gc.freeze()  # the process ends: its objects are not looked through for garbage before
