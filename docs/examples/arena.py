@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import line_contact
-import numbers_of_others
 import numpy as np
 import who_is_right
+from balls_that_strike import curves
+from numbers_of_others import EXAMPLES, compared
 
 import roughline
 from comparisons.facts.methods import title_of
@@ -92,10 +93,10 @@ def solved() -> Iterator[Row]:
             version = f" {solver.code.version()}" if isinstance(solver, LiveCode) else ""
             titles[method] = title_of(method) + version
         scene = roughline.load_scene(name, asked | {"compare.methods": list(titles)})
-        compared = roughline.compare(scene)
-        for reason in compared.lost:
+        solved_by_all = roughline.compare(scene)
+        for reason in solved_by_all.lost:
             say(f"{case}: {reason}")
-        errors = compared.table().dropna(subset=["error"])
+        errors = solved_by_all.table().dropna(subset=["error"])
         errors = errors[errors["at"].isin([scene.loading.control, "step"])]
         for method, title in titles.items():
             own = errors[errors["method"] == method]
@@ -118,16 +119,16 @@ def solved() -> Iterator[Row]:
 
 def printed(folder: Path) -> Iterator[Row]:
     """Hold the numbers of others against ours: of each case the one that is furthest off."""
-    for example in numbers_of_others.EXAMPLES:
-        numbers = numbers_of_others.compared(folder, example)
+    for example in EXAMPLES:
+        numbers = compared(folder, example)
         worst = max(numbers, key=lambda number: abs(number.off))
         error = abs(float(worst.printed) / worst.ours) - 1
         bar = abs(error / worst.off) / 2 if worst.off else 0.0  # half a digit of theirs
         what = f"{worst.column}, worst of {len(numbers)}"
         yield row(example.rsplit("/", 1)[-1], "CONTACT", what, error, bar, 0.0)
-    curves = numbers_of_others.curves(folder)
-    digitising = max(np.abs(one.off).max() for one in curves[:4])  # of Hertz's law
-    for one in curves:
+    read = curves(folder)
+    digitising = max(np.abs(one.off).max() for one in read[:4])  # of Hertz's law
+    for one in read:
         error = one.off[np.abs(one.off).argmax()]
         case, what = one.name.split(", ", 1)
         yield row(f"Chung & Ooi, {case}", "benchmark", what, error, digitising, 0.0)
