@@ -113,7 +113,7 @@ def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) ->
     >>> prefix_for([1e-6, 5e-6], "m")
     Scale(factor=1000000.0, unit='µm')
     >>> prefix_for(3.1e-8, "m2").unit
-    'µm²'
+    'mm²'
     >>> prefix_for([0.0, float("nan")], "N")
     Scale(factor=1.0, unit='N')
     """

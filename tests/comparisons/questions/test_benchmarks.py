@@ -172,13 +172,11 @@ def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch
 
 
 def test_the_finite_element_job_is_hertz_at_thirty_depths():
-    """Three elements per radius hold 2e-4 at every depth; the parts add up to the whole."""
+    """Three elements per radius hold 2e-4 at every depth; each part of the work has its time."""
     job = fem_benchmark.run(3)
     assert job.errors.shape == (30,)
     assert np.abs(job.errors).max() < 2e-4
-    shares = fem_benchmark._shares([job])
-    assert set(shares) == {"mesh", "assembly", "condensation", "sweep"}
-    assert sum(shares.values()) == pytest.approx(1.0)
+    assert set(job.body.seconds) == {"mesh", "assembly", "condensation"}
 
 
 @pytest.mark.slow
