@@ -141,14 +141,15 @@ class RoundContact:
             raise ConvergenceError(f"no contact radius has a {control} of {value:g}", [])
         if low is high:
             return low
-        # between the two loads go with powers of the radius, nearly
-        first, ratio = low.contact_radius, high.contact_radius / low.contact_radius
-        share = brentq(
-            lambda share: np.log(getattr(at_radius(first * ratio**share), control) / value),
-            *(0.0, 1.0),
-            xtol=tolerance,
+        # loads go with powers of the radius between one and three: a cube root is nearly straight,
+        # and zero below a flat face
+        radius = brentq(
+            lambda a: np.cbrt(getattr(at_radius(a), control) / value) - 1,
+            *(low.contact_radius, high.contact_radius),
+            xtol=tolerance * low.contact_radius,
+            rtol=tolerance,
         )
-        return at_radius(first * ratio**share)
+        return at_radius(radius)
 
     @cached_property
     def _excess(self) -> Line:

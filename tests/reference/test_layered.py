@@ -204,6 +204,28 @@ def test_stiffness_is_the_slope_of_the_force_and_force_that_of_the_energy():
     assert middle.force == pytest.approx(slope, rel=1e-6)
 
 
+@pytest.mark.parametrize("control", ["force", "penetration"])
+@pytest.mark.parametrize("edge", [0.33, 0.7, 1.9])
+def test_the_load_that_reaches_a_sharp_edge_is_found_from_either_side_of_it(edge, control):
+    """To rounding, and never beyond the edge, where a body has no profile."""
+    ball = RoundContact(BODIES["hard coating"], lambda x: x**2, edge)
+    load = getattr(ball.at_radius(edge), control)
+    for value in (np.nextafter(load, 0), load):
+        step = ball.at(control, float(value), 0.77 * edge)
+        assert step.contact_radius <= edge
+        assert getattr(step, control) == pytest.approx(load, rel=1e-12)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("control", ["force", "penetration"])
+def test_a_punch_with_a_flat_face_is_found_from_a_radius_inside_it(control):
+    """Below the face there is neither force nor penetration; half of the guess lies there."""
+    punch = RoundContact(BODIES["hard coating"], lambda x: x * np.sqrt(np.maximum(x**2 - 0.09, 0)))
+    exact = punch.at_radius(0.31)
+    found = punch.at(control, getattr(exact, control), 0.45)
+    assert found.contact_radius == pytest.approx(0.31, rel=1e-11)
+
+
 @pytest.mark.parametrize("exponent", [-0.5, 0.3, 0.7])
 def test_ball_on_a_graded_half_space_has_the_force_of_graded_springs(exponent):
     """A paraboloid has g = x^2/((1 + k) R); springs of c_N |x/c0|^k are exact (Hess 2016)."""
