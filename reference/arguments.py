@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TypeGuard
 
 import numpy as np
 
 
-def positive_faults(**values: float) -> list[str]:
+def positive_faults(**values: object) -> list[str]:
     """Return a message for every number that is not positive and finite.
 
     Examples
@@ -18,7 +19,7 @@ def positive_faults(**values: float) -> list[str]:
     return [
         f"{name} must be positive and finite, not {value!r}"
         for name, value in values.items()
-        if not (np.isfinite(value) and value > 0)
+        if not (_is_number(value) and np.isfinite(value) and value > 0)
     ]
 
 
@@ -68,3 +69,8 @@ def refuse(faults: list[str]) -> None:
     """Raise one ValueError with all faults, if there are any."""
     if faults:
         raise ValueError("; ".join(faults))
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    array = np.asarray(value)
+    return array.ndim == 0 and array.dtype.kind in "iuf"

@@ -115,6 +115,7 @@ WRONG = {
     "bounds": [("is not below", lambda: Interval(1.0, 0.999))],
     "closed forms": [
         ("flat_.*-1.*edge_.*nan.*mod.*0.0", lambda: closed_form.rounded_punch(-1.0, np.nan, 0.0)),
+        ("radius.*'1'.*mod.*True", lambda: closed_form.paraboloid("1", True)),
         ("1e15", lambda: closed_form.ellipsoid(1e16, 1.0, 1.0)),
         ("distance must be positive", lambda: closed_form.boussinesq(1.0, [1.0, 0.0], 1.7)),
         ("work must be", lambda: AdhesiveForm(closed_form.sphere(1.0, 1.0), 0.0)),
