@@ -29,8 +29,8 @@ class NodalContact:
 
     penetration: float
     force: float
-    # (n,), normal forces on the candidates of the meshed
-    # part, over their areas; u into the body
+    # (n,): normal forces on the candidates of the meshed part, the same over their areas, and u
+    # into the body
     reactions: Array
     pressure: Array
     displacement: Array

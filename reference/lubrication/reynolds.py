@@ -427,9 +427,9 @@ def rigid_film_at(film: Film, separation: float) -> FilmState:
     """
     rigid = np.zeros(film.gap.shape)
     flow = Entrainment(1.0)
-    gap = film.gap + separation
-    full = (film.cells.centres[0] < 0) & (gap < np.inf)
-    state = FilmState(np.where(full, 1.0, -0.5), separation, rigid)
+    # full in front of the narrowest place, ruptured behind it
+    s = np.where(film.cells.centres[0] < 0, 1.0, -0.5) + rigid
+    state = FilmState(s, separation, rigid)
     history: list[float] = []
     # oil that does not fit through fills the gap upstream, a cell in each round
     for rounds in range(_ROUNDS + film.gap.shape[0]):

@@ -88,10 +88,8 @@ def respond(material: PlasticMaterial, strain: Array, old: Points) -> tuple[Arra
     derivative (Simo & Taylor 1985; Simo & Hughes 1998, box 3.2).
     """
     elastic = material.elastic
-    shear, bulk = (
-        elastic.shear_modulus,
-        elastic.youngs_modulus / (3 * (1 - 2 * elastic.poisson_ratio)),
-    )
+    shear = elastic.shear_modulus
+    bulk = elastic.youngs_modulus / (3 * (1 - 2 * elastic.poisson_ratio))
     trace = np.where(np.arange(strain.shape[-1]) < 3, 1.0, 0.0)
     twice = 2 - trace  # a shear stands for two components of the tensor
     deviator = np.diag((1 + trace) / 2) - np.outer(trace, trace) / 3
