@@ -7,7 +7,7 @@ first line of its docstring is its title::
 
     @experiment("far-field", "distance r/D")
     def far_field(
-        effort: Effort, *, ratio: Annotated[float, Above(1)] = 2.0, reading: Literal["a", "b"] = "a"
+        effort: Effort, *, ratio: Positive = 2.0, reading: Literal["a", "b"] = "a"
     ) -> Finding:
         '''Displacement far from a contact.'''
 """
