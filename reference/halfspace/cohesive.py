@@ -124,8 +124,8 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
 
 _FORCING = 1e-3  # tolerance of MINRES relative to the residual of Newton's method
 # Tolerances of the response to the penetration, nearly singular close to a fold: as the direction
-# of a step, whose error the next one finds, and as a result.
-_DIRECTION, _STIFFNESS = 1e-6, 1e-10
+# of a step, whose error the next one finds (at 1e-6 some do not converge), and as a result.
+_DIRECTION, _STIFFNESS = 1e-8, 1e-10
 _ROUNDS = 2000
 _LEAST_SHARE = 1e-3
 
