@@ -1,4 +1,4 @@
-"""The pages of claims, hard cases, and two runs compared: same script, same care."""
+"""The pages of claims, hard cases, two runs compared and the arena: same script, same care."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,10 @@ from comparisons.results.rows import Rows
 from comparisons.results.run_comparison import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page
+from reports.pages.page import render
 from reports.pages.runs import comparison_page
+from reports.tables import cells
+from reports.tables.table import table
 
 
 def of_claims(study) -> str:
@@ -51,7 +54,18 @@ def of_two_runs(study) -> str:
     return comparison_page(compare_runs(study, later, 1e-6, 1.5), "roughline compare A B")
 
 
-@pytest.fixture(scope="module", params=[of_claims, of_hard_cases, of_two_runs])
+def of_the_arena(study) -> str:
+    """Return the page of codes; its heads are wider than a phone."""
+    heads = ("case", "code", "quantity", "largest error", "within 1 %?", "time")
+    error, time = cells.error(0.02, 0.001), cells.duration(1.0)
+    rows = [
+        ("ball on steel", cells.method(method), "force", error, cells.verdict("outside"), time)
+        for method in ("reduced", "fem")
+    ]
+    return render("arena.html.j2", {}, tables={"Solved here": table(heads, rows)})
+
+
+@pytest.fixture(scope="module", params=[of_claims, of_hard_cases, of_two_runs, of_the_arena])
 def report(request, study, tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("pages") / "report.html"
     path.write_text(request.param(study), encoding="utf-8")
