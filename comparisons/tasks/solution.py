@@ -244,7 +244,8 @@ class Solution:
     def refuse_nan(self) -> None:
         """Take away the answer of each step that failed, or has a quantity that is no number.
 
-        Stiffness may be infinite: where a whole period touches it is.
+        Stiffness may be infinite: where a whole period touches it is. A contact of one body that
+        bears nothing is one whose force is below the smallest number.
 
         Raises
         ------
@@ -256,6 +257,10 @@ class Solution:
             known = ~np.isnan(values) if name in MAY_BE_INFINITE else np.isfinite(values)
             for row, step in np.argwhere(self.converged & ~known):
                 self.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
+        if self.contact == "single" and {"force", "contact_area"} <= self.quantities.keys():
+            idle = (self.quantities["force"] == 0) & (self.quantities["contact_area"] > 0)
+            for row, step in np.argwhere(self.converged & idle):
+                self.fail((int(row), int(step)), "force came out as 0.0")
         for index in self.reasons:
             for values in self.quantities.values():
                 values[index] = np.nan

@@ -81,9 +81,9 @@ def test_a_method_that_cannot_even_warm_up_costs_its_own_rows(task, monkeypatch)
     assert "no compiler" in execute(task()).reasons[0, 0]
 
 
-@pytest.mark.parametrize("wrong", [math.nan, math.inf])
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, 0.0])
 def test_a_step_that_is_no_number_has_no_answer(task, replace, wrong):
-    """Only that step, with all its quantities, and with the quantity that was wrong."""
+    """Only that step, with all its quantities; a force of zero on a contact is underflow."""
 
     def spoil(solve, task):
         solution = solve(task)
