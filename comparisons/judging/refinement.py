@@ -10,7 +10,7 @@ surfaces may: that widens a bar by 4 % of itself at most.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -39,8 +39,8 @@ def refinements(
     solved: Callable[[Plan], Solved],
     budget: float = BUDGET,
     enough: Callable[[Plan, Solved], bool] | None = None,
-) -> Generator[Plan, None, Plan]:
-    """Yield the plan with one more resolution at a time, to be solved; return the final plan.
+) -> Iterator[Plan]:
+    """Yield the plan with one more resolution at a time, to be solved, and last with its notes.
 
     A scene that lists its resolutions means these: nothing is refined beyond them, and the plan
     says so where they do not suffice. The generator is asked for more when all of the last plan
@@ -51,44 +51,44 @@ def refinements(
     """
     main = next((q for q in plan.compared if q not in FIELDS), None)
     target = SHARE * plan.scene.compare.tolerance
-    while main is not None:
+    note = ""
+    while main is not None and not note:
         solutions = solved(plan)
         truth = choose_truth(solutions, plan.loads.axis, plan.compared)
         if truth is None:
-            return plan
+            return
         if enough(plan, solutions) if enough else truth.known_to(main) <= target:
-            return plan
-        if plan.scene.compare.resolutions is not None:
-            note = "not refined beyond the resolutions that the scene lists"
-            return replace(plan, notes=(*plan.notes, note))
+            return
         finer = 2 * truth.resolution
         expected = truth.solution.seconds * growth(truth.method)
         reason = refusal(plan, truth.method, finer)
         if not reason and expected > budget:
             reason = f"the next would take about {expected:.0f} s, more than "
             reason += f"the budget of {budget:.0f} s"
-        if reason:
-            note = f"refinement of {truth.method} ends at N = {truth.resolution}, "
-            return replace(plan, notes=(*plan.notes, note + reason))
-        single = plan.scene.rough and plan.realisations == 1 and finer <= FOLLOWED
-        second = {
-            planned.method
-            for planned in plan.methods
-            if single
-            and planned.method in INDEPENDENT
-            and planned.resolutions[-1:] == (truth.resolution,)
-            and not refusal(plan, planned.method, finer)
-        }
-        methods = (
-            m.finer(finer) if m.method in {truth.method, *second} else m for m in plan.methods
-        )
-        plan = replace(plan, methods=tuple(methods))
-        yield plan
-        solution = solved(plan).get((truth.method, finer))
-        if solution is None or not solution.converged.any(axis=0).all():
-            note = f"{truth.method} found no answer at N = {finer}"
-            return replace(plan, notes=(*plan.notes, note))
-    return plan
+        if plan.scene.compare.resolutions is not None:
+            note = "not refined beyond the resolutions that the scene lists"
+        elif reason:
+            note = f"refinement of {truth.method} ends at N = {truth.resolution}, {reason}"
+        else:
+            single = plan.scene.rough and plan.realisations == 1 and finer <= FOLLOWED
+            second = {
+                planned.method
+                for planned in plan.methods
+                if single
+                and planned.method in INDEPENDENT
+                and planned.resolutions[-1:] == (truth.resolution,)
+                and not refusal(plan, planned.method, finer)
+            }
+            methods = (
+                m.finer(finer) if m.method in {truth.method, *second} else m for m in plan.methods
+            )
+            plan = replace(plan, methods=tuple(methods))
+            yield plan
+            solution = solved(plan).get((truth.method, finer))
+            if solution is None or not solution.converged.any(axis=0).all():
+                note = f"{truth.method} found no answer at N = {finer}"
+    if note:
+        yield replace(plan, notes=(*plan.notes, note))
 
 
 # What of the tolerance the scatter of the means may take.

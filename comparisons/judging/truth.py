@@ -23,7 +23,7 @@ _DOUBT = 2.0
 # Share of the tolerance that references may differ by without a word: what their bars aim at.
 MATTERS = 0.2
 # What the uncertainty of a truth consists of.
-GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
+DISCRETISATION, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 CELLS = "cells below which stresses are found"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 # What a model on a line adds to the bar of its error.
@@ -52,7 +52,7 @@ class Truth:
         Quantity -> (k,) mean over realisations.
     sources : dict
         Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The
-        sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
+        sources: DISCRETISATION, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
     checks : tuple of Truth
         The other 3-D methods' finest solutions, which should agree.
     """
@@ -332,7 +332,7 @@ def _sources(levels: Levels, resolution: int, name: str) -> Sources:
         return {ARITHMETIC: np.full(steps, EXACT)} | _read_off(solution, name)
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     return {
-        GRID: levels.discretisation(name),
+        DISCRETISATION: levels.discretisation(name),
         SOLVER: residual,
         TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
         ENSEMBLE: levels.scatter(name, resolution),

@@ -23,7 +23,7 @@ from comparisons.tasks.task import Task
 G = TypeVar("G", bound=Geometry)
 T = TypeVar("T")
 # The resolution of what has no discretisation: nothing can refine it.
-EXACT = (1,)
+NO_GRID = (1,)
 
 
 class Refused(Exception):  # noqa: N818 - no error: a method may decline a scene
@@ -122,7 +122,7 @@ class Solver(Generic[G]):
 
     def resolutions(self, geometry: G) -> tuple[int, ...]:
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
-        return EXACT
+        return NO_GRID
 
     def series(self, usual: int, least: int, most: int, multiple: int = 1) -> tuple[int, int, int]:
         """Return three resolutions, each twice the last, of a method of second order.

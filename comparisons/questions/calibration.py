@@ -31,8 +31,7 @@ import numpy as np
 from comparisons.facts.methods import CLOSED_FORM, GRID, METHODS
 from comparisons.files import write_table, write_text
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.truth import GRID as DISCRETISATION
-from comparisons.judging.truth import truths
+from comparisons.judging.truth import DISCRETISATION, truths
 from comparisons.judging.uncertainty import Kind, combined
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused

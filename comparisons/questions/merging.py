@@ -322,9 +322,7 @@ def _settled(plan: Plan, study: Study) -> Plan:
     """Return the plan with the notes of a complete run on the refinement of its reference."""
     if any(study.solution(task) is None for task in plan.tasks):
         return plan
-    try:
-        next(refinements(plan, study.solved))
-    except StopIteration as end:
-        final: Plan = end.value
-        return replace(final, notes=tuple(dict.fromkeys(final.notes)))
-    return replace(plan, notes=(*plan.notes, NOT_REFINED))
+    final = next(refinements(plan, study.solved), plan)
+    if final.methods != plan.methods:
+        return replace(plan, notes=(*plan.notes, NOT_REFINED))
+    return replace(final, notes=tuple(dict.fromkeys(final.notes)))

@@ -41,7 +41,7 @@ _MINUTE = 60.0  # seconds that a refined solve may be expected to take at quick 
 SOON_SOLVED = 1.0  # seconds: a shorter solve of lines or of surfaces that no page shows is not kept
 
 
-class Study(Campaign[Plan, StudyRecord]):
+class Study(Campaign[None, StudyRecord]):
     """All plans of a run, and the folder of its results.
 
     Parameters
@@ -79,13 +79,13 @@ class Study(Campaign[Plan, StudyRecord]):
         self._asked: set[str] = set()
         self._own: dict[str, Task] = {}
 
-    def inquiries(self) -> dict[str, Inquiry[Plan]]:
+    def inquiries(self) -> dict[str, Inquiry[None]]:
         """Return one inquiry per plan; completed plans are refined while others are solved."""
         self._begun = True
         names = [plan.scene.name for plan in self.plans]
         return {name: self._solved(index) for index, name in enumerate(names)}
 
-    def _solved(self, index: int) -> Inquiry[Plan]:
+    def _solved(self, index: int) -> Inquiry[None]:
         """Solve a plan: its first surfaces, as many as these ask for, finer grids at full effort.
 
         Every part of a study solves the first surfaces, so that all choose the same numbers.
@@ -97,15 +97,10 @@ class Study(Campaign[Plan, StudyRecord]):
         self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
         yield self._jobs(self._share([t for t in plan.tasks if t.key not in self._asked]))
         if self.effort == "quick" or self._is_part:
-            return plan
-        steps = refinements(plan, self.solved)
-        while True:
-            try:
-                self.plans[index] = next(steps)
-            except StopIteration as end:
-                self.plans[index] = end.value
-                return self.plans[index]
-            yield self._jobs([t for t in self.plans[index].tasks if t.key not in self._solutions])
+            return
+        for finer in refinements(plan, self.solved):
+            self.plans[index] = finer
+            yield self._jobs([t for t in finer.tasks if t.key not in self._solutions])
 
     def _share(self, tasks: list[Task]) -> list[Task]:
         """Return the tasks of this part; the others are not requested here."""
@@ -133,7 +128,7 @@ class Study(Campaign[Plan, StudyRecord]):
         (task,) = done.job.arguments
         self._solutions[task.key] = Solution.lost(task, done.lost) if done.lost else done.value
 
-    def answer(self, header: Header, answers: Mapping[str, Plan]) -> StudyRecord:
+    def answer(self, header: Header, answers: Mapping[str, None]) -> StudyRecord:
         """Compare the solutions so far, and return the record to be written.
 
         The comparison counts into the seconds of the run: what theorems prove can take longer
@@ -279,12 +274,9 @@ def solved_in_memory(
     if effort == "full" or enough is not None:
         full = effort == "full"
         steps = refinements(plan, solved) if full else refinements(plan, solved, _MINUTE, enough)
-        while True:
-            try:
-                solved(next(steps))
-            except StopIteration as end:
-                plan = end.value
-                break
+        for finer in steps:
+            plan = finer
+            solved(plan)
     return plan, solved(plan)
 
 

@@ -21,7 +21,7 @@ from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import BYTES_FREE, BYTES_PERIODIC
 from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import concerned, solver_for
-from comparisons.methods.solver import Refusal, Refused, Solver
+from comparisons.methods.solver import NO_GRID, Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import SUITES, Scene, SceneError, load_scene, load_scenes
 from comparisons.scene.surface import SelfAffine
@@ -43,8 +43,6 @@ Source = str | Path | Mapping[str, Any] | Scene
 
 # Bytes below which the plan does not mention memory.
 WORTH_SAYING = 5e7
-# What a method without a discretisation plans: nothing can refine it.
-EXACT = (1,)
 
 
 def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
@@ -161,7 +159,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     if METHODS[name].on_request and scene.compare.methods is None:
         return MethodPlan(name, False, "takes seconds per load: runs only if named")
     planned = solver.resolutions(draft.geometry)
-    if scene.compare.resolutions is not None and planned != EXACT:
+    if scene.compare.resolutions is not None and planned != NO_GRID:
         planned = scene.compare.resolutions
     refusals = {n: _refusal(draft, name, solver, n) for n in planned}
     feasible = tuple(n for n in planned if not refusals[n])
@@ -288,7 +286,7 @@ def plan_all(
         Listing every problem of all scenes, or the scenes that no method can do.
     """
     try:
-        # On a scene that is right, only what is added can be wrong: told once.
+        # Overrides are checked once, on a scene that is right: only they can be wrong there.
         load_scene("paraboloid", overrides)
     except SceneError as error:
         raise SceneError(origin, error.problems) from error

@@ -17,10 +17,10 @@ from comparisons.files import plain, write_table
 from comparisons.formatting import relative
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, truths
+from comparisons.judging.truth import DISCRETISATION, ENSEMBLE, EXACT, truths
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.registry import solver_for
-from comparisons.methods.solver import Refusal
+from comparisons.methods.solver import NO_GRID, Refusal
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.hard_cases.case import (
     ACCURATE,
@@ -43,7 +43,6 @@ from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry, solve_job
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.plan import Plan, task_of
-from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import plan_scene, refusal, single_resolution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
@@ -157,7 +156,7 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
     solver = solver_for(name, plan.scene)
     if isinstance(solver, Refusal):
         return _judged(case, name, kind=NOT_FOR, reason=solver.reason)
-    if resolution is None or solver.resolutions(plan.geometry) == EXACT_LEVELS:
+    if resolution is None or solver.resolutions(plan.geometry) == NO_GRID:
         levels = planned.resolutions
         resolution = single_resolution(levels, plan.geometry) if levels else 0
     reason = planned.reason if not planned.supported else ""
@@ -263,7 +262,7 @@ def _truth(case: HardCase, plan: Plan, solved: Solved) -> tuple[Curves, Curves]:
         return {}, {}
     # All methods solve the same surfaces, so the scatter between surfaces is not an error; on an
     # identical grid, only the solvers differ.
-    left_out = {ENSEMBLE, GRID} if len(truth.resolutions) == 1 else {ENSEMBLE}
+    left_out = {ENSEMBLE, DISCRETISATION} if len(truth.resolutions) == 1 else {ENSEMBLE}
     bars = {
         name: combined(
             np.full(len(trusted.curves[name]), EXACT),

@@ -195,12 +195,10 @@ SQUARE = {"shape": "square_punch", "side": 1e-3}
 
 def refined(plan, solved, solve, budget=BUDGET):
     """Return the plan with all refinements, each solved as it is asked for."""
-    steps = refinements(plan, solved, budget)
-    while True:
-        try:
-            solve(next(steps))
-        except StopIteration as end:
-            return end.value
+    for finer in refinements(plan, solved, budget):
+        plan = finer
+        solve(plan)
+    return plan
 
 
 @pytest.fixture
