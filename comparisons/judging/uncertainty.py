@@ -20,27 +20,20 @@ from reference.halfspace.punches import EDGE_OFFSET
 class Rule:
     """The parameters of the grid convergence index.
 
-    Attributes
-    ----------
-    safe, unsafe, two : float
-        Safety factors where three grids converge with a credible order, where they do not, and
-        of two grids, which have no order of their own (Roache takes 1.25, 3 and 3).
-    lowest, highest : float
-        Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
-        highest is trusted, and below the lowest convergence is not credible at all.
-    floor : float
-        A load step's own difference counts no less than this share of the median over the steps.
-
     For quantities and physics whose share was not measured (`Share`). On single contacts, where
     both can be told, it covers every case at some nine times the true error.
     """
 
+    # Safety factors where three grids converge with a credible order, where they do not, and of two
+    # grids, which have no order of their own (Roache takes 1.25, 3 and 3).
     safe: float = 1.25
     unsafe: float = 2.0
     two: float = 3.0
+    # Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
+    # highest is trusted, and below the lowest convergence is not credible at all.
     lowest: float = 0.5
     highest: float = 1.25
-    floor: float = 0.5
+    floor: float = 0.5  # the least of a load step's own difference, of the median over the steps
 
 
 # What a share of the error was measured of: a "free" or "periodic" rough surface; a single contact
@@ -60,25 +53,17 @@ class Share(NamedTuple):
     changes that were measured: of single contacts against closed forms, of rough surfaces against
     grids eight times finer. What the changes between the last three grids leave is pooled over all
     loads (`share_uncertainty`).
-
-    Attributes
-    ----------
-    order : float
-        At which errors fall with cells or elements to a side.
-    factor : float
-        Of rough surfaces, of which many loads or few may be asked: that of Student's t of as many
-        degrees of freedom as there are changes, for as many estimates may all be small by chance.
-    two : float
-        What the factor of single contacts is multiplied by where there are two grids, or meshes of
-        elements, only. Of their cases, with their coarsest grid left out, 99 % and more are covered
-        then.
-    area, gap : float
-        By which powers of the contact area, and of the open share of a rough surface, errors fall.
     """
 
-    order: float
+    order: float  # at which errors fall with cells or elements to a side
+    # Of rough surfaces, of which many loads or few may be asked: that of Student's t of as many
+    # degrees of freedom as there are changes, for as many estimates may all be small by chance.
     factor: float
+    # What the factor of single contacts is multiplied by where there are two grids, or meshes of
+    # elements, only. Of their cases, with their coarsest grid left out, 99 % and more are covered
+    # then.
     two: float = 1.0
+    # By which powers of the contact area, and of the open share of a rough surface, errors fall.
     area: float = 0.0
     gap: float = 0.0
 
@@ -148,28 +133,16 @@ def grid_uncertainty(
     """Return the relative uncertainty of the finest of several solutions, per load step.
 
     The grid convergence index of Roache (J. Fluids Eng. 116 (1994) 405): with f3 the finest of
-    three values, r the ratio of resolutions and p the observed order,
-    u = Fs |f3 - f2| / (r^p - 1). The order comes from the median differences over all load
-    steps, because single steps can agree by chance; for the same reason a step's own difference
-    counts no less than a share of the median over the steps, and no less than the difference
-    before it predicts. Values that oscillate or diverge have no order: first order and the unsafe
-    factor; values that converge slowly, the lowest order and the unsafe factor.
+    three values, r the ratio of resolutions and p the observed order, u = Fs |f3 - f2| / (r^p - 1).
+    The order comes from the median differences over all load steps, because single steps can agree
+    by chance; for the same reason a step's own difference counts no less than a share of the median
+    over the steps, and no less than the difference before it predicts. Values that oscillate or
+    diverge have no order: first order and the unsafe factor; values that converge slowly, the
+    lowest order and the unsafe factor.
 
-    Parameters
-    ----------
-    resolutions : ndarray, shape (m,)
-        Increasing.
-    curves : ndarray, shape (m, k)
-        One quantity at k load steps for each resolution.
-    rule : Rule
-    sizes : ndarray, shape (k,), optional
-        What the uncertainty is relative to; default: the values of the finest solution.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        NaN where there is only one resolution, and at steps that the finest lost. With two the
-        order is taken as one, with the factor of two grids.
+    Curves are (m, k), coarse to fine; the uncertainty is relative to `sizes`, else to the finest.
+    NaN with one resolution, and at steps that the finest lost. With two the order is taken as one,
+    with the factor of two grids.
 
     Examples
     --------
@@ -245,7 +218,9 @@ def share_uncertainty(
     left = np.sqrt(n[-1] ** power / (n[:-1] ** power + n[1:] ** power))
     with np.errstate(divide="ignore", invalid="ignore"):
         changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))[-2:]
-        smaller = np.where(touching > 0, touching**share.area, np.nan)
+        # a share of no power of the area needs none: 0^0 = 1
+        counts = (touching > 0) | (share.area == 0)
+        smaller = np.where(counts, touching**share.area, np.nan)
         if rough and not np.isnan(apparent):
             smaller *= np.maximum(1 - touching / apparent, LEAST_OPEN) ** share.gap
         estimates = (changes * left[:, None] * smaller).ravel()
@@ -343,26 +318,14 @@ def standard_error(samples: np.ndarray) -> np.ndarray:
 def ratio_of_means(
     numerator: np.ndarray, denominator: np.ndarray, *, paired: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ratio of two ensemble means and its relative 95 % half-width.
+    """Return the ratio of two ensemble means and its relative 95 % half-width, each (k,).
 
-    The delta method: with x, y the means and s their standard errors, the relative variance of
-    x/y is (s_x/x)^2 + (s_y/y)^2 - 2 s_xy/(x y). The covariance counts where realisation k of both
-    ensembles is the same surface; it makes ratios far better known than either mean. Realisations
-    that either of a pair lost are left out. Student's t with the smaller number of degrees of
-    freedom turns the standard error into a half-width.
-
-    Parameters
-    ----------
-    numerator, denominator : ndarray, shape (n, k), (m, k)
-        Realisations along axis 0; m = n where `paired`.
-    paired : bool
-        Whether row k of both belongs to the same surface.
-
-    Returns
-    -------
-    ratio, half_width : ndarray, shape (k,)
-        The half-width is NaN below two realisations, except where both ensembles are single
-        values: then nothing scatters, and it is zero.
+    The delta method: with x, y the means and s their standard errors, the relative variance of x/y
+    is (s_x/x)^2 + (s_y/y)^2 - 2 s_xy/(x y). The covariance counts where realisation k of both
+    ensembles is the same surface (`paired`); it makes ratios far better known than either mean.
+    Realisations, along axis 0, that either of a pair lost are left out. Student's t with the
+    smaller number of degrees of freedom turns the standard error into a half-width: NaN below two
+    realisations, except where both ensembles are single values, which do not scatter: zero.
 
     Examples
     --------
@@ -413,19 +376,7 @@ def line_uncertainty(
     On the rim of a free patch the line lies a known part of a cell inside (`areas`) that depends on
     how the area grows with the load: half of that strip is taken as not known.
 
-    Parameters
-    ----------
-    area, counted : ndarray, shape (k,)
-        Located area, and that of the cells in contact.
-    sides : (float, float)
-        Cells to the sides of the grid.
-    periodic : bool
-        Whether the surface has no rim.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        NaN where an area is lost or zero.
+    `sides` are the cells to the sides of the grid. NaN where an area is lost or zero.
 
     Examples
     --------

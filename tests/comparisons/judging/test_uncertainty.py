@@ -190,6 +190,14 @@ def test_an_area_that_is_zero_on_the_finest_grid_has_no_bar_relative_to_it(kind)
     assert (bars[[0, 2]] < 1).all()
 
 
+def test_a_share_of_no_power_of_the_area_needs_no_contact():
+    """Elements follow the contact line: a value without any area has the bar of the others."""
+    curves = np.array([[1.2, 1.2], [1.1, 1.1], [1.05, 1.05]])
+    areas = np.array([0.0, 1.0])
+    bars = share_uncertainty(np.array([16, 32, 64]), curves, ("force", "elements"), areas=areas)
+    assert bars[0] == bars[1] > 0
+
+
 SQUARE = {"shape": "square_punch", "side": 1e-3}
 
 
