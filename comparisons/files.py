@@ -34,12 +34,7 @@ _MOST_LINKS = 40
 def write_atomically(path: Path, write: Write) -> None:
     """Call ``write`` on a temporary file beside `path`, then rename it to `path`.
 
-    A file that is replaced hands its permissions on.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written, with the name of the file.
+    A file that is replaced hands its permissions on. OSError names the file.
     """
     temporary = ""
     try:
@@ -62,12 +57,7 @@ def write_atomically(path: Path, write: Write) -> None:
 def write_named(path: Path, write: Write) -> None:
     """Write to what a user named: a file atomically, a pipe or a device through it.
 
-    A link stays: the file that it leads to is replaced.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written, with the name that was given.
+    A link stays: the file that it leads to is replaced. OSError has the name that was given.
     """
     try:
         descriptor = _own_descriptor(path)
@@ -147,13 +137,7 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """Read an npz without ever unpickling.
-
-    Raises
-    ------
-    ResultsError
-        If the file is torn or is not an npz of plain arrays.
-    """
+    """Read an npz without ever unpickling; ResultsError for a torn file or other contents."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files}

@@ -18,45 +18,26 @@ from comparisons.reasons import near
 
 @dataclass(frozen=True)
 class Method:
-    """Facts about a method.
+    """Facts about a method."""
 
-    Attributes
-    ----------
-    title : str
-        Name in reports.
-    dimension : int
-        3 for a candidate reference, 1 for a model under test, 2 for a theory of the statistics of a
-        surface, which needs no realisation.
-    preference : float
-        Among candidates of equal or unknown bars, the one with the lowest value is the reference.
-    exact : bool
-        A closed form, without discretisation.
-    grid : bool
-        A half-space on a grid of cells; two such methods have the same error on the same grid.
-    growth : float
-        Factor of the work when the resolution doubles: N^2 log N and more iterations for grids,
-        N^5 for meshes, N^6 for dense matrices.
-    origin : {"own", "peer", "outside"}
-        Other people's code (peer) checks the reference, and is never the reference itself. A
-        user's (outside) is untrusted: it is judged, and takes no part in what the truth is.
-    isolated : bool
-        It runs in a separate process and measures its own time.
-    on_request : bool
-        A load takes seconds: it runs only where a scene names it.
-    identity : str
-        Distinguishes versions of user-supplied code.
-    """
-
-    title: str
+    title: str  # name in reports
+    # 3 for a candidate reference, 1 for a model under test, 2 for a theory of the statistics of a
+    # surface, which needs no realisation.
     dimension: int = 3
+    # Among candidates of equal or unknown bars, the one with the lowest value is the reference.
     preference: float = math.inf
-    exact: bool = False
+    exact: bool = False  # a closed form, without discretisation
+    # A half-space on a grid of cells; two such methods have the same error on the same grid.
     grid: bool = False
+    # Factor of the work when the resolution doubles: N^2 log N and more iterations for grids, N^5
+    # for meshes, N^6 for dense matrices.
     growth: float = 6.0
+    # Other people's code (peer) checks the reference, and is never the reference itself. A user's
+    # (outside) is untrusted: it is judged, and takes no part in what the truth is.
     origin: Literal["own", "peer", "outside"] = "own"
-    isolated: bool = False
-    on_request: bool = False
-    identity: str = ""
+    isolated: bool = False  # it runs in a separate process and measures its own time
+    on_request: bool = False  # a load takes seconds: it runs only where a scene names it
+    identity: str = ""  # distinguishes versions of user-supplied code
 
     @property
     def peer(self) -> bool:

@@ -42,22 +42,13 @@ class Support:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BodyGeometry(IndenterGeometry):
-    """An indenter (or a rigid plane) over a supported body.
+    """An indenter (or a rigid plane) over a supported body."""
 
-    Attributes
-    ----------
-    solid : SolidMesh
-        The mesh in metres, in the contact frame.
-    surface : (k, 2)
-        Faces of the potential contact surface.
-    origin, axes : (3,), (3, 3)
-        The contact frame: a point p of the file has the coordinates ``axes @ (p - origin)``.
-    """
-
-    solid: SolidMesh
-    surface: np.ndarray
+    solid: SolidMesh  # the mesh in metres, in the contact frame
+    surface: np.ndarray  # faces of the potential contact surface
     supports: tuple[Support, ...]
     symmetric_parts: int
+    # The contact frame: a point p of the file has the coordinates ``axes @ (p - origin)``.
     origin: np.ndarray
     axes: np.ndarray
 
@@ -91,13 +82,7 @@ class BodyGeometry(IndenterGeometry):
 
 
 def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
-    """Read and check the body of a scene.
-
-    Parameters
-    ----------
-    contact : IndenterGeometry
-        The indenter, with its contact on a half-space of the same elastic constants.
-    """
+    """Read and check the body of a scene, under the indenter on a half-space of its constants."""
     assert scene.body is not None
     try:
         return _geometry(scene.body, read_body(Path(scene.directory) / scene.body.file), contact)

@@ -43,15 +43,10 @@ class FileError(InputError):
 
 
 def read_apart(reader: str, path: Path, *arguments: Any, remedy: str) -> dict[str, Any]:
-    """Return what a reader returns that is called in a process of its own.
+    """Return what ``"package.module:function"`` returns, called in a process of its own.
 
-    Parameters
-    ----------
-    reader : str
-        ``"package.module:function"``; called with the path and the further arguments. It returns a
-        dict of arrays and plain values.
-    remedy : str
-        Advice where the file needs too much memory or time.
+    With the path and the arguments; a dict of arrays and plain values. `remedy` is the advice where
+    the file needs too much memory or time.
     """
     with path.open("rb") as file:
         start = file.read(8)

@@ -31,25 +31,15 @@ _WIDEST_SEAM = 2.0
 
 @dataclass(frozen=True)
 class TreatedMap:
-    """A measured surface, ready for every method.
+    """A measured surface, ready for every method."""
 
-    Attributes
-    ----------
-    heights : ndarray, shape (nx, ny)
-        Heights in metres, positive towards the half-space (peaks touch first), axis 0 along x,
-        C-contiguous float64, read-only.
-    size : tuple of float
-        Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
-    treatment : tuple of str
-        Processing steps in order.
-    periodic : bool
-        Whether the map is periodic, as the caller states.
-    """
-
+    # (nx, ny), heights in metres, positive towards the half-space (peaks touch first), axis 0 along
+    # x, C-contiguous float64, read-only.
     heights: Array
+    # Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
     size: tuple[float, float]
-    treatment: tuple[str, ...]
-    periodic: bool = False
+    treatment: tuple[str, ...]  # processing steps in order
+    periodic: bool = False  # whether the map is periodic, as the caller states
 
 
 def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
@@ -58,16 +48,9 @@ def read_map(path: Path, surface: MeasuredMap) -> TreatedMap:
     Detrending and interpolation fit and use the defined points only. Inversion comes before the
     filling, so that "lowest" means the points that touch last.
 
-    Parameters
-    ----------
-    path : Path
-        .npy, .csv, .txt (numbers only, first index along x), .xyz (lines of x, y, z), or TIFF and
-        any format SurfaceTopography reads (optional extra ``topography``).
-    surface : MeasuredMap
-        Properties that the file does not state, and the processing. Undefined points are filled by
-        harmonic interpolation (which cannot exceed the surrounding heights), by the lowest defined
-        height, or are refused; by default they are interpolated below 5 %, and refused above and,
-        because a NaN may be a mistake there, in .npy, .csv and .txt.
+    Undefined points are filled by harmonic interpolation (which cannot exceed the surrounding
+    heights), by the lowest defined height, or are refused; by default they are interpolated
+    below 5 %, and refused above and, because a NaN may be a mistake there, in .npy, .csv and .txt.
 
     Examples
     --------

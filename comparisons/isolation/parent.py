@@ -88,25 +88,16 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Outcome of isolated work.
+    """Outcome of isolated work."""
 
-    Attributes
-    ----------
-    ended : str
-        "answered", "raised", "hung" (time limit), "out of memory" (limit passed, or MemoryError),
-        "killed" (the process ended by a signal or by exiting), "malformed" (the answer is
-        missing, unreadable, not a dict, or not finite).
-    answer : dict
-        Return value of the work; empty unless `ended` is "answered".
-    reason : str
-        Reason for a missing answer, in plain words; empty if there is an answer.
-    seconds, memory : float
-        Wall-clock time from start to end, and the largest measured resident memory in bytes.
-    """
-
+    # "answered", "raised", "hung" (time limit), "out of memory" (limit passed, or MemoryError),
+    # "killed" (the process ended by a signal or by exiting), "malformed" (the answer is missing,
+    # unreadable, not a dict, or not finite).
     ended: Ended
+    # Return value of the work; empty unless `ended` is "answered".
     answer: dict[str, Any] = field(default_factory=dict)
-    reason: str = ""
+    reason: str = ""  # reason for a missing answer, in plain words; empty if there is an answer
+    # Wall-clock time from start to end, and the largest measured resident memory in bytes.
     seconds: float = float("nan")
     memory: float = 0.0
 
@@ -127,28 +118,13 @@ def run(
 ) -> Outcome:
     """Call a function in a separate process and return the outcome, see the contract of the module.
 
-    Parameters
-    ----------
-    work : str
-        ``"package.module:function"``.
-    *arguments
-        Positional arguments, picklable.
-    seconds, memory : float, optional
-        Limits: wall-clock seconds, bytes of resident memory. None for no limit.
-    finite : bool
-        Refuse an answer that holds NaN or infinities.
-    reuse : str
-        Name under which the process is kept for the next call while it gives answers; by default it
-        ends after this call.
-    python : str
-        Interpreter of another environment. It needs NumPy and what the work imports; our packages
-        are not seen there, so `work` is ``"/path/to/script.py:function"``, and arguments are plain
-        Python (another NumPy may not read our arrays).
+    `seconds` of wall clock and bytes of resident `memory` are limits; `finite` refuses an answer
+    that holds NaN or infinities. Under the name `reuse` the process is kept for the next call while
+    it gives answers.
 
-    Raises
-    ------
-    ValueError
-        If `work` is not a function, or a limit is not positive. Failures of the work do not raise.
+    `python` is the interpreter of another environment. It needs NumPy and what the work imports;
+    our packages are not seen there, so `work` is ``"/path/to/script.py:function"``, and arguments
+    are plain Python (another NumPy may not read our arrays).
 
     Examples
     --------

@@ -47,17 +47,9 @@ def compare(
 ) -> Comparison:
     """Compare all solutions of a scene with its best reference.
 
-    Parameters
-    ----------
-    plan : Plan
-    solved : dict
-        (method, resolution) -> Solution.
-    constants : dict
-        Columns that are the same in every row (threads, machine), but where a solution
-        knows the machine that found it.
-    prove : bool
-        Whether to hold the truth against what theorems prove, where the scene asks for it: this
-        can take longer than the solves.
+    `constants` are columns that are the same in every row, but where a solution knows the machine
+    that found it. To `prove` (hold the truth against theorems, where the scene asks) can outlast
+    the solves.
     """
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     levels = {method: Levels.of(solved, method) for method, _ in solved}

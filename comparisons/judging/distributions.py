@@ -29,14 +29,7 @@ ALL = slice(None)
 
 
 def distance(values: np.ndarray, reference: np.ndarray, bins: np.ndarray) -> float:
-    """Return the mean difference of values of equal rank, over the mean of the reference.
-
-    Parameters
-    ----------
-    values, reference : ndarray, shape (n,)
-        Histograms; NaN is returned where one of them is empty.
-    bins : ndarray, shape (n + 1,)
-        Edges.
+    """Return the mean difference at equal rank, over the reference's mean; NaN of empty histograms.
 
     Examples
     --------

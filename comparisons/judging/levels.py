@@ -36,19 +36,11 @@ class Levels:
     resolutions differ by their grids alone. Another 3-D method than the leading grid
     (GRID) solves some of the same surfaces: its mean is that of the leading grid, and what the two
     differ by on the surfaces of both.
-
-    Attributes
-    ----------
-    method : str
-    solutions : dict
-        Resolution -> Solution, ascending.
-    anchor : Levels, optional
-        Those of the leading grid.
     """
 
     method: str
-    solutions: dict[int, Solution]
-    anchor: Levels | None = None
+    solutions: dict[int, Solution]  # resolution -> Solution, ascending
+    anchor: Levels | None = None  # those of the leading grid
     _estimates: dict[tuple[str, int], Estimate] = field(
         default_factory=dict, repr=False, compare=False
     )

@@ -96,14 +96,9 @@ def front(times: np.ndarray, errors: np.ndarray) -> list[int]:
 def pressure_difference(
     pressure: np.ndarray, weight: np.ndarray, reference: np.ndarray, keep: np.ndarray
 ) -> float:
-    """Return the area-weighted relative L2 difference over the reference's contact.
+    """Return the area-weighted relative L2 difference over the reference's contact, (n,) points.
 
-    Parameters
-    ----------
-    pressure, weight, reference : ndarray, shape (n,)
-        Pressures at the same points, and the area that each point stands for.
-    keep : ndarray of bool
-        False where a ring around a singularity is left out.
+    `weight` is the area of each point; `keep` is False in a ring around a singularity.
     """
     inside = keep & (reference > 0) & np.isfinite(reference)
     norm = float(np.sum(weight[inside] * reference[inside] ** 2))

@@ -41,26 +41,15 @@ _ROUNDS = 500
 
 @dataclass(frozen=True)
 class Estimate:
-    """A mean over random surfaces, and how well it is known.
+    """A mean over random surfaces, and how well it is known."""
 
-    Attributes
-    ----------
-    levels : ndarray, shape (m, k)
-        Mean on each grid, coarse to fine: partial sums, all with the surfaces of the first.
-    parts : ndarray, shape (m, k)
-        What each grid contributes to the variance of the last mean, a_l / n_l.
-    freedom : ndarray, shape (k,)
-        Degrees of freedom of the variance (Welch and Satterthwaite).
-    counts : ndarray, shape (m, k)
-        Surfaces that each term is a mean over.
-    missing : tuple of str
-        Per load step: what is missing for a mean or for its bar; "" where nothing is.
-    """
-
+    # (m, k), mean on each grid, coarse to fine: partial sums, all with the surfaces of the first.
     levels: np.ndarray
+    # (m, k), what each grid contributes to the variance of the last mean, a_l / n_l.
     parts: np.ndarray
-    freedom: np.ndarray
-    counts: np.ndarray
+    freedom: np.ndarray  # (k,), degrees of freedom of the variance (Welch and Satterthwaite)
+    counts: np.ndarray  # (m, k), surfaces that each term is a mean over
+    # Per load step: what is missing for a mean or for its bar; "" where nothing is.
     missing: tuple[str, ...]
 
     @property
@@ -89,19 +78,11 @@ class Estimate:
 
 
 def estimate(values: Sequence[np.ndarray]) -> Estimate:
-    """Return the mean on the finest of several grids.
+    """Return the mean on the finest of several grids, of values (n_l, k) coarse to fine.
 
-    Parameters
-    ----------
-    values : sequence of ndarray, shapes (n_l, k)
-        A quantity on each grid, coarse to fine; row i of all of them is the same surface. NaN where
-        a solve was lost: the surface then takes part in no difference that needs it. Surfaces that
-        a coarser grid does not have count on no finer one.
-
-    Raises
-    ------
-    ValueError
-        If there is no grid.
+    Row i is the same surface on all grids. NaN where a solve was lost: the surface then takes part
+    in no difference that needs it. Surfaces that a coarser grid does not have count on no finer
+    one.
 
     Examples
     --------
@@ -131,29 +112,11 @@ def variances(values: Sequence[np.ndarray]) -> np.ndarray:
 def allocate(variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray) -> np.ndarray:
     """Return how many surfaces on each grid know all means well enough, at the least cost.
 
-    Minimises sum n_l c_l under sum a_lj / n_l <= allowed_j for all j. For one mean that is
-    n_l = sqrt(a_l / c_l) sum sqrt(a_m c_m) / allowed (Giles, eq. 1.6); for several the same with
-    sum over j of w_j a_lj, the weights w grown where a mean is known too badly, shrunk where it is
-    known better than asked.
-
-    Parameters
-    ----------
-    variance : ndarray, shape (m, j)
-        a_l for each grid and each mean.
-    cost : ndarray, shape (m,)
-        Of one surface on each grid, in any unit.
-    allowed : ndarray, shape (j,)
-        Variance that each mean may have.
-
-    Returns
-    -------
-    ndarray of int, shape (m,)
-        Not increasing.
-
-    Raises
-    ------
-    ValueError
-        If a variance or a cost is not finite, or a cost or an allowed variance is not positive.
+    Minimises sum n_l c_l under sum a_lj / n_l <= allowed_j for all j, with the costs c (m,) of a
+    surface in any unit and the variances a (m, j). For one mean that is n_l = sqrt(a_l / c_l) sum
+    sqrt(a_m c_m) / allowed (Giles, eq. 1.6); for several the same with sum over j of w_j a_lj, the
+    weights w grown where a mean is known too badly, shrunk where it is known better than asked. The
+    numbers do not increase.
 
     Examples
     --------
@@ -187,11 +150,6 @@ def allocate(variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray) -> np.
 
 def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.ndarray:
     """Return numbers in the same proportion that cost no more than a budget, at least FEWEST.
-
-    Raises
-    ------
-    ValueError
-        If the budget is too small for the fewest surfaces that know their scatter.
 
     Examples
     --------

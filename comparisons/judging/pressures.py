@@ -74,14 +74,9 @@ class TruePressure:
         """Return how well it is known, as an L2 difference; NaN with one resolution.
 
         The change from the next coarser resolution, at first order: with r the ratio of
-        resolutions, 1.25 times that change over r - 1. A solution on coarser cells is compared with
-        the mean over k of the truth's cells, in which errors at the contact's edges cancel: its bar
-        is that of the change between means over k cells of the coarser grid.
-
-        Parameters
-        ----------
-        fields : dict, optional
-            The solution that is compared; default: the truth's own cells.
+        resolutions, 1.25 times that change over r - 1. A compared solution (`fields`) on coarser
+        cells meets the mean over k of the truth's cells, in which errors at the contact's edges
+        cancel: its bar is that of the change between means over k cells of the coarser grid.
         """
         if self._formula is not None:
             return 0.0

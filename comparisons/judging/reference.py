@@ -35,26 +35,15 @@ def missed_by(
 
 @dataclass(frozen=True)
 class Verification:
-    """All references of a scene, held against what theorems prove of it.
+    """All references of a scene, held against what theorems prove of it."""
 
-    Attributes
-    ----------
-    bars : int
-        Known bars that have an interval beside them: of each reference, quantity and load step.
-    missed : int
-        How many of them do not reach the interval.
-    sentences : tuple of str
-        A sentence for each reference and quantity whose bar does not reach the interval.
-    width : float
-        Largest relative width of the intervals of force and penetration.
-    seconds, truth_seconds : float
-        What the intervals took, and what the solve of the truth that they judge.
-    """
-
+    # Known bars that have an interval beside them: of each reference, quantity and load step.
     bars: int
-    missed: int
+    missed: int  # how many of them do not reach the interval
+    # A sentence for each reference and quantity whose bar does not reach the interval.
     sentences: tuple[str, ...]
-    width: Number
+    width: Number  # largest relative width of the intervals of force and penetration
+    # What the intervals took, and what the solve of the truth that they judge.
     seconds: float
     truth_seconds: float
 
@@ -151,34 +140,20 @@ class Bar:
 
 @dataclass(frozen=True)
 class Reference:
-    """Which solution the others were compared with, and how well it is known.
+    """Which solution the others were compared with, and how well it is known."""
 
-    Attributes
-    ----------
-    method, resolution, text : str, int, str
-        "" where there is none; the text is a sentence.
-    uncertainty : dict
-        Quantity -> relative 95 % half-width, rms over the load steps; NaN where not known.
-    sources : dict
-        Quantity -> source -> its part of that.
-    bars : dict
-        Quantity that it gives -> `Bar`.
-    footnotes : tuple of str
-        Disagreements that are small against the tolerance, in words.
-    proved : Verification, optional
-        Its bars held against theorems.
-    chance : str
-        Why lines that agree with it do so by chance (`comparisons.results.scene_record`).
-    """
-
+    # "" where there is none; the text is a sentence.
     method: str
     resolution: int
     text: str
+    # Quantity -> relative 95 % half-width, rms over the load steps; NaN where not known.
     uncertainty: dict[str, Number] = field(default_factory=dict)
+    # Quantity -> source -> its part of that.
     sources: dict[str, dict[str, Number]] = field(default_factory=dict)
-    bars: dict[str, Bar] = field(default_factory=dict)
-    footnotes: tuple[str, ...] = ()
-    proved: Verification | None = None
+    bars: dict[str, Bar] = field(default_factory=dict)  # quantity that it gives -> `Bar`
+    footnotes: tuple[str, ...] = ()  # disagreements that are small against the tolerance, in words
+    proved: Verification | None = None  # its bars held against theorems
+    # Why lines that agree with it do so by chance (`comparisons.results.scene_record`).
     chance: str = ""
 
     @property

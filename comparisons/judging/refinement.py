@@ -106,16 +106,7 @@ _LEAST_PART = 0.05
 
 
 def enlarged(plan: Plan, solved: Solved, effort: Effort) -> Plan:
-    """Return the plan with as many surfaces and lines as its bars need.
-
-    Parameters
-    ----------
-    plan : Plan
-        With the numbers of the pilots.
-    solved : dict
-        Their solutions.
-    effort : {"quick", "full"}
-    """
+    """Return the plan with the surfaces and lines that its bars need, by its pilots' scatter."""
     wanted = SCATTER[effort] * plan.scene.compare.tolerance
     methods, notes = {m.method: m for m in plan.methods}, list(plan.notes)
     grid = methods.get(GRID)

@@ -39,30 +39,17 @@ class Truth:
     """What a scene is judged by: one method's finest solution, with its uncertainty.
 
     All bars are relative 95 % half-widths, one per load step, (k,).
-
-    Attributes
-    ----------
-    axis : str
-        Along what the load steps are compared: the prescribed load, "step", "time" or "speed".
-    levels : Levels
-        The method's solutions at all resolutions.
-    resolution : int
-        That of the finest.
-    curves : dict
-        Quantity -> (k,) mean over realisations.
-    sources : dict
-        Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The
-        sources: DISCRETISATION, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
-    checks : tuple of Truth
-        The other 3-D methods' finest solutions, which should agree.
     """
 
+    # Along what the load steps are compared: the prescribed load, "step", "time" or "speed".
     axis: str
-    levels: Levels
-    resolution: int
-    curves: Curves
+    levels: Levels  # the method's solutions at all resolutions
+    resolution: int  # that of the finest
+    curves: Curves  # quantity -> (k,) mean over realisations
+    # Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The sources:
+    # DISCRETISATION, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms; CELLS.
     sources: dict[str, Sources]
-    checks: tuple[Truth, ...] = ()
+    checks: tuple[Truth, ...] = ()  # the other 3-D methods' finest solutions, which should agree
 
     @property
     def method(self) -> str:

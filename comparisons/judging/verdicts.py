@@ -52,70 +52,44 @@ def severity(word: str, low: float, high: float, error: float = 0.0) -> tuple[in
 
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with the load step that decided it.
+    """A verdict with the load step that decided it."""
 
-    Attributes
-    ----------
-    word : str
-        "within", "outside", "not resolved" or "no result".
-    step : int
-        The load step that decided, counted from 0; -1 where there is no result.
-    error, uncertainty : float
-        e, with its sign, and u at that step; u is NaN where it is not known.
-    low, high : float
-        The largest |e| - u and |e| + u over the steps: a tolerance below `low` is missed, one
-        from `high` on is held. `high` is NaN where a step has no error or no bar.
-    """
-
-    word: str = NO_RESULT
-    step: int = -1
+    word: str = NO_RESULT  # "within", "outside", "not resolved" or "no result"
+    step: int = -1  # the load step that decided, counted from 0; -1 where there is no result
+    # e, with its sign, and u at that step; u is NaN where it is not known.
     error: Number = NAN
     uncertainty: Number = NAN
+    # The largest |e| - u and |e| + u over the steps: a tolerance below `low` is missed, one from
+    # `high` on is held. `high` is NaN where a step has no error or no bar.
     low: Number = NAN
     high: Number = NAN
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict(Judgement):
-    """The verdict on one quantity of one setting: a method at a resolution.
+    """The verdict on one quantity of one setting: a method at a resolution."""
 
-    Attributes
-    ----------
-    method, resolution : str, float
-        The resolution is 0 for a method that solved nothing; NaN where none is meant.
-    quantity, at : str
-        What was compared, and what was equal when it was ("penetration", "force", "last load").
-    tolerance : float
-    signed, ratio : bool
-        Whether `error` has its sign, or is a size (norms); and whether it
-        is a ratio minus 1 (along paths errors are relative to the largest value).
-    rms : float
-        Root mean square of e over the load steps.
-    reason : str
-        Why there is no result.
-    counts : bool
-        False for a quantity that the scene's solutions cannot answer for any method.
-    offered : bool
-        False for a quantity that this method does not compute: a dash, no verdict on the method.
-    outside_band : str
-        Load steps, from 1, at which the one surface of a map is outside the band of single lines,
-        or "never"; "" where there is no such band. The error is that of the lines' mean.
-    single_low, single_high, single_step : float, float, int
-        5 and 95 % quantiles of single realisations' errors, at the step where they reach furthest.
-    """
-
+    # The resolution is 0 for a method that solved nothing; NaN where none is meant.
     method: str = ""
     resolution: Number = NAN
+    # What was compared, and what was equal when it was ("penetration", "force", "last load").
     quantity: str
     at: str
     tolerance: float
+    # Whether `error` has its sign, or is a size (norms); and whether it is a ratio minus 1 (along
+    # paths errors are relative to the largest value).
     signed: bool = True
     ratio: bool = True
-    rms: Number = NAN
-    reason: str = ""
+    rms: Number = NAN  # root mean square of e over the load steps
+    reason: str = ""  # why there is no result
+    # False for a quantity that the scene's solutions cannot answer for any method.
     counts: bool = True
+    # False for a quantity that this method does not compute: a dash, no verdict on the method.
     offered: bool = True
+    # Load steps, from 1, at which the one surface of a map is outside the band of single lines, or
+    # "never"; "" where there is no such band. The error is that of the lines' mean.
     outside_band: str = ""
+    # 5 and 95 % quantiles of single realisations' errors, at the step where they reach furthest.
     single_low: Number = NAN
     single_high: Number = NAN
     single_step: int = -1

@@ -26,13 +26,7 @@ def contact_step(
     contact: ParticleContact,
     net: tuple[np.ndarray, Grid],
 ) -> Step:
-    """Return the step of a solved contact.
-
-    Parameters
-    ----------
-    net : (ndarray, Grid)
-        The automata that are cells of the grid of results, and this grid.
-    """
+    """Return the step of a solved contact; `net`: the automata that are cells, and their grid."""
     numbers, grid = net
     # the contact as one on a grid of cells around the automata of the surface
     shape, area = grid.gap.shape, body.spacing**2

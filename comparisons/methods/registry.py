@@ -69,13 +69,8 @@ def add_class(solver: type[Solver[Any]]) -> str:
 
     One of the same name that was added before is replaced. Like every method from outside it is
     judged and never becomes the truth. Worker processes do not know it: with several workers the
-    method belongs into a file (`comparisons.methods.user.external.add_methods`).
-
-    Raises
-    ------
-    InputError
-        If it is no class of a solver with a name, or the name is that of a method of roughline's
-        own.
+    method belongs into a file (`comparisons.methods.user.external.add_methods`). InputError if it
+    is no class of a solver with a name, or the name is that of a method of roughline's own.
     """
     if not (isinstance(solver, type) and issubclass(solver, Solver) and solver.name):
         raise InputError(

@@ -55,17 +55,7 @@ def tables_of(scene: Scene) -> tuple[Rolling, Friction]:
 def quantities(
     rolling: Rolling, value: float, forces: tuple[float, float], limit: float
 ) -> dict[str, float]:
-    """Return the quantities of a step.
-
-    Parameters
-    ----------
-    value : float
-        The creep that is varied.
-    forces : (float, float)
-        Along and across.
-    limit : float
-        mu F.
-    """
+    """Return the quantities at a creep, of the forces along and across; `limit` is mu F."""
     along, across = forces
     creep, lateral = rolling.both(value)
     return {

@@ -45,15 +45,10 @@ def run(
 ) -> Solution:
     """Solve a task, whatever its loads and whatever happens.
 
-    Loads over many decades are solved span by span, and joined again. A step without an answer, or
-    with a quantity that is no number, is NaN in all quantities, with its reason.
-
-    Parameters
-    ----------
-    span : float, optional
-        Largest ratio of contact radii on one grid, in place of the solver's own.
-    reason : callable
-        Puts an exception that is none of the numerics' own into words.
+    Loads over many decades are solved span by span (ratios of contact radii on one grid), and
+    joined again. A step without an answer, or with a quantity that is no number, is NaN in all
+    quantities, with its reason; `reason` puts an exception that is none of the numerics' own into
+    words.
     """
     cuts = _cuts(task, solver.span if span is None else span)
     parts = [_contained(solver, _part(task, *cut), reason) for cut in pairwise(cuts)]

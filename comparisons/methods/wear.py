@@ -49,15 +49,7 @@ def motion_of(scene: Scene) -> tuple[float, tuple[float, float] | None]:
 
 
 def worn_picture(r: np.ndarray, shapes: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the fields that the report draws worn profiles from.
-
-    Parameters
-    ----------
-    r : ndarray, shape (n,)
-        Distances from the axis, or places along a section.
-    shapes : list of ndarray, shape (n,)
-        Heights of the body there: unworn, and at each step.
-    """
+    """Return the fields of worn profiles: heights at distances r, unworn and at each step."""
     keep = np.unique(np.linspace(0, r.size - 1, min(r.size, _POINTS)).round().astype(int))
     return {"worn_r": r[keep], "worn_shapes": np.array(shapes)[:, keep]}
 

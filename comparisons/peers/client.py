@@ -57,30 +57,20 @@ class Problem:
 
 @dataclass
 class PeerResult:
-    """Answers of a peer, with measured violations and times.
+    """Answers of a peer, with measured violations and times."""
 
-    Attributes
-    ----------
-    contacts : dict
-        (surface, load) -> Contact; its `violation` includes tension and the error in force.
-    reasons : dict
-        (surface, load) -> reason for a missing answer.
-    tolerance : ndarray, shape (m, k)
-        The peer's tolerance in the last attempt.
-    seconds : list of float
-        Wall-clock times of the repeats of the whole problem inside the peer's process, with set-up,
-        without imports and planning; empty if there is no answer.
-    processor_seconds : list of float
-        The same in processor time, which is independent of other load on the machine.
-    setup_seconds, compile_seconds, memory : float
-        Model and kernel; imports and planned transforms; rise of the peak memory in bytes.
-    """
-
+    # (surface, load) -> Contact; its `violation` includes tension and the error in force.
     contacts: dict[tuple[int, int], Contact] = field(default_factory=dict)
+    # (surface, load) -> reason for a missing answer.
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+    # (m, k), the peer's tolerance in the last attempt.
     tolerance: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    # Wall-clock times of the repeats of the whole problem inside the peer's process, with set-up,
+    # without imports and planning; empty if there is no answer.
     seconds: list[float] = field(default_factory=list)
+    # The same in processor time, which is independent of other load on the machine.
     processor_seconds: list[float] = field(default_factory=list)
+    # Model and kernel; imports and planned transforms; rise of the peak memory in bytes.
     setup_seconds: float = 0.0
     compile_seconds: float = 0.0
     memory: float = float("nan")
@@ -110,25 +100,11 @@ def press(
     repeats: int = REPEATS,
     loosen: bool = False,
 ) -> PeerResult:
-    """Solve a problem with a peer to at most the requested violation.
+    """Solve a problem with a peer to at most a relative violation, as `tolerance` of our solvers.
 
-    Parameters
-    ----------
-    peer : {"tamaas", "contactmechanics"}
-    violation : float
-        Largest relative violation, as `tolerance` of our solvers.
-    limits : Limits
-        Limits of every process.
-    repeats : int
-        Largest number of timed repeats.
-    loosen : bool
-        Also loosen the peer's tolerance if its violation is much below the requested one, for
-        benchmarks at equal accuracy.
-
-    Returns
-    -------
-    PeerResult
-        Steps that exceed the violation at every tolerance are failures, with the reason.
+    `loosen` also loosens the peer's tolerance if its violation is much below the requested one, for
+    benchmarks at equal accuracy. Steps that exceed the violation at every tolerance are failures,
+    with the reason.
     """
     tolerance = np.full((len(problem.gaps), len(problem.loads)), violation)
     best: PeerResult | None = None

@@ -39,23 +39,15 @@ class PeerAnswer:
 
 
 def drive(problem: Problem, make: Callable[[Problem], Peer]) -> dict[str, Any]:
-    """Solve a problem, and return pressures, times and memory.
+    """Solve a problem by the peer that `make` imports and sets up, for every repeat.
 
-    Parameters
-    ----------
-    problem : dict
-        gaps (m, nx, ny), starts (m, nx, ny), spacing, periodic, control, loads (k,), tolerance
-        and depth (m, k), repeats (largest number of timed repeats) and repeat_seconds (no repeat
-        starts after that time).
-    make : callable
-        Imports the peer and sets up its model; called for every repeat.
+    The problem: gaps (m, nx, ny), starts (m, nx, ny), spacing, periodic, control, loads (k,),
+    tolerance and depth (m, k), repeats (largest number of timed repeats), repeat_seconds (no repeat
+    starts after that time).
 
-    Returns
-    -------
-    dict
-        pressure (m, k, nx, ny), iterations (m, k), reasons [[row, step, text], ...], seconds and
-        processor_seconds (one value per repeat), setup_seconds, compile_seconds (imports, and plans
-        of the first solve), memory (rise of the peak in bytes).
+    The answer: pressure (m, k, nx, ny), iterations (m, k), reasons [[row, step, text], ...],
+    seconds and processor_seconds (one value per repeat), setup_seconds, compile_seconds (imports,
+    and plans of the first solve), memory (rise of the peak in bytes).
     """
     begin = time.perf_counter()
     peer = make(problem)  # imports

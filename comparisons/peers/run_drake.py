@@ -38,17 +38,10 @@ PER_E_FOLD = 20
 
 
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
-    """Place the ball at penetrations.
+    """Place a ball of radius 1 at depths (k,), on a slab of a `hydroelastic_modulus`.
 
-    Parameters
-    ----------
-    problem : dict
-        modulus (`hydroelastic_modulus` of the slab), depths (k,), of a ball of radius 1.
-
-    Returns
-    -------
-    dict
-        force and contact_area (k,), unknowns (faces of the last contact), seconds, setup_seconds.
+    Returns force and contact_area (k,), unknowns (faces of the last contact), seconds,
+    setup_seconds.
     """
     begin = time.perf_counter()
     cap = Path("cap.obj").absolute()

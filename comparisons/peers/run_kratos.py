@@ -31,16 +31,9 @@ CHORDS, BEYOND = 3, 1.3
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
     """Press the parabolic cylinder z = x^2/(2 R) to a depth.
 
-    Parameters
-    ----------
-    problem : dict
-        x and depths (lines of the mesh, from the axis and from the surface), touching (number of
-        the lines in x that may touch), radius, penetration, steps, poisson_ratio.
-
-    Returns
-    -------
-    dict
-        pressure (touching,), force (of both halves), unknowns, seconds.
+    The problem: x and depths (lines of the mesh, from the axis and from the surface), touching
+    (number of the lines in x that may touch), radius, penetration, steps, poisson_ratio. Returns
+    pressure (touching,), force (of both halves), unknowns, seconds.
     """
     begin = time.perf_counter()
     x, touching = np.array(problem["x"]), problem["touching"]

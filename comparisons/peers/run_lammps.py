@@ -93,17 +93,9 @@ class Pair:
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
     """Follow a path of penetrations.
 
-    Parameters
-    ----------
-    problem : dict
-        law (of `pair_coeff`), depths (k,), remembers (whether the law has a history: then small
-        steps, area and residual depth).
-
-    Returns
-    -------
-    dict
-        force (k,), where the law remembers area and residual_depth (k,), unknowns, seconds,
-        setup_seconds.
+    The problem: law (of `pair_coeff`), depths (k,), remembers (whether the law has a history: then
+    small steps, area and residual depth). Returns force (k,), where the law remembers area and
+    residual_depth (k,), unknowns, seconds, setup_seconds.
     """
     begin = time.perf_counter()
     pair = Pair(problem["law"], min(0.0, *problem["depths"]))

@@ -35,18 +35,10 @@ TIME_STEP, AT_REST, MOST_STEPS = 0.05, 1e-9, 100_000
 
 
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
-    """Hold forces, one after another.
+    """Hold forces (k,) on a ball of radius 1, one after another.
 
-    Parameters
-    ----------
-    problem : dict
-        stiffness (k of `solref`), mass, forces (k,), on a ball of radius 1.
-
-    Returns
-    -------
-    dict
-        penetration and force of the contact (k,), iterations (k,), unknowns, seconds,
-        setup_seconds.
+    The problem: stiffness (k of `solref`), mass, forces. Returns penetration and force of the
+    contact (k,), iterations (k,), unknowns, seconds, setup_seconds.
     """
     begin = time.perf_counter()
     frequency = math.sqrt(problem["stiffness"])

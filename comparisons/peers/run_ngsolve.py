@@ -61,18 +61,11 @@ SHARP = ("cylinder", "elliptic_punch")
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
     """Solve all loads of a problem.
 
-    Parameters
-    ----------
-    problem : dict
-        resolution (elements per contact radius), poisson_ratio, stretch (x, y), shape and its
-        parameters, control ("penetration" | "force"), steps: a list of {radius, depth, load}, the
-        load in units of depth, or of E* radius depth.
-
-    Returns
-    -------
-    dict
-        Lists over the steps: penetration, force, stiffness, counted_area, second, fourth (moments
-        of the pressure), rounds, reason; and unknowns, seconds, setup_seconds, memory.
+    The problem: resolution (elements per contact radius), poisson_ratio, stretch (x, y), shape and
+    its parameters, control ("penetration" | "force"), steps: a list of {radius, depth, load}, the
+    load in units of depth, or of E* radius depth. Returns lists over the steps: penetration, force,
+    stiffness, counted_area, second, fourth (moments of the pressure), rounds, reason; and unknowns,
+    seconds, setup_seconds, memory.
     """
     SetNumThreads(1)
     before = psutil.Process().memory_info().rss

@@ -23,17 +23,9 @@ WIDTH, CELLS, TOLERANCE = 6.0, 128, 1e-6
 
 
 def solve(problem: dict[str, Any]) -> dict[str, Any]:
-    """Press the ball at penetrations.
+    """Press a ball of radius 1 to depths (k,).
 
-    Parameters
-    ----------
-    problem : dict
-        depths (k,), of a ball of radius 1.
-
-    Returns
-    -------
-    dict
-        force, contact_area (of the cells that carry) and converged (k,), unknowns, seconds.
+    Returns force, contact_area (of the cells that carry) and converged (k,), unknowns, seconds.
     """
     begin = time.perf_counter()
     rows = [_press(depth) for depth in problem["depths"]]

@@ -47,30 +47,17 @@ ITSELF = "* same method as the reference"
 
 @dataclass(frozen=True)
 class Setting:
-    """One method at one resolution, with its measured time and errors.
-
-    Attributes
-    ----------
-    method, resolution : str, int
-    cost : Cost
-        Of all solves that the errors stand on, and of one surface or line.
-    verdicts : tuple of Verdict
-        One per asked quantity. Of the truth itself: no error, and its bar.
-    is_truth : bool
-        Whether this is the solution that the others were compared with.
-    judges_itself : bool
-        Whether its method is that of the truth: it was compared with its own finest solution.
-    called : str
-        Title of the method on the scene; "": as everywhere.
-    """
+    """One method at one resolution, with its measured time and errors."""
 
     method: str
     resolution: int
-    cost: Cost
+    cost: Cost  # of all solves that the errors stand on, and of one surface or line
+    # One per asked quantity. Of the truth itself: no error, and its bar.
     verdicts: tuple[Verdict, ...]
-    is_truth: bool = False
+    is_truth: bool = False  # whether this is the solution that the others were compared with
+    # Whether its method is that of the truth: it was compared with its own finest solution.
     judges_itself: bool = False
-    called: str = ""
+    called: str = ""  # title of the method on the scene; "": as everywhere
 
     @property
     def seconds(self) -> float:
@@ -137,33 +124,19 @@ class Setting:
 
 @dataclass(frozen=True)
 class Advice:
-    """What a scene's measured results say about the choice of a method.
+    """What a scene's measured results say about the choice of a method."""
 
-    Attributes
-    ----------
-    quantities : tuple of str
-        What has to be within the tolerance.
-    settings : tuple of Setting
-        Everything that was measured, fastest first.
-    sentence : str
-        The advice in one sentence.
-    finest : dict
-        Method -> the resolution that its verdict stands on; none for the truth alone.
-    unanswered : dict
-        Asked quantities that nothing here can answer -> why.
-    single : str
-        What one line, or surface, of the judged method takes and errs by; "" without an ensemble.
-    lucky : frozenset of str
-        Methods that hold by chance where they hold: none of their settings is advised.
-    """
-
-    quantities: tuple[str, ...]
+    quantities: tuple[str, ...]  # what has to be within the tolerance
     tolerance: float
-    settings: tuple[Setting, ...] = ()
-    sentence: str = ""
+    settings: tuple[Setting, ...] = ()  # everything that was measured, fastest first
+    sentence: str = ""  # the advice in one sentence
+    # Method -> the resolution that its verdict stands on; none for the truth alone.
     finest: dict[str, int] = field(default_factory=dict)
+    # Asked quantities that nothing here can answer -> why.
     unanswered: dict[str, str] = field(default_factory=dict)
+    # What one line, or surface, of the judged method takes and errs by; "" without an ensemble.
     single: str = ""
+    # Methods that hold by chance where they hold: none of their settings is advised.
     lucky: frozenset[str] = frozenset()
 
     @property

@@ -35,63 +35,35 @@ _BLOCK = 1000
 
 
 class SettingRecord(Form):
-    """A method at a resolution.
-
-    Attributes
-    ----------
-    method, resolution : str, int
-    identity : str
-        Scene, options, code and packages, as in the names of its files.
-    surfaces, bundles, lost : int
-        How many surfaces are solved, in how many bundles; load steps of them without an answer.
-    seconds, processor_seconds : float
-        Wall and processor time of their solves.
-    digest : str
-        SHA-256 of all curves in the order of the surfaces, whatever the bundles.
-    """
+    """A method at a resolution."""
 
     method: str
     resolution: int
-    identity: str
+    identity: str  # scene, options, code and packages, as in the names of its files
+    # How many surfaces are solved, in how many bundles; load steps of them without an answer.
     surfaces: int
     bundles: int
     lost: int
+    # Wall and processor time of their solves.
     seconds: float
     processor_seconds: float
-    digest: str
+    digest: str  # SHA-256 of all curves in the order of the surfaces, whatever the bundles
 
 
 class EnsembleRecord(Header):
-    """An ensemble: scene, loads, what is solved and what is missing.
+    """An ensemble: scene, loads, what is solved and what is missing."""
 
-    Attributes
-    ----------
-    name, text : str
-        The scene, as TOML in SI units.
-    control : str
-        The prescribed quantity.
-    surfaces : int
-        Number of the whole ensemble.
-    part : str
-        "K/N" where only this part was solved here.
-    source : str
-        Digest of roughline's own source.
-    missing : list of str
-        Setting and range of the surfaces that are not solved.
-    runs : list of Run
-        The runs that were merged.
-    """
-
+    # The scene, as TOML in SI units.
     name: str
     text: str
-    control: str
+    control: str  # the prescribed quantity
     loads: list[float]
-    surfaces: int
-    part: str
-    source: str
-    missing: list[str]
+    surfaces: int  # number of the whole ensemble
+    part: str  # "K/N" where only this part was solved here
+    source: str  # digest of roughline's own source
+    missing: list[str]  # setting and range of the surfaces that are not solved
     settings: list[SettingRecord]
-    runs: list[Run]
+    runs: list[Run]  # the runs that were merged
 
 
 class EnsembleResult(NamedTuple):
@@ -268,31 +240,22 @@ _ROWS = 15_000
 
 @dataclass(frozen=True)
 class Bundle:
-    """Surfaces ``first`` to ``first + count - 1`` of one method at one resolution.
-
-    Attributes
-    ----------
-    identity : str
-        The same exactly when scene, loads, options, code and packages are the same.
-    answers, lost : int
-        Number of load steps of all surfaces, and of those without an answer.
-    seconds, processor_seconds : float
-        Wall and processor time of the solves; without compilation, which is apart.
-    solution : Solution or None
-        The curves, until they are written.
-    """
+    """Surfaces ``first`` to ``first + count - 1`` of one method at one resolution."""
 
     method: str
     resolution: int
-    identity: str
+    identity: str  # the same exactly when scene, loads, options, code and packages are the same
     first: int
     count: int
+    # Number of load steps of all surfaces, and of those without an answer.
     answers: int = 0
     lost: int = 0
+    # Wall and processor time of the solves; without compilation, which is apart.
     seconds: float = 0.0
     processor_seconds: float = 0.0
     compile_seconds: float = 0.0
     machine: str = ""
+    # The curves, until they are written.
     solution: Solution | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -75,27 +75,15 @@ def family(record: SceneRecord) -> str:
 
 @dataclass(frozen=True)
 class FamilyRow:
-    """One row.
+    """One row."""
 
-    Attributes
-    ----------
-    scenes : str
-        A family with its scenes, or several families.
-    use : str
-        "yes", "for F, d only" (within in these quantities), "no", "not known".
-    error : str
-        The largest error with its bar, quantity and load.
-    cost : str
-        Time of its cheapest setting within the tolerance, and how many times that is taken by
-        the fastest 3-D setting.
-    instead : str
-        The closed form, if it is exact, else the fastest other setting within the tolerance.
-    """
-
-    scenes: str
-    use: str
-    error: str
+    scenes: str  # a family with its scenes, or several families
+    use: str  # "yes", "for F, d only" (within in these quantities), "no", "not known"
+    error: str  # the largest error with its bar, quantity and load
+    # Time of its cheapest setting within the tolerance, and how many times that is taken by the
+    # fastest 3-D setting.
     cost: str
+    # The closed form, if it is exact, else the fastest other setting within the tolerance.
     instead: str
 
 

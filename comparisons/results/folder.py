@@ -33,21 +33,11 @@ LEFTOVER = re.compile(r"\.(?P<meant>.+)\.[a-z0-9_]{8}")
 
 @dataclass(frozen=True)
 class Layout:
-    """What a command writes into its folder.
+    """What a command writes into its folder."""
 
-    Attributes
-    ----------
-    record : str
-        The file that makes a folder known as this command's.
-    tables : tuple of str
-        Written beside it.
-    answers : str
-        Folder of answers, which `--resume` finds; "" where nothing is kept.
-    """
-
-    record: str
-    tables: tuple[str, ...] = (PAGE,)
-    answers: str = ""
+    record: str  # the file that makes a folder known as this command's
+    tables: tuple[str, ...] = (PAGE,)  # written beside it
+    answers: str = ""  # folder of answers, which `--resume` finds; "" where nothing is kept
 
 
 @contextlib.contextmanager
@@ -55,12 +45,7 @@ def held(directory: Path) -> Iterator[None]:
     """Keep other processes out of a folder, created if missing, while a command writes into it.
 
     A process may hold a folder several times, one within the other. The system takes the lock from
-    a process that is killed.
-
-    Raises
-    ------
-    ResultsError
-        If another process holds the folder, or it is a file.
+    a process that is killed. ResultsError if another process holds the folder, or it is a file.
     """
     from filelock import FileLock, Timeout
 
@@ -101,12 +86,8 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
 
     A used one needs `resume` or `overwrite`, and must have no results of others. Overwriting
     deletes old answers; temporary files that a killed run left are deleted in any case; other
-    people's files are spared.
-
-    Raises
-    ------
-    ResultsError
-        If the folder cannot be used as asked; nothing is changed then.
+    people's files are spared. ResultsError, and nothing is changed, if the folder cannot be used as
+    asked.
     """
     if resume and overwrite:
         raise ResultsError("--resume and --overwrite: expected at most one")
@@ -145,10 +126,7 @@ def is_used(directory: Path) -> bool:
 def filled(out: Path, record: str) -> Iterator[Path]:
     """Yield a new folder; what is in it moves to `out`, a new or empty one, the record last.
 
-    Raises
-    ------
-    ResultsError
-        If `out` holds anything, or another process holds it.
+    ResultsError if `out` holds anything, or another process holds it.
     """
     with held(out):
         if is_used(out):
@@ -186,27 +164,17 @@ class Run:
 
 
 class Header(Form):
-    """A run of a campaign.
+    """A run of a campaign."""
 
-    Attributes
-    ----------
-    created, command, effort : str
-        ISO date and time of the run; the command line; "quick" or "full".
-    seconds : float
-        Wall time, with that of the runs it resumed.
-    machine, versions : dict
-        Where it ran, with which packages.
-    interrupted : bool
-        True where it was stopped before all was done.
-    """
-
+    # ISO date and time of the run; the command line; "quick" or "full".
     created: str
     command: str
     effort: str
-    seconds: float
+    seconds: float  # wall time, with that of the runs it resumed
+    # Where it ran, with which packages.
     machine: dict[str, str | int | float | None]
     versions: dict[str, str]
-    interrupted: bool
+    interrupted: bool  # True where it was stopped before all was done
 
     def write(self, file: Path) -> None:
         """Write the record, atomically."""

@@ -83,22 +83,13 @@ MOST_ROUNDS, FREE_ROUNDS = 1000, 10
 
 @dataclass(frozen=True)
 class ModulusFit:
-    """A fitted modulus.
+    """A fitted modulus."""
 
-    Attributes
-    ----------
-    modulus, half_width : float
-        E* and the half-width of its 95 % interval, in Pa, for independent errors of equal size.
-    zero : float
-        Depth at first touch, m; 0 where it was not fitted.
-    used : int
-        Number of points within the computed depths.
-    """
-
+    # E* and the half-width of its 95 % interval, in Pa, for independent errors of equal size.
     modulus: float
     half_width: float
-    zero: float
-    used: int
+    zero: float  # depth at first touch, m; 0 where it was not fitted
+    used: int  # number of points within the computed depths
 
 
 def fit_modulus(
@@ -108,19 +99,12 @@ def fit_modulus(
     *,
     fit_zero: bool = False,
 ) -> ModulusFit | None:
-    """Fit the modulus, or return None if too few points lie within the computed depths.
+    """Fit E*, or return None if too few points lie within the computed depths; SI units.
 
-    Three are needed, or four with `fit_zero`; depths count from the fitted first touch, so that no
-    point is compared with a continuation of the computed curve to larger loads.
-
-    Parameters
-    ----------
-    measured, computed : (penetration, force)
-        In SI units; the computed ones positive and increasing, at `modulus`.
-    modulus : float
-        E* at which `computed` was solved, Pa.
-    fit_zero : bool
-        Fit the depth at first touch, too.
+    Three are needed, or four with `fit_zero` (fit the depth at first touch, too); depths count from
+    the fitted first touch, so that no point is compared with a continuation of the computed curve
+    to larger loads. Curves are (penetration, force); the computed one is positive, increasing, at
+    `modulus`.
     """
     inside = _within(measured[0], computed, 0.0)
     for round_number in range(MOST_ROUNDS):

@@ -37,13 +37,7 @@ class Rows:
 
     @classmethod
     def of(cls, table: pd.DataFrame, required: tuple[str, ...] = ()) -> Rows:
-        """Return a table with its types.
-
-        Raises
-        ------
-        ValueError
-            Listing all columns that are missing, or hold something else.
-        """
+        """Return a table with its types; ValueError lists columns that are missing or wrong."""
         # A table without rows (nothing was solved) need not have them all.
         expected = required if len(table) or "scene" not in table else ()
         missing = [name for name in expected if name not in table]

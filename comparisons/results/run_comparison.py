@@ -38,31 +38,21 @@ TIMED = (SLOW, FAST)
 
 @dataclass(frozen=True)
 class Change:
-    """The change of one solve (one method on one scene at one resolution).
-
-    Attributes
-    ----------
-    kinds : tuple of str
-        Everything that is true of it: "moved", "lost", "slower" ...; ("same",) where nothing is.
-    moves : dict
-        The largest relative change of each quantity, with sign.
-    errors : tuple of float
-        The largest error of the quantities compared with the truth, before and after (NaN where
-        there is none, as for the truth itself).
-    seconds : tuple of float
-        Time before and after (NaN where not solved).
-    text : str
-        The same in words.
-    """
+    """The change of one solve (one method on one scene at one resolution)."""
 
     scene: str
     method: str
     resolution: int
+    # Everything that is true of it: "moved", "lost", "slower" ...; ("same",) where nothing is.
     kinds: tuple[str, ...]
+    # The largest relative change of each quantity, with sign.
     moves: dict[str, float] = field(default_factory=dict)
+    # The largest error of the quantities compared with the truth, before and after (NaN where there
+    # is none, as for the truth itself).
     errors: tuple[float, float] = (float("nan"), float("nan"))
+    # Time before and after (NaN where not solved).
     seconds: tuple[float, float] = (float("nan"), float("nan"))
-    text: str = ""
+    text: str = ""  # the same in words
 
     @property
     def quantity(self) -> str:
@@ -99,19 +89,12 @@ class Change:
 
 @dataclass(frozen=True)
 class RunComparison:
-    """Two runs side by side.
-
-    Attributes
-    ----------
-    changes : tuple of Change
-        One for every solve of both runs.
-    notes : tuple of str
-        What makes the runs differ as a whole: versions, machines, scenes, references.
-    """
+    """Two runs side by side."""
 
     before: StudyRecord
     after: StudyRecord
-    changes: tuple[Change, ...]
+    changes: tuple[Change, ...]  # one for every solve of both runs
+    # What makes the runs differ as a whole: versions, machines, scenes, references.
     notes: tuple[str, ...]
 
     @property
@@ -129,14 +112,9 @@ def compare_runs(
 ) -> RunComparison:
     """Compare two results folders.
 
-    Parameters
-    ----------
-    moved : float
-        Relative change of a quantity (on a path, relative to its largest value) that counts.
-    slower : float
-        Ratio of times that counts; times of different machines are told, never judged.
-    tolerances : mapping
-        In place of `moved`, for single methods.
+    A relative change beyond `moved` counts (on a path, relative to the largest value; `tolerances`
+    in its place, for single methods), and a ratio of times beyond `slower`; times of different
+    machines are told, never judged.
     """
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}

@@ -35,14 +35,7 @@ def record_scene(
 ) -> SceneRecord:
     """Compare the solutions of a plan with the best reference, and record verdicts and advice.
 
-    Parameters
-    ----------
-    solved : dict
-        (method, resolution) -> Solution.
-    fields : mapping, optional
-        (method, resolution) -> file with the arrays at the last load.
-    prove : bool
-        As of `comparisons.judging.comparison.compare`.
+    `fields` are files with the arrays at the last load; `prove` is that of `compare`.
     """
     constants = {"threads": THREADS, "machine": this_machine()}
     result = compare(plan, solved, constants, prove=prove)

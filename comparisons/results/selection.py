@@ -174,25 +174,14 @@ def is_reference(scene: SceneRecord, method: str, resolution: float) -> bool:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of one setting; NaN where it is not known.
+    """The cost of one setting; NaN where it is not known."""
 
-    Attributes
-    ----------
-    seconds, setup_seconds : float
-        Of all solves that the stated error stands on, and of their set-up.
-    single_seconds : float
-        Seconds of one surface or line.
-    surfaces : int
-        Surfaces or lines solved at this resolution; 1 where the scene is one surface.
-    solves : str
-        Those of an ensemble, coarse to fine: "375 + 24 surfaces", or "".
-    """
-
+    # Of all solves that the stated error stands on, and of their set-up.
     seconds: float
     setup_seconds: float
-    single_seconds: float
-    surfaces: int
-    solves: str
+    single_seconds: float  # seconds of one surface or line
+    surfaces: int  # surfaces or lines solved at this resolution; 1 where the scene is one surface
+    solves: str  # those of an ensemble, coarse to fine: "375 + 24 surfaces", or ""
 
     @property
     def spent(self) -> float:

@@ -124,46 +124,28 @@ class SceneRecord:
 
     A record is equal to itself only, and does not change: what is derived from it is kept with it
     (`once`).
-
-    Attributes
-    ----------
-    text : str
-        The scene as TOML, with every quantity in SI units.
-    control : str
-        The prescribed quantity: "penetration", "force", "mean_gap", "tangential_force", "speed" ...
-    axis : str
-        Along what steps are compared, where that is not `control`: "step" of a path, "time".
-    quantities : tuple of str
-        What was compared.
-    tolerance : float
-        The relative error asked for.
-    verdicts : tuple of Verdict
-        Of every setting, at each equal load.
-    answer : str
-        One sentence: the cheapest setting of each method within the tolerance.
-    disagreements : tuple of str
-        References that differ by more than their bars and a fifth of the tolerance, in words.
-    fields : dict
-        (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.
-    rows, distributions : Rows
-        The scene's part of results.csv and of distributions.csv.
     """
 
     __pydantic_config__ = ConfigDict(arbitrary_types_allowed=True)
 
     name: str
     title: str
-    text: str
+    text: str  # the scene as TOML, with every quantity in SI units
+    # The prescribed quantity: "penetration", "force", "mean_gap", "tangential_force", "speed" ...
     control: str
-    quantities: tuple[str, ...]
-    tolerance: Annotated[float, Field(gt=0, lt=1)]
+    quantities: tuple[str, ...]  # what was compared
+    tolerance: Annotated[float, Field(gt=0, lt=1)]  # the relative error asked for
     plan: PlanRecord
     reference: Reference
-    verdicts: tuple[Verdict, ...]
-    answer: str
+    verdicts: tuple[Verdict, ...]  # of every setting, at each equal load
+    answer: str  # one sentence: the cheapest setting of each method within the tolerance
+    # References that differ by more than their bars and a fifth of the tolerance, in words.
     disagreements: tuple[str, ...]
+    # (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.
     fields: Files = field(default_factory=dict)
+    # Along what steps are compared, where that is not `control`: "step" of a path, "time".
     axis: str = ""
+    # The scene's part of results.csv and of distributions.csv.
     rows: Annotated[Rows, Field(exclude=True)] = NO_ROWS
     distributions: Annotated[Rows, Field(exclude=True)] = NO_ROWS
 
@@ -214,43 +196,20 @@ def _checked_fields(path: Path, changed: int) -> Mapping[str, np.ndarray]:
 
 @dataclass(frozen=True)
 class StudyRecord:
-    """A whole results folder.
+    """A whole results folder."""
 
-    Attributes
-    ----------
-    created : str
-        ISO date and time of the run.
-    command : str
-        The command line that made it.
-    effort : str
-        "quick" or "full".
-    seconds : float
-        Wall time of the study, with that of the runs it resumed.
-    machine : dict
-        ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
-    versions : dict
-        Package name -> version.
-    interrupted : bool
-        True where the run was stopped before all solves were done.
-    source : str
-        Digest of roughline's own source.
-    part : str
-        "K/N" where only this part of the tasks was solved here.
-    runs : tuple of Run
-        The runs that were merged.
-    """
-
-    created: str
-    command: str
+    created: str  # ISO date and time of the run
+    command: str  # the command line that made it
     effort: Literal["quick", "full"]
-    seconds: FiniteFloat
+    seconds: FiniteFloat  # wall time of the study, with that of the runs it resumed
+    # ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
     machine: dict[str, str | int | float | None]
-    versions: dict[str, str]
+    versions: dict[str, str]  # package name -> version
     scenes: tuple[SceneRecord, ...]
-    interrupted: bool = False
-    source: str = ""
-    part: str = ""
-    runs: tuple[Run, ...] = ()
+    interrupted: bool = False  # True where the run was stopped before all solves were done
+    source: str = ""  # digest of roughline's own source
+    part: str = ""  # "K/N" where only this part of the tasks was solved here
+    runs: tuple[Run, ...] = ()  # the runs that were merged
     directory: Annotated[Path, Field(exclude=True)] = Path()
 
 

@@ -129,12 +129,7 @@ class Loading(SceneTable):
     def along(self, name: str, *, start: float | None = None) -> np.ndarray:
         """Return a path with each of its stretches divided into `substeps` equal steps.
 
-        Parameters
-        ----------
-        name : str
-            A field that holds a path.
-        start : float, optional
-            Where the path comes from; itself no step. Default: its own first value, a step.
+        It comes from `start`, itself no step; default: its own first value, a step.
 
         Examples
         --------

@@ -91,14 +91,8 @@ def area_fractions(
 
     Every side is cut where it crosses a grid line; a piece inside one cell adds what lies between
     it and the right side of its cell, and its height to all cells further right in that row (the
-    coverage sums of scan-line rasterisers).
-
-    Parameters
-    ----------
-    corners : ndarray, shape (n, 2)
-        In order, either way round; all inside the grid.
-    shape, spacing, origin
-        Number of cells, their sides, and the lower left corner of the first one.
+    coverage sums of scan-line rasterisers). The corners (n, 2) come in order, either way round, all
+    inside the grid, whose lower left corner is the origin.
 
     Examples
     --------

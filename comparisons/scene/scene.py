@@ -355,18 +355,9 @@ def load_scene(
 ) -> Scene:
     """Read a scene from a file, by the name of a built-in one, or from its tables.
 
-    Parameters
-    ----------
-    source : str, Path, mapping or Scene
-        Path of a TOML file, or a name from ``builtin_names()``; the tables of a scene, whose files
-        are relative to the working folder; or a scene, which is changed.
-    overrides : mapping, optional
-        Dotted path of a key -> value, put in before validation: {"methods.fem.penalty": 10}.
-
-    Raises
-    ------
-    SceneError
-        Listing every problem of the scene.
+    Files of tables are relative to the working folder; a scene is changed. `overrides`: dotted path
+    of a key -> value, put in before validation, as {"methods.fem.penalty": 10}. SceneError lists
+    every problem of the scene.
     """
     if isinstance(source, Scene) and not overrides:
         return source

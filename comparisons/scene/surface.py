@@ -117,18 +117,10 @@ Heights = NDArray[np.float64]
 
 
 class Trend(NamedTuple):
-    """A polynomial in x and y.
+    """A polynomial in x and y."""
 
-    Attributes
-    ----------
-    powers : tuple of (int, int)
-        Powers of (x, y) of its terms.
-    done : str
-        What its subtraction is called in the report.
-    """
-
-    powers: tuple[tuple[int, int], ...]
-    done: str
+    powers: tuple[tuple[int, int], ...]  # powers of (x, y) of its terms
+    done: str  # what its subtraction is called in the report
 
 
 _LINEAR = ((0, 0), (1, 0), (0, 1))

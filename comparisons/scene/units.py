@@ -73,19 +73,7 @@ _ALL_DIGITS = Context(prec=100)
 
 
 def to_si(value: object, dimension: Dimension) -> float:
-    """Convert a number or a text with a unit to an SI float.
-
-    Parameters
-    ----------
-    value : float, int or str
-        A number counts as SI.
-    dimension : Dimension
-        What the quantity must be.
-
-    Raises
-    ------
-    ValueError
-        With what was expected; the caller adds what came.
+    """Convert a number (SI) or a text with a unit to SI; ValueError says what was expected.
 
     Examples
     --------
@@ -119,12 +107,7 @@ def to_si(value: object, dimension: Dimension) -> float:
 
 
 def number_and_unit(text: str) -> tuple[float, str]:
-    """Split a text such as "10 mm" into its number and its unit.
-
-    Raises
-    ------
-    ValueError
-        Where it does not begin with a number.
+    """Split a text such as "10 mm" into number and unit; ValueError where it has no number.
 
     Examples
     --------

@@ -46,13 +46,7 @@ class _Refused:
 
 
 class ClusterExecutor(Executor):
-    """Does jobs on the workers of a scheduler that runs already.
-
-    Parameters
-    ----------
-    address : str
-        Such as ``tcp://login-1:8786``.
-    """
+    """Does jobs on the workers of a scheduler that runs already, as at ``tcp://login-1:8786``."""
 
     def __init__(self, address: str) -> None:
         super().__init__()

@@ -30,15 +30,10 @@ _PATIENCE = 60.0
 
 
 def compile_apart(task: Task) -> float:
-    """See that all compiled code that a task needs is in the cache.
+    """See that all compiled code that a task needs is in the cache; return the seconds it took.
 
     Of several processes on a machine one compiles, the others wait for it. Where the cache cannot
     be written nothing is done: the task compiles for itself.
-
-    Returns
-    -------
-    float
-        Seconds that it took; 0 where nothing was to be done.
     """
     from numba.core.registry import cpu_target
 
@@ -87,12 +82,7 @@ def compile_in_turn(folder: Path) -> None:
     """Let this process compile a function only while no other one does.
 
     Waiting is safe: a function is waited for by those that call it, never the other way round, and
-    what calls itself is compiled within its own turn.
-
-    Parameters
-    ----------
-    folder : Path
-        What the processes have in common, for locks; they go with it.
+    what calls itself is compiled within its own turn. The locks go with the common folder.
     """
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher

@@ -48,21 +48,9 @@ class _Wait(Generic[A]):
 class Inquiries(Generic[A]):
     """Inquiries under way.
 
-    Parameters
-    ----------
-    executor : Executor, optional
-        Carries out the jobs; default: one after the other, here.
-    answers : Answers, optional
-        What is done already, and where answers go; default: memory.
-    received : callable, optional
-        Called with every answer, kept or new, before the inquiries get it.
-
-    Attributes
-    ----------
-    answers : dict
-        What inquiries have returned, by their names.
-    lost : dict
-        Why others came to no answer: the process of a job was ended again and again.
+    Jobs are carried out by the executor (default: one after the other, here); `answers` has what is
+    done already, and keeps the rest; `received` gets every answer, kept or new, before the
+    inquiries.
     """
 
     def __init__(
@@ -72,6 +60,7 @@ class Inquiries(Generic[A]):
         received: Callable[[Done], None] | None = None,
     ) -> None:
         self.answers: dict[str, A] = {}
+        # Why others came to no answer: the process of a job was ended again and again.
         self.lost: dict[str, str] = {}
         self._executor, self._answers = executor or SerialExecutor(), answers or Answers()
         self._received = received
@@ -204,14 +193,9 @@ SOLUTION = Archive(
 
 
 class Answers:
-    """Answers of jobs that are done, by their keys.
+    """Answers of jobs that are done, by their keys: in a folder, else in memory.
 
-    Parameters
-    ----------
-    folder : Path, optional
-        Where they are written; default: they stay in memory.
-    resume : bool
-        Take what an earlier run has left in the folder.
+    To resume is to take what an earlier run has left in the folder.
     """
 
     def __init__(self, folder: Path | None = None, *, resume: bool = False) -> None:

@@ -29,20 +29,14 @@ REPEATS, REPEAT_SECONDS = 3, 0.1
 
 @dataclass(frozen=True)
 class Kind:
-    """The properties on which the time of a job depends.
+    """The properties on which the time of a job depends."""
 
-    Attributes
-    ----------
-    scene, method : str
-        What is solved and how; of a measurement that is no scene, the claim and the experiment.
-    timed : bool
-        Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
-    """
-
+    # What is solved and how; of a measurement that is no scene, the claim and the experiment.
     scene: str = ""
     method: str = ""
     resolution: int = 1
     realisations: int = 1
+    # Whether a short solve is repeated for its time: on the first surfaces of an ensemble.
     timed: bool = False
 
     @classmethod
@@ -55,73 +49,40 @@ class Kind:
 
 @dataclass(frozen=True)
 class Archive:
-    """How a folder keeps an answer.
-
-    Attributes
-    ----------
-    save : callable
-        ``save(path, answer)``, atomically.
-    load : callable
-        ``load(path)``; raises ResultsError for a torn file.
-    is_final : callable
-        Whether an answer of an earlier run is taken: what broke it may have been mended since.
-    without_bulk : callable
-        What of an answer stays in memory once it is written; default: all.
-    """
+    """How a folder keeps an answer."""
 
     suffix: str
-    save: Callable[[Path, Any], None]
-    load: Callable[[Path], Any]
+    save: Callable[[Path, Any], None]  # ``save(path, answer)``, atomically
+    load: Callable[[Path], Any]  # ``load(path)``; raises ResultsError for a torn file
+    # Whether an answer of an earlier run is taken: what broke it may have been mended since.
     is_final: Callable[[Any], bool]
+    # What of an answer stays in memory once it is written; default: all.
     without_bulk: Callable[[Any], Any] = lambda answer: answer
 
 
 @dataclass(frozen=True)
 class Job:
-    """One independent piece of work.
+    """One independent piece of work."""
 
-    Attributes
-    ----------
-    key : str
-        Names it, and the file that keeps its answer: the same exactly when the answer is.
-    work : callable
-        A function of an importable module. What it needs comes in its arguments.
-    arguments : tuple
-        Picklable, unless the work is done in this process.
-    memory : float
-        Estimate of the peak memory in bytes that the work takes beyond what a process with all
-        packages has; 0 is "little".
-    kind : Kind
-        What its time depends on.
-    archive : Archive, optional
-        How a folder keeps its answer.
-    """
-
-    key: str
+    key: str  # names it, and the file that keeps its answer: the same exactly when the answer is
+    # A function of an importable module. What it needs comes in its arguments.
     work: Callable[..., Any]
-    arguments: tuple[Any, ...] = ()
+    arguments: tuple[Any, ...] = ()  # picklable, unless the work is done in this process
+    # Estimate of the peak memory in bytes that the work takes beyond what a process with all
+    # packages has; 0 is "little".
     memory: float = 0.0
-    kind: Kind = field(default_factory=Kind)
-    archive: Archive | None = None
+    kind: Kind = field(default_factory=Kind)  # what its time depends on
+    archive: Archive | None = None  # how a folder keeps its answer
 
 
 @dataclass(frozen=True)
 class Done:
-    """The outcome of a job.
-
-    Attributes
-    ----------
-    value : object
-        What the work returned.
-    seconds : float
-        Wall time of the work, where it was done.
-    lost : str
-        Why there is no value: the process that did the work was ended, again and again.
-    """
+    """The outcome of a job."""
 
     job: Job
-    value: Any = None
-    seconds: float = float("nan")
+    value: Any = None  # what the work returned
+    seconds: float = float("nan")  # wall time of the work, where it was done
+    # Why there is no value: the process that did the work was ended, again and again.
     lost: str = ""
 
 
@@ -211,14 +172,9 @@ class Executor(ABC):
 
     A job whose process is killed is tried again, a bounded number of times. An exception that the
     work raises is raised by `finished`.
-
-    Attributes
-    ----------
-    workers : int
-        How many jobs are done at a time.
     """
 
-    workers = 1
+    workers = 1  # how many jobs are done at a time
 
     def __init__(self) -> None:
         self._waiting: deque[Job] = deque()
@@ -254,15 +210,7 @@ def timed(work: Callable[..., Any], arguments: tuple[Any, ...]) -> tuple[Any, fl
 
 
 def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:
-    """Return what carries out the work: a cluster, processes here, or this process.
-
-    Parameters
-    ----------
-    workers : int
-        Processes here, each on one thread; 1 works in this process.
-    scheduler : str, optional
-        Address of a running ``dask.distributed`` scheduler; its workers are used, none here.
-    """
+    """Return a cluster (by the address of a dask scheduler), processes here, or this process."""
     if scheduler is not None:
         from comparisons.solving.cluster import ClusterExecutor
 

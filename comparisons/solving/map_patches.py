@@ -104,12 +104,7 @@ def prepared_otherwise(scene: Scene) -> list[Scene]:
     A mean height moves a contact as a whole: maps without any trend subtracted add nothing.
 
     Quarters of free patches only, at the same nominal pressure. The scenes are those of a sweep
-    over the preparation.
-
-    Raises
-    ------
-    InputError
-        If the scene has no map, or two faces.
+    over the preparation. InputError if the scene has no map, or two faces.
     """
     face, geometry = scene.surface, prepare(scene)[0]
     if not isinstance(face, MeasuredMap) or not isinstance(geometry, RoughGeometry):

@@ -7,23 +7,16 @@ from dataclasses import dataclass, replace
 
 @dataclass(frozen=True)
 class MethodPlan:
-    """The plan of one method for a scene, or the reason for a refusal.
-
-    Attributes
-    ----------
-    numbers : tuple of int
-        Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
-    title : str
-        What the method is called on this scene; "": as everywhere.
-    """
+    """The plan of one method for a scene, or the reason for a refusal."""
 
     method: str
     supported: bool
     reason: str
     resolutions: tuple[int, ...] = ()
     modelled: str = ""
+    # Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
     numbers: tuple[int, ...] = ()
-    title: str = ""
+    title: str = ""  # what the method is called on this scene; "": as everywhere
 
     def finer(self, resolution: int) -> MethodPlan:
         """Return it with one more resolution, on as many surfaces as the finest one so far."""
@@ -70,20 +63,11 @@ class Roughness:
 
 @dataclass(frozen=True, kw_only=True)
 class PlanRecord:
-    """What a plan says: kept with the results.
-
-    Attributes
-    ----------
-    left_out, switched_on : tuple of (str, str)
-        Effects that are not modelled, with the reason; physics, with its model.
-    measured : Measured, optional
-    roughness : Roughness, optional
-        Of a rough surface, where its results are recorded.
-    """
+    """What a plan says: kept with the results."""
 
     methods: tuple[MethodPlan, ...] = ()
-    left_out: tuple[tuple[str, str], ...] = ()
+    left_out: tuple[tuple[str, str], ...] = ()  # effects that are not modelled, with the reason
     notes: tuple[str, ...] = ()
-    switched_on: tuple[tuple[str, str], ...] = ()
+    switched_on: tuple[tuple[str, str], ...] = ()  # physics, with its model
     measured: Measured | None = None
-    roughness: Roughness | None = None
+    roughness: Roughness | None = None  # of a rough surface, where its results are recorded

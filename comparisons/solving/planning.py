@@ -48,12 +48,8 @@ WORTH_SAYING = 5e7
 def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """Plan a scene; a large map with the dense solver yields a second plan, for a patch of it.
 
-    Raises
-    ------
-    SceneError
-        If the geometry cannot be prepared, or the scene does not fit into memory.
-    InputError
-        If a method from a user's file breaks when it is asked for its plan.
+    SceneError if the geometry cannot be prepared, or the scene does not fit into memory; InputError
+    if a method from a user's file breaks when it is asked for its plan.
     """
     _check_size(scene)
     plans = [_plan(scene, effort)]
@@ -82,10 +78,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
 def plan_from(scene: Scene, said: PlanRecord, effort: Effort) -> Plan:
     """Return the plan of a record, whatever this machine would have planned.
 
-    Raises
-    ------
-    InputError
-        If it has a method that is not known here.
+    InputError if it has a method that is not known here.
     """
     unknown = [method.method for method in said.methods if method.method not in METHODS]
     if unknown:
@@ -266,24 +259,10 @@ def plan_all(
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
-    Parameters
-    ----------
-    sources : iterable of str, Path, mapping or Scene
-        Anything that `load_scene` takes, and names of suites.
-    overrides : mapping
-        Dotted keys put into every scene.
-    effort : {"quick", "full"}
-    origin : str
-        Where the overrides come from, for messages about them.
-    brought : sequence of str
-        A user's own methods: they run, too, where only others are named.
-    sensitivity : bool
-        Plan measured maps as they might have been prepared (`sensitivity.prepared_otherwise`).
-
-    Raises
-    ------
-    InputError
-        Listing every problem of all scenes, or the scenes that no method can do.
+    `overrides` are dotted keys put into every scene, `origin` says where they come from. A user's
+    own methods (`brought`) run, too, where only others are named. `sensitivity` plans measured maps
+    as they might have been prepared. InputError lists every problem of all scenes, or those that no
+    method can do.
     """
     try:
         # Overrides are checked once, on a scene that is right: only they can be wrong there.

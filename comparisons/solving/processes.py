@@ -56,14 +56,7 @@ class ProcessExecutor(Executor):
     same shared results, for which one would have to wait for the other. While a method is used for
     the first time, which compiles it, jobs of other methods come before more of its own. Jobs whose
     estimated memory does not fit beside what is running wait until it does, or until they are
-    alone.
-
-    Parameters
-    ----------
-    workers : int
-        Processes.
-    memory : float, optional
-        Bytes to hand out; default: 80 % of what is free when nothing is under way.
+    alone. The bytes to hand out are by default 80 % of what is free when nothing is under way.
     """
 
     def __init__(self, workers: int, memory: float | None = None) -> None:

@@ -70,16 +70,11 @@ def folder() -> str:
 
 
 class Shared(Generic[P, R]):
-    """A function whose results the processes of a run share.
+    """A function whose results the processes of a run share; `maxsize` stay in a process's memory.
 
     Its arguments must be hashable, and their ``repr`` must tell them apart: numbers, texts, frozen
     dataclasses of these. Its results are picklable; no caller may change them. They travel as all
     else does among our own processes, through a folder that only this user can open.
-
-    Parameters
-    ----------
-    maxsize : int
-        Results that stay in the memory of a process.
     """
 
     def __init__(self, function: Callable[P, R], maxsize: int) -> None:

@@ -56,14 +56,8 @@ def earlier_fields(
 ) -> dict[str, np.ndarray]:
     """Return the arrays of the steps before the last, in single precision.
 
-    Parameters
-    ----------
-    builders : mapping
-        Step -> function that returns the fields at that step.
-    steps : int
-        Number of load steps.
-    last : mapping
-        Fields at the last load; without a pressure there is nothing to add.
+    Builders: step -> function that returns the fields there. Without a pressure at the last load
+    there is nothing to add.
     """
     size = last.get("pressure", np.empty(0)).size
     if not 0 < size <= MOST_POINTS:

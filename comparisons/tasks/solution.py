@@ -52,10 +52,7 @@ class MalformedError(ValueError):
 def curve_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray:
     """Return a quantity as (realisations, steps), of the steps of one realisation or one number.
 
-    Raises
-    ------
-    MalformedError
-        If it is something else.
+    MalformedError if it is something else.
     """
     try:
         curve = np.asarray(values)
@@ -71,75 +68,53 @@ def curve_of(name: str, values: ArrayLike, shape: tuple[int, ...]) -> np.ndarray
 
 @dataclass
 class Solution:
-    """Results of a method, per realisation (axis 0) and load step (axis 1).
+    """Results of a method, per realisation (axis 0) and load step (axis 1)."""
 
-    Attributes
-    ----------
-    quantities : dict
-        Name -> array (realisations, steps); NaN where a step failed. Names absent were not asked
-        for or are not defined for the method.
-    converged : ndarray of bool
-    reasons : dict
-        (realisation index, step) -> why it failed.
-    iterations, violation : ndarray
-        Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
-    distributions : dict
-        Name -> histograms at the last load (realisations, bins), of the first realisations (see
-        `comparisons.tasks.distributions`); NaN where there is no answer.
-    bars : dict
-        Name -> (realisations, steps): relative half-widths of what reading a quantity off a
-        pressure adds (`tasks.stresses`); of others nothing.
-    fields : dict
-        Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
-    truncation : float
-        Relative 95 % half-width of what a bounded domain leaves out, or of the place of an edge
-        inside a cell (0: nothing of the kind).
-    exact : tuple of str
-        Quantities that no grid and no truncation touches: the area of a flat face.
-    path : bool
-        Steps follow each other along a path or in time: errors and bars are then relative to the
-        largest value along it, because single values pass zero.
-    contact : {"", "single", "pair", "free", "periodic"}
-        Elastic contact without other physics, of one body, of two that are both meshed, or of a
-        rough surface: what error a change between grids leaves was measured there.
-    apparent_area : float
-        Of a rough surface, in m2; NaN of others.
-    pressures : dict
-        (realisation index, step) -> function that returns the pressure there, for the steps that
-        are shown of realisation 0 (`shown_loads.shown_steps`), and for all from which quantities
-        follow (`tasks.stresses`); not part of the solve.
-    body_fields : callable or None
-        Computes the fields in the body, where a task asks for them; not part of the solve.
-    machine : str
-        Where it was solved, in one short text; " + " between the machines of several blocks.
-    seconds, setup_seconds, compile_seconds, memory : float
-        Everything done for the task on warm code; the part another list of loads could reuse;
-        compilation (apart); peak memory in bytes (NaN where it cannot be measured).
-    warnings : tuple of str
-        What the numerics complained of, where somebody listens (hard cases).
-    """
-
+    # Name -> array (realisations, steps); NaN where a step failed. Names absent were not asked for
+    # or are not defined for the method.
     quantities: dict[str, np.ndarray]
     converged: np.ndarray
+    # Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     iterations: np.ndarray
     violation: np.ndarray
     unknowns: int
+    # (realisation index, step) -> why it failed.
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+    # Name -> histograms at the last load (realisations, bins), of the first realisations (see
+    # `comparisons.tasks.distributions`); NaN where there is no answer.
     distributions: dict[str, np.ndarray] = field(default_factory=dict)
+    # Name -> (realisations, steps): relative half-widths of what reading a quantity off a pressure
+    # adds (`tasks.stresses`); of others nothing.
     bars: dict[str, np.ndarray] = field(default_factory=dict)
+    # Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
     fields: dict[str, np.ndarray] = field(default_factory=dict)
+    # Relative 95 % half-width of what a bounded domain leaves out, or of the place of an edge
+    # inside a cell (0: nothing of the kind).
     truncation: float = 0.0
+    # Quantities that no grid and no truncation touches: the area of a flat face.
     exact: tuple[str, ...] = ()
+    # Steps follow each other along a path or in time: errors and bars are then relative to the
+    # largest value along it, because single values pass zero.
     path: bool = False
+    # Elastic contact without other physics, of one body, of two that are both meshed, or of a rough
+    # surface: what error a change between grids leaves was measured there.
     contact: Contact = ""
-    apparent_area: float = float("nan")
+    apparent_area: float = float("nan")  # of a rough surface, in m2; NaN of others
+    # (realisation index, step) -> function that returns the pressure there, for the steps that are
+    # shown of realisation 0 (`shown_loads.shown_steps`), and for all from which quantities follow
+    # (`tasks.stresses`); not part of the solve.
     pressures: dict[tuple[int, int], Callable[[], Fields]] = field(default_factory=dict)
+    # Computes the fields in the body, where a task asks for them; not part of the solve.
     body_fields: Callable[[], Fields] | None = None
+    # Everything done for the task on warm code; the part another list of loads could reuse;
+    # compilation (apart); peak memory in bytes (NaN where it cannot be measured).
     seconds: float = float("nan")
     setup_seconds: float = 0.0
     compile_seconds: float = 0.0
     memory: float = float("nan")
+    # Where it was solved, in one short text; " + " between the machines of several blocks.
     machine: str = ""
+    # What the numerics complained of, where somebody listens (hard cases).
     warnings: tuple[str, ...] = ()
 
     @classmethod
@@ -177,18 +152,8 @@ class Solution:
     ) -> Solution:
         """Return a solution of curves: every step has an answer.
 
-        Parameters
-        ----------
-        quantities : mapping
-            Name -> (realisations, steps), or (steps,) of a single realisation, or one number that
-            belongs to the whole path and stands in every step.
-        unknowns, iterations, violation, setup_seconds : number or array
-            See the attributes.
-
-        Raises
-        ------
-        ValueError
-            If a curve has another shape.
+        A curve is (realisations, steps), or (steps,) of a single realisation, or one number that
+        belongs to the whole path and stands in every step; ValueError where it is not.
         """
         solution = cls.empty(task, unknowns)
         for name, values in quantities.items():
@@ -245,12 +210,8 @@ class Solution:
         """Take away the answer of each step that failed, or has a quantity that is no number.
 
         Stiffness may be infinite: where a whole period touches it is. A contact of one body that
-        bears nothing is one whose force is below the smallest number.
-
-        Raises
-        ------
-        MalformedError
-            If a quantity has another shape than the solution.
+        bears nothing is one whose force is below the smallest number. MalformedError if a quantity
+        has another shape than the solution.
         """
         for name, given in self.quantities.items():
             self.quantities[name] = values = curve_of(name, given, self.converged.shape)

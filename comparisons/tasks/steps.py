@@ -29,32 +29,20 @@ NO_ANSWER = (NoAnswerError, ModelStopped, SolverStopped)
 
 @dataclass(frozen=True)
 class Step:
-    """One load step that has an answer.
+    """One load step that has an answer."""
 
-    Attributes
-    ----------
-    quantities : mapping
-        Name -> value, in SI units.
-    iterations, violation, unknowns : number
-        As of a `Solution`.
-    distributions : callable, optional
-        Makes name -> histogram (`comparisons.tasks.distributions`); called at the last load.
-    pressure : callable, optional
-        Makes the fields of the pressure, where it is asked for.
-    fields : callable, optional
-        Makes the arrays that plots and pictures use; called at the last load of realisation 0.
-    body_fields : callable, optional
-        Computes the fields in the body.
-    """
-
-    quantities: Mapping[str, float]
+    quantities: Mapping[str, float]  # name -> value, in SI units
+    # As of a `Solution`.
     iterations: int = 0
     violation: float = float("nan")
     unknowns: int = 0
+    # Makes name -> histogram (`comparisons.tasks.distributions`); called at the last load.
     distributions: Callable[[], Mapping[str, np.ndarray]] | None = None
+    # Makes the fields of the pressure, where it is asked for.
     pressure: Callable[[], Fields] | None = None
+    # Makes the arrays that plots and pictures use; called at the last load of realisation 0.
     fields: Callable[[], Fields] | None = None
-    body_fields: Callable[[], Fields] | None = None
+    body_fields: Callable[[], Fields] | None = None  # computes the fields in the body
 
 
 @dataclass(frozen=True)

@@ -59,20 +59,10 @@ def render(
     static: bool = False,
     **values: Any,
 ) -> str:
-    """Return a page as text.
+    """Return a page as text, of a template with its variables.
 
-    Parameters
-    ----------
-    template : str
-        File name in the folder of templates.
-    drawn : mapping
-        Figures (or plotly data and layout) by the key of their canvas.
-    data : mapping, optional
-        What the page's program reads, by name.
-    static : bool
-        Without any script.
-    values
-        Further variables of the template.
+    `drawn` are figures (or plotly data and layout) by the key of their canvas, `data` what the
+    page's program reads, by name; a static page is without any script.
     """
     script, library = ("", "") if static else (page_script(), get_plotlyjs())
     return (

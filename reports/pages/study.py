@@ -69,15 +69,9 @@ EVIDENCE: tuple[tuple[str, str, Callable[[SceneRecord], list[Figure]]], ...] = (
 
 
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
-    """Write a study as one HTML file.
+    """Write a study as one HTML file, atomically.
 
-    Parameters
-    ----------
-    record : StudyRecord
-    path : Path
-        The file to write, atomically.
-    pictures : bool
-        Render the three-dimensional pictures (one or two seconds each, in a separate process).
+    Three-dimensional pictures take one or two seconds each, in a separate process.
     """
     write_text(Path(path), page(record, with_pictures=pictures))
 

@@ -52,28 +52,12 @@ def write_paper(
     figures: Sequence[str] = CHOSEN,
     advance: Advance = lambda done, total, name: None,
 ) -> list[Path]:
-    """Write chosen figures, the tables in LaTeX and Markdown, and an index of all.
+    """Write chosen figures, the tables in LaTeX and Markdown, and an index; return the files.
 
-    Parameters
-    ----------
-    study : StudyRecord
-    folder : Path
-    formats : sequence of str
-        Among "pdf", "svg" and "png".
-    figures : sequence of str
-        Names of figures, or patterns of them: "ball-error-force", "ball-*", "*".
-    advance : callable, optional
-        Called with (figures drawn, figures in all, name of the next one).
-
-    Returns
-    -------
-    list of Path
-        The files written; identical results give identical bytes.
-
-    Raises
-    ------
-    InputError
-        If a format is unknown, a pattern fits no figure, or no scene of the run has results.
+    Formats are "pdf", "svg" and "png"; figures are names or patterns of them: "ball-error-force",
+    "ball-*", "*". Identical results give identical bytes. `advance` is called with (figures drawn,
+    figures in all, name of the next one). InputError if a format is unknown, a pattern fits no
+    figure, or no scene of the run has results.
     """
     suffixes = [suffix.strip() for suffix in formats]
     if not study.scenes:

@@ -20,27 +20,17 @@ NO_SCALE = fmt.Scale(1.0, "")
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis.
+    """One axis."""
 
-    Attributes
-    ----------
-    title, symbol, of : str
-        Words, symbol, and the quantity that they refer to: the page names it above the plot and
-        uses the symbol; print names it on the axis.
-    quantity : str
-        The column that provides words and symbol in place of these.
-    scale : comparisons.formatting.Scale
-        Display unit, and factor from SI units.
-    limits, ticks : tuple
-        In SI units; ticks are (value, text). If empty, the renderer's own.
-    """
-
+    # Words, symbol, and the quantity that they refer to: the page names it above the plot and uses
+    # the symbol; print names it on the axis.
     title: str = ""
     symbol: str = ""
     of: str = ""
-    quantity: str = ""
-    scale: fmt.Scale = NO_SCALE
+    quantity: str = ""  # the column that provides words and symbol in place of these
+    scale: fmt.Scale = NO_SCALE  # display unit, and factor from SI units
     log: bool = False
+    # In SI units; ticks are (value, text). If empty, the renderer's own.
     limits: tuple[float, float] | None = None
     ticks: tuple[tuple[float, str], ...] = ()
 
@@ -55,52 +45,28 @@ class Axis:
 
 @dataclass(frozen=True)
 class Series:
-    """A series of points; NaN is a gap.
+    """A series of points; NaN is a gap."""
 
-    Attributes
-    ----------
-    look : Look
-        Its label is the legend entry.
-    hollow : bool or numpy.ndarray
-        Which markers are drawn as outlines.
-    bars : numpy.ndarray, optional
-        Half-widths of the error bars along y.
-    hover : str or tuple of str, optional
-        A line above the coordinates, or the full text for each point; if None, no hover text.
-    group : str
-        Series of one group are hidden together on the page.
-    legend : bool
-        Whether it is in the legend; print leaves out series that only the caption explains.
-    size, width : float
-        Of the markers (0: that of the look) and of the line, in pixels of the page.
-    stairs : bool
-        Join points by steps; each value holds until the next.
-    outlined : bool
-        Outline markers in the colour of the text.
-    faint : float
-        Opacity of the markers.
-    digits : int
-        Number of significant digits on the page.
-    directed : bool
-        Markers are arrows on the page, each pointing away from the point before it.
-    """
-
-    look: Look
+    look: Look  # its label is the legend entry
     x: np.ndarray
     y: np.ndarray
     line: bool = True
     marks: bool = True
-    hollow: bool | np.ndarray = False
-    bars: np.ndarray | None = None
+    hollow: bool | np.ndarray = False  # which markers are drawn as outlines
+    bars: np.ndarray | None = None  # half-widths of the error bars along y
+    # A line above the coordinates, or the full text for each point; if None, no hover text.
     hover: str | tuple[str, ...] | None = None
-    group: str = ""
+    group: str = ""  # series of one group are hidden together on the page
+    # Whether it is in the legend; print leaves out series that only the caption explains.
     legend: bool = True
+    # Of the markers (0: that of the look) and of the line, in pixels of the page.
     size: float = 0.0
     width: float = 2.0
-    stairs: bool = False
-    outlined: bool = False
-    faint: float = 1.0
-    digits: int = 6
+    stairs: bool = False  # join points by steps; each value holds until the next
+    outlined: bool = False  # outline markers in the colour of the text
+    faint: float = 1.0  # opacity of the markers
+    digits: int = 6  # number of significant digits on the page
+    # Markers are arrows on the page, each pointing away from the point before it.
     directed: bool = False
 
 
@@ -166,16 +132,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Figure:
-    """One plot; what lies in it is drawn from the bands on, the later on top.
-
-    Attributes
-    ----------
-    quantity : str
-        The columns shown, separated by spaces, for the page's menu of quantities. If empty, the
-        figure is always shown.
-    earlier : tuple of Figure
-        The same plot at the earlier loads, for the page's slider; only the values differ.
-    """
+    """One plot; what lies in it is drawn from the bands on, the later on top."""
 
     key: str
     title: str
@@ -189,7 +146,10 @@ class Figure:
     stretches: tuple[Stretch, ...] = field(default=(), repr=False)
     map: Map | None = field(default=None, repr=False)
     legend: bool = True
+    # The columns shown, separated by spaces, for the page's menu of quantities. If empty, the
+    # figure is always shown.
     quantity: str = ""
+    # The same plot at the earlier loads, for the page's slider; only the values differ.
     earlier: tuple[Figure, ...] = field(default=(), repr=False)
 
     @property

@@ -32,72 +32,38 @@ def tone(word: str) -> str:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell.
+    """One cell."""
 
-    Attributes
-    ----------
-    text : str
-        The printed text.
-    key : float or str
-        The value used for sorting and export.
-    kind : str
-        CSS classes: "text", "number", "method", "failed", with "wrap" for long texts.
-    method : str
-        The method whose colour precedes the text.
-    bar : float, optional
-        Half-width of the error bar if `key` is an error.
-    badges : tuple of str
-        Verdict words to show instead of the text, each in the colour of its tone.
-    """
-
-    text: str
-    key: float | str = ""
+    text: str  # the printed text
+    key: float | str = ""  # the value used for sorting and export
+    # CSS classes: "text", "number", "method", "failed", with "wrap" for long texts.
     kind: str = "text"
-    method: str = ""
-    bar: float | None = None
+    method: str = ""  # the method whose colour precedes the text
+    bar: float | None = None  # half-width of the error bar if `key` is an error
+    # Verdict words to show instead of the text, each in the colour of its tone.
     badges: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Head:
-    """A column.
-
-    Attributes
-    ----------
-    text : str
-    term : str
-        Key of its glossary entry.
-    csv : str
-        Its name in a CSV file, if the unit varies from cell to cell.
-    short : str
-        Its name in papers.
-    """
+    """A column."""
 
     text: str
-    term: str = ""
-    csv: str = ""
-    short: str = ""
+    term: str = ""  # key of its glossary entry
+    csv: str = ""  # its name in a CSV file, if the unit varies from cell to cell
+    short: str = ""  # its name in papers
 
 
 @dataclass(frozen=True)
 class Table:
-    """Column heads and rows of cells.
-
-    Attributes
-    ----------
-    heads : tuple of Head
-    rows : tuple of tuple of Cell
-    title, note : str
-        Texts above and below the table.
-    strong : frozenset of int
-        The highlighted rows.
-    """
+    """Column heads and rows of cells."""
 
     heads: tuple[Head, ...]
     rows: tuple[tuple[Cell, ...], ...]
+    # Texts above and below the table.
     title: str = ""
     note: str = ""
-    strong: frozenset[int] = frozenset()
+    strong: frozenset[int] = frozenset()  # the highlighted rows
 
     def only(self, *names: str) -> Table:
         """Return the table with these columns, in this order."""

@@ -82,15 +82,7 @@ def main_axis(axis: str, name: str) -> str:
 def derived(
     computed: Curves, scene: Contact, *, is_round: bool
 ) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the missing quantities that can be derived from others, with their values.
-
-    Parameters
-    ----------
-    computed : mapping
-        Quantity -> values that a method computed.
-    is_round : bool
-        Whether the contact is a circle.
-    """
+    """Yield the missing quantities that can be derived from computed curves, with their values."""
     curves = dict(computed)
     rules = {name: row.derived for name, row in QUANTITIES.items() if row.derived is not None}
     while True:

@@ -39,28 +39,16 @@ _ARRAYS_IN_MEMORY = 4
 
 @dataclass(frozen=True)
 class HeightFile:
-    """The heights of an opened file.
+    """The heights of an opened file."""
 
-    Attributes
-    ----------
-    values : array_like, shape (nx, ny)
-        Heights in the unit of the file, first index along x; undefined points are NaN.
-        Slices are read only when taken, where the format allows it.
-    size : tuple of float
-        Side lengths of the whole file in metres.
-    unit : str
-        Unit of the values.
-    note : str
-        Choices made on reading, as a sentence for the report.
-    holes_marked : bool
-        Whether the format marks undefined points (instruments); in plain tables a NaN may be a
-        mistake.
-    """
-
+    # (nx, ny), heights in the unit of the file, first index along x; undefined points are NaN.
+    # Slices are read only when taken, where the format allows it.
     values: Any
-    size: tuple[float, float]
-    unit: str
-    note: str
+    size: tuple[float, float]  # side lengths of the whole file in metres
+    unit: str  # unit of the values
+    note: str  # choices made on reading, as a sentence for the report
+    # Whether the format marks undefined points (instruments); in plain tables a NaN may be a
+    # mistake.
     holes_marked: bool = True
 
 

@@ -228,25 +228,13 @@ _COMMA_NUMBER = re.compile(
 
 @dataclass(frozen=True)
 class NumberLayout:
-    """Number format of a text.
-
-    Attributes
-    ----------
-    first : str
-        The first line that is not a comment.
-    header : int
-        Number of lines before the first one with numbers only.
-    delimiter : str or None
-        Separator of the numbers; None for blanks.
-    decimal_comma : bool
-        Whether the decimal sign is a comma.
-    """
+    """Number format of a text."""
 
     encoding: str
-    first: str
-    header: int
-    delimiter: str | None
-    decimal_comma: bool
+    first: str  # the first line that is not a comment
+    header: int  # number of lines before the first one with numbers only
+    delimiter: str | None  # separator of the numbers; None for blanks
+    decimal_comma: bool  # whether the decimal sign is a comma
 
     def fields(self, line: str) -> list[str]:
         """Split a line into numbers with decimal points."""

@@ -25,20 +25,9 @@ def contact_step(
     quantities: Mapping[str, float] | None = None,
     fields: Mapping[str, np.ndarray] | None = None,
 ) -> Step:
-    """Return the step of a solved contact.
+    """Return the step of a solved contact; `area` is the best estimate of its contact area.
 
-    Parameters
-    ----------
-    body : CondensedBody
-        Whose points the pressures stand at.
-    gap : (n,) ndarray
-        Initial gap there.
-    area : float
-        Best estimate of the contact area.
-    body_fields : callable
-        Computes the fields in the body.
-    quantities, fields : mapping, optional
-        What this kind of contact has beside the common ones.
+    `quantities` and `fields` are what this kind of contact has beside the common ones.
     """
 
     def arrays() -> dict[str, np.ndarray]:

@@ -54,24 +54,14 @@ _SLENDER_CONTACT, _SLENDER_FACE = 60.0, 30.0
 
 @dataclass(frozen=True)
 class Proof:
-    """Intervals that theorems prove for an indenter, computed on request.
+    """Intervals that theorems prove for an indenter, computed on request."""
 
-    Attributes
-    ----------
-    force : callable
-        ``force(penetration) -> Interval``, in SI units.
-    penetration : callable
-        At a force.
-    energy, stiffness : callable
-        ``energy(penetration, force) -> Interval``, of which one is given and the other enclosed.
-    deepest, heaviest : float
-        Largest penetration and force at which anything is proved.
-    """
-
-    force: At
-    penetration: At
+    force: At  # ``force(penetration) -> Interval``, in SI units
+    penetration: At  # at a force
+    # ``energy(penetration, force) -> Interval``, of which one is given and the other enclosed.
     energy: Of
     stiffness: Of
+    # Largest penetration and force at which anything is proved.
     deepest: float = math.inf
     heaviest: float = math.inf
 
@@ -79,16 +69,12 @@ class Proof:
 def enclosures(scene: Scene, geometry: Geometry, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     """Return lower and upper bounds of all quantities that are enclosed, over the load steps.
 
-    On one thread: several wait for each other in systems this small, for minutes on a busy machine.
-
-    Returns
-    -------
-    dict
-        ``force_lower``, ``force_upper`` and so on -> (k,). Of a prescribed force the penetration,
-        and energy and stiffness at the ends of its interval. About a tenth as wide as the scene's
-        tolerance, or less; of rough surfaces a few per cent, their energy some times, their
-        stiffness ten times that. NaN at loads at which the bounds prove nothing, such as one whose
-        contact is far smaller than their cells.
+    ``force_lower``, ``force_upper`` and so on -> (k,). Of a prescribed force the penetration, and
+    energy and stiffness at the ends of its interval. About a tenth as wide as the scene's
+    tolerance, or less; of rough surfaces a few per cent, their energy some times, their stiffness
+    ten times that. NaN at loads at which the bounds prove nothing, such as one whose contact is far
+    smaller than their cells. On one thread: several wait for each other in systems this small, for
+    minutes on a busy machine.
     """
     proof = check_enclosed(scene, geometry, loads)
     given = [Interval(float(load), float(load)) for load in loads.values]

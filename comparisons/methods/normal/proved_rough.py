@@ -30,19 +30,11 @@ _NEARLY_FULL = 0.9
 
 @dataclass(frozen=True)
 class RoughProof:
-    """Intervals that theorems prove for one rough surface; penetrations from its highest point.
-
-    Attributes
-    ----------
-    modulus : float
-        E*.
-    finer : float
-        Cells per side relative to the default.
-    """
+    """Intervals that theorems prove for one rough surface; penetrations from its highest point."""
 
     geometry: RoughGeometry
-    modulus: float
-    finer: float = 1.0
+    modulus: float  # E*
+    finer: float = 1.0  # cells per side relative to the default
     heaviest = math.inf  # any force has its bounds
 
     @cached_property

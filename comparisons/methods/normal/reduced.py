@@ -33,24 +33,14 @@ _SETTLED = 1e-13
 
 @dataclass(frozen=True)
 class Bed:
-    """The springs under a profile.
-
-    Attributes
-    ----------
-    modulus : float
-        E* of all springs; of a graded body that of the springs at its depth c0.
-    springs, note : str
-        Their stiffness in words, and by which reading.
-    coatings : Coatings, optional
-        From which the modulus of each contact follows.
-    grading : Grading, optional
-    """
+    """The springs under a profile."""
 
     profile: equivalents.Profile
-    modulus: float
+    modulus: float  # E* of all springs; of a graded body that of the springs at its depth c0
+    # Their stiffness in words, and by which reading.
     springs: str = "E* dx"
     note: str = ""
-    coatings: Coatings | None = None
+    coatings: Coatings | None = None  # from which the modulus of each contact follows
     grading: Grading | None = None
 
     @property

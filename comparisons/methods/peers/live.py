@@ -34,21 +34,12 @@ ANSWER_SECONDS = 30.0
 
 @dataclass(frozen=True)
 class Code:
-    """A code of others, in a process of its own.
+    """A code of others, in a process of its own."""
 
-    Attributes
-    ----------
-    name : str
-        That of its script and of its environment variable, too.
-    releases : dict
-        Package -> the only version that was tried, "" for any; the code itself is the first.
-    install : str
-        How to get them.
-    """
-
-    name: str
+    name: str  # that of its script and of its environment variable, too
+    # Package -> the only version that was tried, "" for any; the code itself is the first.
     releases: dict[str, str]
-    install: str
+    install: str  # how to get them
 
     @property
     def _variable(self) -> str:
@@ -96,18 +87,12 @@ class Code:
 
 
 class LiveCode(Solver[IndenterGeometry]):
-    """A ball on a half-space in a code of others, whose script has R = E* = 1.
-
-    Class attributes
-    ----------------
-    code : Code
-    control, wants : str
-        The quantity that it can be given, and the reason in one sentence.
-    """
+    """A ball on a half-space in a code of others, whose script has R = E* = 1."""
 
     named_only = True
     span = math.inf  # a law's parameters belong to all loads
     code: ClassVar[Code]
+    # The quantity that it can be given, and the reason in one sentence.
     control: ClassVar[str] = "penetration"
     wants: ClassVar[str]
 

@@ -167,11 +167,8 @@ class UserSolver(Solver[Geometry]):
 def add_methods(files: Sequence[str | Path] = (), limits: Limits = LIMITS) -> list[str]:
     """Register the methods of files and of installed packages; return notices for the user.
 
-    Raises
-    ------
-    InputError
-        Listing every file that is no method. An installed package that is none is left out, with a
-        notice: it must not stop a command that does not use it.
+    InputError lists every file that is no method. An installed package that is none is left out,
+    with a notice: it must not stop a command that does not use it.
     """
     problems: list[str] = []
     notices: list[str] = []

@@ -20,26 +20,13 @@ PATHS = ("step", "time")
 
 @dataclass(frozen=True)
 class AbsoluteLoads:
-    """Absolute loads, step by step.
+    """Absolute loads, step by step."""
 
-    Attributes
-    ----------
-    control : str
-        The prescribed quantity.
-    values : ndarray, shape (k,)
-        Strictly increasing, except along a path.
-    axis : str
-        Along what steps are compared: `control` itself, or "step" (a path), or "time".
-    times : ndarray, shape (k,), optional
-        Of each step, where the axis is time.
-    normal : AbsoluteLoads, optional
-        The normal load under which a tangential path is walked, or bodies slide or roll: one value.
-    """
-
-    control: Control
-    values: np.ndarray
-    axis: str = ""
-    times: np.ndarray | None = None
+    control: Control  # the prescribed quantity
+    values: np.ndarray  # (k,), strictly increasing, except along a path
+    axis: str = ""  # along what steps are compared: `control` itself, or "step" (a path), or "time"
+    times: np.ndarray | None = None  # (k,), of each step, where the axis is time
+    # The normal load under which a tangential path is walked, or bodies slide or roll: one value.
     normal: AbsoluteLoads | None = None
 
     def __post_init__(self) -> None:
@@ -64,13 +51,9 @@ class AbsoluteLoads:
 
 
 def loads_of(scene: Scene, unit: float | None = None) -> AbsoluteLoads:
-    """Return what a scene walks along.
+    """Return what a scene walks along, its normal loads multiplied by `unit` (`Loading.unit`).
 
-    Parameters
-    ----------
-    unit : float, optional
-        What its normal loads are multiplied by (`Loading.unit`), on a rough surface; default: the
-        area of a flat face under a pressure, else 1.
+    By default that is the area of a flat face under a pressure, else 1.
     """
     loading, face = scene.loading, scene.indenter and scene.indenter.face_area
     unit = loading.unit(face or 1.0, 1.0) if unit is None else unit
