@@ -8,8 +8,8 @@ preconditioned by a sparse factorisation in which a cell bends its neighbours on
 
 from __future__ import annotations
 
-from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,6 @@ from reference.lubrication.reynolds import Film, FilmCells, FilmState, Transport
 
 Field = NDArray[np.float64]
 
-# How far pressure on a cell bends the surface in `BentSurface.near`, in cells.
-_NEXT = 1
 # Of its thickness anywhere, the film keeps at least this share in one step of Newton's method.
 _KEPT = 0.35
 _ROUNDS = 30
@@ -42,12 +40,12 @@ _NEAR = 1e-6
 class BentSurface:
     """The elastic half-space below the equal cells of a film; beyond them a point load bends it.
 
-    The film carries a `load` F, 1 unless `under` another, which bends the surroundings as
-    u = F/(pi E* r); the compliance is 1/E*, zero for a rigid surface.
+    The unit load bends the surroundings by `far`, 1/(pi E* r); the compliance is 1/E*, zero for a
+    rigid surface.
     """
 
     def __init__(self, cells: FilmCells, compliance: float) -> None:
-        self.cells, self.compliance, self.load = cells, compliance, 1.0
+        self.cells, self.compliance = cells, compliance
         self.far = np.zeros(cells.shape)
         if not compliance:
             return
@@ -57,70 +55,48 @@ class BentSurface:
         self.far = compliance / (np.pi * np.hypot(x, y))
         self.far[cells.core] = 0.0
 
-    def under(self, load: float) -> BentSurface:
-        """Return the same surface under another load."""
-        other = copy(self)
-        other.load, other.far = load, self.far * (load / self.load)
-        return other
-
-    def displacement(self, pressure: Field) -> Field:
-        """Return the displacement of all cells under a pressure."""
-        return self.far + self.respond(pressure)
-
     def respond(self, pressure: Field) -> Field:
         """Return the displacement of the equal cells under the pressure on them."""
         result = np.zeros(self.cells.shape)
-        if not self.compliance:
-            return result
-        core = pressure[self.cells.core]
-        if not self.cells.mirrored:
-            result[self.cells.core] = self.body.apply(core)
-            return result
-        whole = self.body.apply(np.concatenate([core[:, ::-1], core], axis=1))
-        result[self.cells.core] = whole[:, core.shape[1] :]
+        if self.compliance:
+            core = pressure[self.cells.core]
+            result[self.cells.core] = self.body.apply(self.cells.whole(core))[:, -core.shape[1] :]
         return result
 
-    def near(self) -> sparse.csr_matrix:
-        """Return the displacement under pressure on the next cells only, as a matrix."""
+    @cached_property
+    def near(self) -> sparse.csr_array:
+        """The displacement under pressure on the next cells only, as a matrix."""
         size = self.far.size
         if not self.compliance:
-            return sparse.csr_matrix((size, size))
+            return sparse.csr_array((size, size))
         index = np.arange(size).reshape(self.cells.shape)[self.cells.core]
-        weights = self.body.coefficients((_NEXT + 1, _NEXT + 1))
-        if self.cells.mirrored:
-            # rows of images beyond the axis: the pressure of row k lies at -1 - k, too
-            index = np.concatenate([index[:, _NEXT - 1 :: -1], index], axis=1)
-        first = _NEXT if self.cells.mirrored else 0
-        rows, columns, values = [], [], []
         nx, ny = index.shape
-        for i in range(-_NEXT, _NEXT + 1):
-            for j in range(-_NEXT, _NEXT + 1):
-                x, y = np.arange(max(0, -i), nx - max(0, i)), np.arange(first, ny - max(0, j))
-                y = y[y + j >= 0]
-                rows.append(index[np.ix_(x, y)].ravel())
-                columns.append(index[np.ix_(x + i, y + j)].ravel())
-                values.append(np.full(rows[-1].size, weights[abs(i), abs(j)]))
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        return sparse.coo_matrix(entries, shape=(size, size)).tocsr()
+        weights = self.body.coefficients((2, 2))
+        # beside row 0 lies its image, where the cells are mirrored
+        around = np.pad(index, 1, constant_values=-1)
+        if self.cells.mirrored:
+            around[1:-1, 0] = index[:, 0]
+        rows, columns, values = [], [], []
+        for i, j in np.ndindex(3, 3):
+            beside = around[i : i + nx, j : j + ny]
+            rows.append(index[beside >= 0])
+            columns.append(beside[beside >= 0])
+            values.append(np.full(rows[-1].size, weights[abs(i - 1), abs(j - 1)]))
+        places = np.concatenate(rows), np.concatenate(columns)
+        return sparse.csr_array((np.concatenate(values), places), shape=(size, size))
 
 
+@dataclass(frozen=True, eq=False)
 class LoadedFilm:
-    """A film between bodies pressed together by the load of their surface."""
+    """A film between bodies, of which one is elastic, pressed together by a load."""
 
-    def __init__(self, film: Film, surface: BentSurface) -> None:
-        self.film, self.surface = film, surface
-        self.near = surface.near()
+    film: Film
+    surface: BentSurface
+    load: float = 1.0
 
-    @property
-    def load(self) -> float:
-        """What the film carries."""
-        return self.surface.load
-
-    def under(self, load: float) -> LoadedFilm:
-        """Return the same film under another load."""
-        other = copy(self)
-        other.surface = self.surface.under(load)
-        return other
+    def displacement(self, pressure: Field) -> Field:
+        """Return the displacement of all cells under a pressure."""
+        return self.load * self.surface.far + self.surface.respond(pressure)
 
     # overflows are detected in the error and reported
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -142,7 +118,7 @@ class LoadedFilm:
             rise = (push @ part - right[-1]) / weight
             return np.append(part - rise * response, rise)
 
-        state = replace(start, displacement=self.surface.displacement(start.pressure))
+        state = replace(start, displacement=self.displacement(start.pressure))
         history: list[float] = []
         factored: Field | None = None
         counts: list[float] = []
@@ -168,7 +144,7 @@ class LoadedFilm:
             # The factorisation is renewed where GMRES is slow, and where cells rupture or heal.
             slow = len(counts) > _PATIENCE
             if factored is None or slow or np.count_nonzero(positive != factored) > _SWITCHED:
-                near = slopes.displacement @ self.near @ sparse.diags(positive)
+                near = slopes.displacement @ self.surface.near @ sparse.diags_array(positive)
                 solver, factored = factors(slopes.s + near), positive
                 response = solver.solve(slopes.separation)
                 weight = float(push @ response)
@@ -207,7 +183,7 @@ class LoadedFilm:
                 state,
                 s=s,
                 separation=state.separation + share * rise,
-                displacement=self.surface.displacement(np.maximum(s, 0.0)),
+                displacement=self.displacement(np.maximum(s, 0.0)),
             )
             thick = (self.film.thickness(moved) > _KEPT * before).all()
             if thick and flow.admits(moved.separation):

@@ -256,14 +256,14 @@ def approach(ball: Ball, speed: float, resolution: int) -> PointFilm:
         """Return the film of a rigid ball under a load: p = 3 eta V R/h^2."""
         separation = np.pi * number / (2 * loaded.load)
         s = number / 4 / (loaded.film.gap + separation) ** 2
-        return FilmState(s, separation, loaded.surface.displacement(s))
+        return FilmState(s, separation, loaded.displacement(s))
 
-    grid = full.under(share)
-    state, before = squeezed(grid), squeezed(full.under(share * ratio))
+    grid = replace(full, load=share)
+    state, before = squeezed(grid), squeezed(replace(full, load=share * ratio))
     while share < 1:
         share = min(1.0, share / ratio)
         earlier, before = before, state
-        grid = full.under(share)
+        grid = replace(full, load=share)
         guess = before.separation - 0.8 * (earlier.separation - before.separation)
         start = FilmState(before.s, guess, before.displacement)
         state = grid.solve(Approach(number, before, earlier), start)
@@ -313,7 +313,7 @@ class _Scaled:
         full = min(end, ball.meniscus / self.length)
         rest = 2 * np.pi * max(0.0, float(np.log(full / cells.x[-1])))
         shear = float((cells.area * inside * ((1 - state.vapour) / thickness)).sum()) + rest
-        slope = np.diff(loaded.film.face_gaps[0], axis=0) / cells.widths[0]
+        slope = np.diff(self.gap(cells.x[:, None], y), axis=0) / cells.widths[0]
         drag = 0.5 * abs(float((state.pressure * cells.area * slope).sum()))
         # at x = y = 0: across by the cubic of four cells, along by the line of two
         thickness = cells.whole(thickness)
@@ -398,7 +398,7 @@ def _prolonged(coarse: LoadedFilm, state: FilmState, fine: LoadedFilm) -> FilmSt
     pressure, vapour = between(state.pressure), between(state.vapour)
     full = between(np.sign(state.s)) > 0
     s = np.where(full, np.maximum(pressure, _TINY), -np.clip(vapour, _TINY, 1.0))
-    film = FilmState(s, state.separation, fine.surface.displacement(np.maximum(s, 0.0)))
+    film = FilmState(s, state.separation, fine.displacement(np.maximum(s, 0.0)))
     least = 0.7 * float(coarse.film.thickness(state).min())
     short = least - float(fine.film.thickness(film).min())
     return replace(film, separation=state.separation + max(0.0, short))

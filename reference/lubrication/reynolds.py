@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,11 +89,10 @@ class FilmCells:
     @property
     def whole_core(self) -> tuple[slice, slice]:
         """The equal cells, mirror images included, where `whole` has them."""
-        rows, columns = self.core
-        if not self.mirrored:
-            return rows, columns
-        size = self.shape[1]
-        return rows, slice(size - columns.stop, size + columns.stop)
+        (rows, columns), size = self.core, self.shape[1]
+        return (
+            (rows, slice(size - columns.stop, size + columns.stop)) if self.mirrored else self.core
+        )
 
     @property
     def spacing(self) -> tuple[float, float]:
@@ -190,143 +189,99 @@ class FilmState:
 
 
 class Film:
-    """The film over cells, under a rigid gap (zero at first touch); its inlet is flooded."""
+    """The film over cells, under a rigid gap (zero at first touch); its inlet is flooded.
+
+    Faces, flat, are those along x and then those along y. From cells to faces `steps` take the
+    differences, of values that are zero beyond the ends, `means` the mean, at an end the value of
+    its cell, and `upstream` the value of the cell before a face along x.
+    """
 
     def __init__(self, cells: FilmCells, gap: Gap) -> None:
         self.cells = cells
-        x, y = cells.centres
-        dx, dy = cells.widths
+        (nx, ny), (x, y), (dx, dy) = cells.shape, cells.centres, cells.widths
         self.gap = gap(x, y)
-        # gap of the rigid shape and conductance (area over distance) of the faces along x and y
-        self.face_gaps = gap(cells.x[:, None], y), gap(x, cells.y[None, :])
-        across = _inverse_distances(cells.y)[None, :] * dx
+        self.face_gaps = _flat(gap(cells.x[:, None], y), gap(x, cells.y[None, :]))
+        # area over distance of the centres; at the ends over that to the edge
+        along, across = (
+            1 / np.diff(np.concatenate([edges[:1], at.ravel(), edges[-1:]]))
+            for edges, at in ((cells.x, x), (cells.y, y))
+        )
         if cells.mirrored or cells.closed:
-            across[:, 0] = 0.0
+            across[0] = 0.0
         if cells.closed:
-            across[:, -1] = 0.0
-        self.conductances = _inverse_distances(cells.x)[:, None] * dy, across
+            across[-1] = 0.0
+        self.conductance = _flat(along[:, None] * dy, across * dx)
+        self.width = _flat(np.broadcast_to(dy, (nx + 1, ny)), np.zeros((nx, ny + 1)))
+
+        def to_faces(x_faces: sparse.sparray, y_faces: sparse.sparray) -> sparse.csr_array:
+            both = (
+                sparse.kron(x_faces, sparse.eye_array(ny)),
+                sparse.kron(sparse.eye_array(nx), y_faces),
+            )
+            return sparse.csr_array(sparse.vstack(both))
+
+        own, before = ([sparse.eye_array(n + 1, n, k=k) for n in (nx, ny)] for k in (0, -1))
+        self.steps = to_faces(own[0] - before[0], own[1] - before[1])
+        both = to_faces(own[0] + before[0], own[1] + before[1])
+        self.means = sparse.csr_array(sparse.diags_array(1 / both.sum(axis=1)) @ both)
+        self.upstream = to_faces(before[0], 0 * before[1])
 
     def thickness(self, state: FilmState) -> Field:
         """Return the gap in the middle of the cells."""
         return self.gap + state.separation + state.displacement
 
-    def faces(self, state: FilmState) -> tuple[Field, Field]:
-        """Return the gap in the faces along x and y; ends have the displacement of their cell."""
-        u = state.displacement
-        ux = np.pad(u, ((1, 1), (0, 0)), mode="edge")
-        uy = np.pad(u, ((0, 0), (1, 1)), mode="edge")
-        return (
-            self.face_gaps[0] + state.separation + (ux[1:] + ux[:-1]) / 2,
-            self.face_gaps[1] + state.separation + (uy[:, 1:] + uy[:, :-1]) / 2,
-        )
+    def oil(self, state: FilmState) -> Field:
+        """Return the thickness of oil in each cell."""
+        return (1 - state.vapour) * self.thickness(state)
+
+    def faces(self, state: FilmState) -> Field:
+        """Return the gap in the faces."""
+        return self.face_gaps + state.separation + self.means @ state.displacement.ravel()
 
     def driven(self, state: FilmState) -> Field:
         """Return how much each pressure would drive out of its cell, were there none around."""
-        (kx, ky), (hx, hy) = self.conductances, self.faces(state)
-        along, across = kx * hx**3, ky * hy**3
-        return state.pressure * (along[1:] + along[:-1] + across[:, 1:] + across[:, :-1])
+        around = np.abs(self.steps).T @ (self.conductance * self.faces(state) ** 3)
+        return state.pressure * around.reshape(self.gap.shape)
 
-    def carried(self, state: FilmState) -> Field:
-        """Return the thickness of oil that is carried through the faces along x."""
-        oil = self.faces(state)[0]
-        oil[1:] -= state.vapour * self.thickness(state)
-        return oil
+    def flow(self, state: FilmState, speed: float) -> Field:
+        """Return what flows through each face, per time, where surfaces move at L = `speed`."""
+        h = self.faces(state)
+        carried = h - self.upstream @ (state.vapour * self.thickness(state)).ravel()
+        pushed = self.conductance * h**3 * (self.steps @ state.pressure.ravel())
+        return speed * self.width * carried - pushed
 
     def balance(self, state: FilmState, speed: float) -> Field:
-        """Return what flows out of each cell, per time, where surfaces move at L = `speed`."""
-        (kx, ky), (hx, hy), p = self.conductances, self.faces(state), state.pressure
-        along = -kx * hx**3 * _steps(p, 0)
-        across = -ky * hy**3 * _steps(p, 1)
-        along += speed * self.cells.widths[1] * self.carried(state)
-        return np.diff(along, axis=0) + np.diff(across, axis=1)
+        """Return what flows out of each cell."""
+        return -(self.steps.T @ self.flow(state, speed)).reshape(self.gap.shape)
 
     def derivatives(
         self, state: FilmState, speed: float
-    ) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    ) -> tuple[sparse.csr_array, sparse.csr_array]:
         """Return the derivatives of the balance by s and by the displacement of each cell.
 
         That by the separation is the sum of the columns of the second.
         """
-        (kx, ky), (hx, hy), p = self.conductances, self.faces(state), state.pressure
-        drawn = speed * self.cells.widths[1]
-        along, across = kx * hx**3, ky * hy**3
-        by_p = self._flow(0, along, -along) + self._flow(1, across, -across)
-        by_u = self._means(0, -3 * kx * hx**2 * _steps(p, 0) + drawn)
-        by_u = by_u + self._means(1, -3 * ky * hy**2 * _steps(p, 1))
-        # vapour is taken from upstream
-        none, upstream = np.zeros(hx.shape), np.zeros(hx.shape)
-        upstream[1:] = drawn * self.thickness(state)
-        by_vapour = self._flow(0, -upstream, none)
-        upstream[1:] = drawn * state.vapour
-        by_u = by_u + self._flow(0, -upstream, none)
-        positive = (state.s > 0).ravel()
-        by_s = by_p @ sparse.diags(positive.astype(float))
-        by_s = by_s - by_vapour @ sparse.diags((~positive).astype(float))
-        return by_s.tocsr(), by_u.tocsr()
-
-    def _means(self, axis: int, factor: Field) -> sparse.csr_matrix:
-        """Return the matrix of diff(factor * mean u of a face) along an axis."""
-        before, after = factor / 2, factor / 2
-        np.moveaxis(after, axis, 0)[0] *= 2
-        np.moveaxis(before, axis, 0)[-1] *= 2
-        return self._flow(axis, before, after)
-
-    def _flow(self, axis: int, before: Field, after: Field) -> sparse.csr_matrix:
-        """Return the balance of flows before * (cell before) + after * (cell after) per face."""
-        index = np.moveaxis(np.arange(self.gap.size).reshape(self.gap.shape), axis, 0)
-        before, after = np.moveaxis(before, axis, 0), np.moveaxis(after, axis, 0)
-        rows, columns, values = [], [], []
-        # the flow through face k leaves cell k - 1 and enters cell k
-        for row, sign, faces in ((index, 1.0, slice(1, None)), (index, -1.0, slice(0, -1))):
-            b, a = sign * before[faces], sign * after[faces]
-            if sign > 0:
-                parts = ((row, index, b), (row[:-1], index[1:], a[:-1]))
-            else:
-                parts = ((row[1:], index[:-1], b[1:]), (row, index, a))
-            for target, source, value in parts:
-                rows.append(target.ravel())
-                columns.append(source.ravel())
-                values.append(value.ravel())
-        entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-        size = self.gap.size
-        return sparse.coo_matrix(entries, shape=(size, size)).tocsr()
+        diagonal, h, drawn = sparse.diags_array, self.faces(state), speed * self.width
+        steep = self.conductance * h**2
+        upstream = diagonal(drawn) @ self.upstream
+        full = (state.s > 0).ravel()
+        by_s = diagonal(steep * h) @ self.steps @ diagonal(full.astype(float))
+        by_s -= upstream @ diagonal(np.where(full, 0.0, self.thickness(state).ravel()))
+        by_u = diagonal(3 * steep * (self.steps @ state.pressure.ravel()) - drawn) @ self.means
+        by_u += upstream @ diagonal(state.vapour.ravel())
+        return sparse.csr_array(self.steps.T @ by_s), sparse.csr_array(self.steps.T @ by_u)
 
 
-def _inverse_distances(edges: Field) -> Field:
-    """Return one over the distance of neighbouring centres; at the ends that to the edge."""
-    centres = (edges[1:] + edges[:-1]) / 2
-    return 1 / np.diff(np.concatenate([edges[:1], centres, edges[-1:]]))
-
-
-def _steps(p: Field, axis: int) -> Field:
-    """Return differences across the faces, p being zero beyond the ends."""
-    width = [(0, 0), (0, 0)]
-    width[axis] = (1, 1)
-    return np.diff(np.pad(p, width), axis=axis)
+def _flat(along: Field, across: Field) -> Field:
+    return np.concatenate([along.ravel(), across.ravel()])
 
 
 class Slopes(NamedTuple):
     """Derivatives of the balance by s, by the displacement of each cell, and by the separation."""
 
-    s: sparse.csr_matrix
-    displacement: sparse.csr_matrix
+    s: sparse.csr_array
+    displacement: sparse.csr_array
     separation: Field
-
-
-class Transport(Protocol):
-    """What drives the flow besides pressure."""
-
-    def balance(self, film: Film, state: FilmState) -> Field:
-        """Return the volume of oil that leaves each cell per time."""
-
-    def slopes(self, film: Film, state: FilmState) -> Slopes:
-        """Return its derivatives."""
-
-    def carried(self, film: Film, state: FilmState) -> Field:
-        """Return the flow that the balance of each cell is compared with."""
-
-    def admits(self, separation: float) -> bool:
-        """Whether this flow is possible at this separation."""
 
 
 @dataclass(frozen=True)
@@ -342,14 +297,14 @@ class Entrainment:
     def slopes(self, film: Film, state: FilmState) -> Slopes:
         """Return its derivatives."""
         by_s, by_displacement = film.derivatives(state, self.speed)
-        return Slopes(by_s, by_displacement, np.asarray(by_displacement.sum(axis=1)).ravel())
+        return Slopes(by_s, by_displacement, by_displacement.sum(axis=1))
 
     def carried(self, film: Film, state: FilmState) -> Field:
-        """Return what is carried through a face of each cell."""
+        """Return the flow that the balance of each cell is compared with: through a face."""
         return self.speed * film.cells.widths[1] * film.thickness(state)
 
     def admits(self, separation: float) -> bool:
-        """Return True: it is possible at any separation."""
+        """Whether it is possible at this separation: at any."""
         return True
 
 
@@ -368,33 +323,23 @@ class Approach:
 
     def balance(self, film: Film, state: FilmState) -> Field:
         """Return the volume of oil that leaves each cell per time, and what it stores."""
-        flow = film.balance(state, 0.0)
-        fall = self.before.separation - state.separation
-        own, *others = self._weights(fall)
-        kept = own * _oil(film, state)
-        for weight, past in zip(others, (self.before, self.earlier), strict=False):
-            assert past is not None
-            kept = kept + weight * _oil(film, past)
-        return flow + self.speed * film.cells.area / film.cells.copies * kept
+        weights = self._weights(self.before.separation - state.separation)
+        kept = sum(w * oil for w, oil in zip(weights, self._oil(film, state), strict=True))
+        return film.balance(state, 0.0) + self.carried(film, state) * kept
 
     def slopes(self, film: Film, state: FilmState) -> Slopes:
         """Return its derivatives; that by the separation includes the weights of the difference."""
         by_s, by_displacement = film.derivatives(state, 0.0)
-        fall = self.before.separation - state.separation
-        step = 1e-6 * fall
-        area = (self.speed * film.cells.area / film.cells.copies).ravel()
-        own, *_ = self._weights(fall)
-        oil = [_oil(film, past) for past in (state, self.before, self.earlier) if past is not None]
-        later, sooner = self._weights(fall + step), self._weights(fall - step)
-        turned = sum((a - b) / (2 * step) * q for a, b, q in zip(later, sooner, oil, strict=True))
-        by_oil = area * own
-        empty = (state.s <= 0).ravel()
-        thickness = film.thickness(state).ravel()
-        by_s = by_s + sparse.diags(np.where(empty, by_oil * thickness, 0.0))
-        stored = sparse.diags(by_oil * (1 - state.vapour).ravel())
-        by_displacement = by_displacement + stored
-        by_separation = np.asarray(by_displacement.sum(axis=1)).ravel() - area * np.ravel(turned)
-        return Slopes(by_s.tocsr(), by_displacement.tocsr(), by_separation)
+        fall, area = self.before.separation - state.separation, self.carried(film, state).ravel()
+        step, by_oil = 1e-6 * fall, area * self._weights(fall)[0]
+        sides = self._weights(fall + step), self._weights(fall - step), self._oil(film, state)
+        turned = sum((a - b) / (2 * step) * oil for a, b, oil in zip(*sides, strict=True))
+        emptied = np.where(state.s > 0, 0.0, film.thickness(state)).ravel()
+        by_s = by_s + sparse.diags_array(by_oil * emptied)
+        stored = sparse.diags_array(by_oil * (1 - state.vapour).ravel())
+        by_displacement = sparse.csr_array(by_displacement + stored)
+        by_separation = by_displacement.sum(axis=1) - area * np.ravel(turned)
+        return Slopes(sparse.csr_array(by_s), by_displacement, by_separation)
 
     def carried(self, film: Film, state: FilmState) -> Field:
         """Return the volume that the approach displaces from each cell per time."""
@@ -404,8 +349,12 @@ class Approach:
         """Whether the bodies have come closer."""
         return separation < self.before.separation
 
+    def _oil(self, film: Film, state: FilmState) -> list[Field]:
+        """Oil of this film and earlier ones."""
+        return [film.oil(s) for s in (state, self.before, self.earlier) if s is not None]
+
     def _weights(self, fall: float) -> tuple[float, ...]:
-        """Return the weights of this film and earlier ones in d(oil)/dt over V."""
+        """Their weights in d(oil)/dt over V."""
         if self.earlier is None:
             return 1 / fall, -1 / fall
         last = self.earlier.separation - self.before.separation
@@ -413,9 +362,8 @@ class Approach:
         return (fall + both) / (fall * both), -both / (fall * last), fall / (last * both)
 
 
-def _oil(film: Film, state: FilmState) -> Field:
-    """Return the thickness of oil in each cell."""
-    return (1 - state.vapour) * film.thickness(state)
+# What drives the flow besides pressure.
+Transport = Entrainment | Approach
 
 
 def rigid_film_at(film: Film, separation: float) -> FilmState:
@@ -484,18 +432,16 @@ def rigid_cylinder(resolution: int) -> LineFilm:
     x, pressure = cells.centres[0].ravel(), state.pressure.ravel()
     last = int(np.flatnonzero(pressure)[-1])
     before, root = np.sqrt(pressure[last - 1]), np.sqrt(pressure[last])
-    driven = (film.conductances[0] * film.faces(state)[0] ** 3).ravel()
-    falls = np.diff(np.concatenate([[0.0], pressure, [0.0]]))
     return LineFilm(
         load=24 * float(pressure @ cells.area.ravel()),
         rupture=float(x[last] + (x[last] - x[last - 1]) * root / (before - root)),
         x=x,
         pressure=pressure,
-        flow=film.carried(state).ravel() - driven * falls,
+        flow=film.flow(state, 1.0)[: edges.size],
     )
 
 
-def factors(matrix: sparse.spmatrix) -> SuperLU:
+def factors(matrix: sparse.sparray) -> SuperLU:
     """Factorise a matrix whose pattern is symmetric; its ordering halves time and memory."""
     return splu(
         matrix.tocsc(),

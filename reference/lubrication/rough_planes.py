@@ -89,20 +89,14 @@ def plane_flow(gap: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0)) -> Pla
     conductance = _between(h, 0, 3), _between(h, 1, 3)
     open_cells = np.flatnonzero(h)
     size = open_cells.size
-    number = np.full(h.size, -1)
-    number[open_cells] = np.arange(size)
-    matrix = sparse.csr_matrix((size, size))
     index = np.arange(h.size).reshape(h.shape)
+    matrix = sparse.csr_array((size, size))
     for axis in (0, 1):
         factor = (conductance[axis] * spacing[1 - axis] / spacing[axis]).ravel()
-        faces = factor > 0
-        before = number[index.ravel()[faces]]
-        after = number[np.roll(index, -1, axis).ravel()[faces]]
-        rows = np.concatenate([before, after, before, after])
-        columns = np.concatenate([before, after, after, before])
-        values = np.concatenate([factor[faces], factor[faces], -factor[faces], -factor[faces]])
-        flows = sparse.coo_matrix((values, (rows, columns)), shape=(size, size))
-        matrix = matrix + flows.tocsr()
+        faces = np.flatnonzero(factor)
+        before = sparse.eye_array(h.size, format="csr")
+        steps = (before[np.roll(index, -1, axis).ravel()] - before)[faces][:, open_cells]
+        matrix += steps.T @ sparse.diags_array(factor[faces]) @ steps
     source = conductance[0] * spacing[1]
     right = (np.roll(source, 1, 0) - source).ravel()[open_cells]
     # pressure, beside the mean one -x, is known but for a constant in every connected piece

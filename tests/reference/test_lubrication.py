@@ -79,7 +79,7 @@ def test_next_cells_bend_as_on_the_half_space():
     for column in (0, 1, 3):
         p = np.zeros(cells.shape)
         p[rows.start + 4, column] = 1.0
-        near = (surface.near() @ p.ravel()).reshape(cells.shape)
+        near = (surface.near @ p.ravel()).reshape(cells.shape)
         image = surface.respond(p)
         window = slice(rows.start + 3, rows.start + 6), slice(max(0, column - 1), column + 2)
         assert np.count_nonzero(near) == near[window].size
