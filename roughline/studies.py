@@ -19,6 +19,7 @@ from comparisons.results.folder import held
 from comparisons.results.run_comparison import MOVED, SAME, SLOWER, Change, RunComparison
 from comparisons.results.selection import judged_methods
 from comparisons.results.store import StudyRecord, load_study
+from comparisons.scene.scene import as_changes
 from comparisons.solving.jobs import Done
 from comparisons.solving.plan import Effort
 from comparisons.solving.planning import Source, plan_all
@@ -169,7 +170,7 @@ class Study:
         overwrite: bool = False,
         progress: Progress | None = None,
     ) -> None:
-        overrides = dict(changes or {})
+        overrides = as_changes(changes)
         if methods is not None:
             overrides["compare.methods"] = methods
         effort: Effort = "full" if full else "quick"

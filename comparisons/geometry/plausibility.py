@@ -24,6 +24,8 @@ from comparisons.scene.scene import Scene
 
 # First word of notes that ask the reader to check something (`doubtful`).
 CHECK = "check the "
+# Of notes on a premise of all methods that a scene strains.
+STRAINED = "small strains: "
 # E* below the softest gels in indentation tests, and above diamond on diamond.
 SOFTEST, STIFFEST = 1e3, 2e12
 # Penetration over contact radius: a/R of a paraboloid, the mean slope of a body in the contact. At
@@ -84,7 +86,7 @@ def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
         )
         if LARGE * radius < depth <= STEEPEST * radius:
             slopes.append(
-                f"small strains: {stated} (a/R of a ball); every method here takes slopes and "
+                f"{STRAINED}{stated} (a/R of a ball); every method here takes slopes and "
                 f"strains as small, which above some {number(LARGE, 1)} is an approximation"
             )
         if depth > STEEPEST * radius > 0:  # NaN is no contact

@@ -65,6 +65,12 @@ class Setting:
         return self.cost.seconds
 
     @property
+    def solver(self) -> bool:
+        """Whether it solves the surface itself, in three dimensions."""
+        row = METHODS.get(self.method)  # results may name one that is not here
+        return row is not None and not row.exact and row.dimension == 3
+
+    @property
     def deciding(self) -> Verdict:
         """The verdict that decides over all quantities; one that it does not compute is missing."""
         return worst(self.verdicts, asked=True)

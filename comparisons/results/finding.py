@@ -89,7 +89,11 @@ class FamilyRow:
 
 @dataclass(frozen=True)
 class _Standing:
-    """What is found of a method on one scene; `own`, `exact`, `other`: settings to use, if any."""
+    """What is found of a method on one scene, and settings that serve there.
+
+    `own` is of the method itself, `exact` the closed form, `solver` the fastest 3-D solver and
+    `other` the fastest of anything else; None without one.
+    """
 
     scene: SceneRecord
     use: str
@@ -97,6 +101,7 @@ class _Standing:
     own: Setting | None
     exact: Setting | None
     other: Setting | None
+    solver: Setting | None
 
     @property
     def family(self) -> str:
@@ -170,7 +175,7 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         use = YES if len(within) == len(known) else f"for {', '.join(within)} only"
     advice = advise(record)
     exact = (item for item in advice.settings if item.is_truth and item.method == CLOSED_FORM)
-    others = (item for item in advice.reaching() if item.method != method)
+    others = [item for item in advice.reaching() if item.method != method]
     own = advice.cheapest_for(record.tolerance).get(method)
     if use not in (YES, NO, NOT_KNOWN):  # the fastest that is within in all that it may be used for
         able = [
@@ -191,7 +196,8 @@ def _standing(record: SceneRecord, method: str) -> _Standing:
         worst(known) if known else None,
         own,
         next(exact, None),
-        next(others, None),
+        next(iter(others), None),
+        next((item for item in others if item.solver), None),
     )
 
 
@@ -241,9 +247,9 @@ def largest_error(scene: SceneRecord, verdict: Verdict) -> str:
 def _cost(group: list[_Standing]) -> str:
     own = [item.own for item in group if item.own]
     pairs = [
-        (item.own, item.other)
+        (item.own, item.solver)
         for item in group
-        if item.own and item.other and item.own.seconds > 0 and fmt.finite(item.other.seconds)
+        if item.own and item.solver and item.own.seconds > 0 and fmt.finite(item.solver.seconds)
     ]
     ratios = [other.seconds / model.seconds for model, other in pairs]
     if not ratios:

@@ -118,8 +118,10 @@ def missing_files(data: dict[str, Any], directory: Path) -> list[str]:
         file = table.get(entry) if isinstance(table, dict) else None
         if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
             continue
-        if not (directory / file).is_file():
-            problems.append(f"{key}.{entry}: {file}: no such file")
+        path = directory / file
+        if not path.is_file():
+            what = "a folder, not a file" if path.is_dir() else "no such file"
+            problems.append(f"{key}.{entry}: {file}: {what}")
     return problems
 
 

@@ -473,11 +473,19 @@ def _scene(
     data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
 ) -> Scene:
     swept = data.get("sweep")
-    for path, value in (overrides or {}).items():
+    for path, value in as_changes(overrides).items():
         override(data, path, deepcopy(value))
         if isinstance(swept, dict) and not isinstance(swept.get(path), list):
             swept.pop(path, None)  # a scene of a sweep that is changed in its key leaves it
     return make_scene(data, source, directory)
+
+
+def as_changes(given: Any) -> dict[str, Any]:
+    """Return changes of a scene, {dotted key: value}; what is no mapping is refused."""
+    if not isinstance(given, Mapping | None):
+        expected = 'expected a dict such as {"indenter.radius": "5 mm"}'
+        raise SceneError("changes", [f"{expected}, got {in_kind(given)}"])
+    return dict(given or {})
 
 
 def override(data: Any, path: str, value: Any) -> None:

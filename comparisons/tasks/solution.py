@@ -28,6 +28,7 @@ from comparisons.tasks.stresses import FROM_PRESSURE
 from comparisons.tasks.task import Task
 
 REALISATIONS, STEPS = 0, 1
+UNDERFLOW = "force came out as 0.0 in a contact: below the smallest number (underflow)"
 MAY_BE_INFINITE = ("stiffness", "contact_length_stiffness")
 Contact = Literal["", "single", "pair", "free", "periodic"]
 
@@ -221,7 +222,7 @@ class Solution:
         if self.contact == "single" and {"force", "contact_area"} <= self.quantities.keys():
             idle = (self.quantities["force"] == 0) & (self.quantities["contact_area"] > 0)
             for row, step in np.argwhere(self.converged & idle):
-                self.fail((int(row), int(step)), "force came out as 0.0")
+                self.fail((int(row), int(step)), UNDERFLOW)
         for index in self.reasons:
             for values in self.quantities.values():
                 values[index] = np.nan

@@ -342,5 +342,6 @@ def _setting(setting: Setting, advice: Advice) -> dict[str, Any]:
         and setting.method not in advice.lucky,
         "finest": setting.resolution == deepest,
         "ranked": setting.method != CLOSED_FORM,
+        "solver": setting.solver,
         "verdicts": [_ends(verdict) for verdict in setting.verdicts],
     }

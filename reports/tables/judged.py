@@ -35,7 +35,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
             sides = (scene.name, best) if first else ("", "")
             rows.append((sides[0], label, _error(judgement), judgement.when, judged, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
-    return table(heads, rows, title=f"The {title_of(method)}")
+    return table(heads, rows, title=_headline(method))
 
 
 def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
@@ -51,7 +51,6 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
         )
         for row in found
     ]
-    title = title_of(method)
     heads = ("scenes", "use it?", "largest error", "its time", "instead")
     words = " ".join(f"{cell.text}" for row in rows for cell in row).replace(",", " ").split()
     names = {item.quantity for scene in scenes for item in verdicts(scene, method)}
@@ -61,7 +60,12 @@ def finding_table(scenes: Sequence[SceneRecord], method: str) -> Table:
     told = [f"{item.name}: {said}" for item in scenes if (said := not_known_here(item))]
     if method == MODEL:
         note = "\n".join(filter(None, [note, *told]))
-    return table(heads, rows, title=title[0].upper() + title[1:], note=note)
+    return table(heads, rows, title=_headline(method), note=note)
+
+
+def _headline(method: str) -> str:
+    title = title_of(method)
+    return title[0].upper() + title[1:]
 
 
 def _explained(names: Iterable[str]) -> str:

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 from comparisons.errors import InputError
+from comparisons.geometry.plausibility import CHECK, STRAINED
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.questions.claims.nearest import Nearest, in_words, nearest
 from comparisons.questions.study import solved_in_memory
@@ -37,6 +38,9 @@ def print_known(plans: list[Plan], as_json: bool, again: str) -> int:
     for plan in plans:
         text = in_words(answers[plan.scene.name], plan.scene.compare.tolerance) or NOTHING
         terminal.print_text(f"{plan.scene.name}: {text}")
+        for note in plan.notes:
+            if note.startswith((CHECK, STRAINED)):
+                terminal.print_text(f"{plan.scene.name}: {note}")
     say(f"To be sure: {again}")
     return FINE
 

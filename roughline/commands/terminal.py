@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -173,10 +174,19 @@ def print_solution(result: SingleResult) -> None:
 
 
 def print_claims(record: ClaimsRecord, report: Path) -> None:
-    """Print the verdicts with their numbers, disagreements, and the path of the report."""
+    """Print the verdicts with their numbers, disagreements, and the path of the report.
+
+    Of more claims than a screen holds the verdicts are counted.
+    """
     from reports.tables.claims import claims
 
     console = _console()
+    if len(record.claims) > SCREEN:
+        counts = Counter(claim.verdict for claim in record.claims).most_common()
+        told = ", ".join(f"{number} {verdict}" for verdict, number in counts)
+        console.print(f"{len(record.claims)} claims: {told}", markup=False, highlight=False)
+        _print_path(console, report, record.seconds)
+        return
     for claim in record.claims:
         for text in claim.disagreements:
             console.print(f"{claim.id}: {text}", style="bold", markup=False)

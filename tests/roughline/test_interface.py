@@ -99,6 +99,8 @@ def test_what_is_wrong_with_a_scene_is_told_as_on_the_command_line(source, tmp_p
         (lambda _: roughline.compare(BALL, quantities=["weight"]), r"compare\.quantities\.0"),
         (lambda _: roughline.solve("cone", "reduced", rule="guess"), r"methods\.reduced\.rule"),
         (lambda _: roughline.solve("cone", "no_such_method"), "expected one of closed_form"),
+        (lambda _: roughline.load_scene("cone", ["a"]), "changes:\n.*a dict .* got a list of 1"),
+        (lambda _: roughline.Study("cone", "nowhere", changes="a"), "changes:\n.* got a str"),
         (lambda _: roughline.Study([], "nowhere"), "expected at least one scene"),
         (lambda used: roughline.Study(BALL, used).run(), "has results already"),
         (lambda used: roughline.Study(BALL, used, workers=0), "--workers: expected 1 to"),

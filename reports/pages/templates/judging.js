@@ -80,6 +80,7 @@ const standingOf = (scene, method) => {
   return {
     scene, use, kind: KINDS.includes(use) ? use : "in part", worst: worstOf(known, tolerance), tolerance,
     own: use.endsWith(" only") ? partly : reached.find((one) => one.method === method) ?? (use === "yes" ? scene.settings.find((one) => one.method === method && one.finest && !one.truth) : undefined), other: reached.find((one) => one.method !== method),
+    solver: reached.find((one) => one.method !== method && one.solver),
     exact: scene.settings.find((one) => one.truth && !one.ranked),
   };
 };
@@ -109,11 +110,11 @@ const findingOf = (method) => {
     const worst = group.filter((one) => one.worst).reduce((most, one) =>
       !most || before(severityOf(one.worst, one.tolerance), severityOf(most.worst, most.tolerance)) ? one : most, null);
     const error = worst ? worst.worst.largest + (group.length > 1 ? `, ${worst.scene.name}` : "") : "–";
-    const pairs = group.filter((one) => one.own?.seconds > 0 && one.other?.seconds != null);
-    const ratios = pairs.map((one) => one.other.seconds / one.own.seconds).sort((a, b) => a - b);
+    const pairs = group.filter((one) => one.own?.seconds > 0 && one.solver?.seconds != null);
+    const ratios = pairs.map((one) => one.solver.seconds / one.own.seconds).sort((a, b) => a - b);
     const own = timesOf(group.map((one) => one.own).filter(Boolean));
     const cost = ratios.length && ratios[ratios.length - 1] < 1
-      ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.other))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
+      ? `no need: the 3-D solver is cheaper (${timesOf(pairs.map((one) => one.solver))} against ${own})` : own + (ratios.length ? `, 3-D takes ≈ ${ends(ratios.map(oneDigit))} ×` : "");
     const chosen = group.map((one) => one.exact ?? one.other).filter(Boolean);
     const titles = new Set(chosen.map((one) => one.truth && !one.ranked ? judging.exact : one.title));
     const instead = !chosen.length ? "nothing that was run" : `${[...titles].join(" or ")} ${timesOf(chosen)}`

@@ -138,12 +138,14 @@ def test_advise_says_it_first_and_can_end_there(capsys, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["roughline", *words])
     assert run_command(words) == 0
     said = capsys.readouterr().out
-    assert "Nearest measured, reduced model: force" in said
+    assert "Nearest measured, reduced model: error of force" in said
     assert "claim ellipsoid-force" in said
     assert said.endswith("To be sure: roughline advise ellipsoid-5 --tolerance 2%\n")
     assert run_command(["advise", "ellipsoid-5", "--known", "--json"]) == 0
     (document,) = json.loads(capsys.readouterr().out)
     assert document["nearest"][0]["word"] == OUTSIDE
+    assert run_command(["advise", "sphere", "--known"]) == 0
+    assert "small slopes and strains" in " ".join(capsys.readouterr().out.split())  # a/R = 0.45
     assert run_command(["advise", "triangle-punch", "--known"]) == 0
     assert "no claim has measured such a scene" in capsys.readouterr().out
     assert in_words([], 0.01) == ""

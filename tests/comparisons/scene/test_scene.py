@@ -508,16 +508,19 @@ def test_hostile_titles_stay_titles(title):
     assert set(data) == {"name", "title", "half_space", "indenter", "loading"}
 
 
-def test_a_missing_map_is_told_together_with_everything_else(tmp_path):
+@pytest.mark.parametrize(
+    ("file", "told"), [("nowhere.npy", "no such file"), (".", "a folder, not a file")]
+)
+def test_a_missing_map_is_told_together_with_everything_else(tmp_path, file, told):
     """All errors of a file at once, the file that it names included."""
     text = 'name = "a"\n[half_space]\nyoungs_modulus = 1\npoisson_ratio = 0.9\n[surface]\n'
-    text += 'kind = "map"\nfile = "nowhere.npy"\n[loading]\npenetration = -1\n'
+    text += 'kind = "map"\nfile = "FILE"\n[loading]\npenetration = -1\n'
     with pytest.raises(SceneError) as caught:
-        parse_scene(text, "x.toml", tmp_path)
+        parse_scene(text.replace("FILE", file), "x.toml", tmp_path)
     said = "\n".join(caught.value.problems)
     assert "half_space.poisson_ratio" in said
     assert "loading.penetration" in said
-    assert "surface.file: nowhere.npy: no such file" in said
+    assert f"surface.file: {file}: {told}" in said
 
 
 def test_faces_are_equal_whatever_they_remember():

@@ -81,8 +81,15 @@ def test_a_method_that_cannot_even_warm_up_costs_its_own_rows(task, monkeypatch)
     assert "no compiler" in execute(task()).reasons[0, 0]
 
 
-@pytest.mark.parametrize("wrong", [math.nan, math.inf, 0.0])
-def test_a_step_that_is_no_number_has_no_answer(task, replace, wrong):
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (math.nan, "force came out as nan"),
+        (math.inf, "force came out as inf"),
+        (0.0, "force came out as 0.0 in a contact: below the smallest number (underflow)"),
+    ],
+)
+def test_a_step_that_is_no_number_has_no_answer(task, replace, wrong, told):
     """Only that step, with all its quantities; a force of zero on a contact is underflow."""
 
     def spoil(solve, task):
@@ -93,7 +100,7 @@ def test_a_step_that_is_no_number_has_no_answer(task, replace, wrong):
     replace("reduced", spoil)
     solution = execute(task())
     assert solution.converged.tolist() == [[True, False, True]]
-    assert solution.reasons == {(0, 1): f"force came out as {wrong}"}
+    assert solution.reasons == {(0, 1): told}
     assert np.isnan(solution.quantities["contact_area"]).tolist() == [[False, True, False]]
 
 
