@@ -141,10 +141,17 @@ class RoundContact:
             raise ConvergenceError(f"no contact radius has a {control} of {value:g}", [])
         if low is high:
             return low
-        # loads go with powers of the radius between one and three: a cube root is nearly straight,
-        # and zero below a flat face
+
+        def over(a: float) -> float:
+            # loads go with powers of the radius between one and three: a cube root is nearly
+            # straight, and zero below a flat face
+            return float(np.cbrt(getattr(at_radius(a), control) / value) - 1)
+
+        for end in (low, high):
+            if abs(over(end.contact_radius)) <= np.finfo(float).eps:  # of either sign by rounding
+                return end
         radius = brentq(
-            lambda a: np.cbrt(getattr(at_radius(a), control) / value) - 1,
+            over,
             *(low.contact_radius, high.contact_radius),
             xtol=tolerance * low.contact_radius,
             rtol=tolerance,

@@ -90,7 +90,7 @@ def not_known_here(scene: SceneRecord) -> str:
     if not (reason := by_chance(scene, MODEL)):
         return ""
     known = in_words(nearest_to(scene), scene.tolerance)
-    return " ".join(filter(None, [f"Not known here: {reason}, agreement is chance.", known]))
+    return " ".join(filter(None, [f"Not known here: {reason}: agreement is chance.", known]))
 
 
 def _bodies(scene: Scene) -> Iterator[tuple[str, str]]:

@@ -184,6 +184,17 @@ def test_ball_on_layers_is_the_same_by_cells_and_by_the_integral_equation(name):
     assert radius == pytest.approx(exact.contact_radius, abs=contact.operator.spacing[0] / 2)
 
 
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_the_load_of_a_first_guess_is_found_to_the_last_digit(control):
+    """A guess that is right but for rounding: Hertz' radius, of a layer of the body below it."""
+    alike = RoundContact(Stack([1.0], [STEEL], STEEL), lambda x: x**2)
+    for guess in (0.3, 0.5, 1.0, 2.0):
+        load = getattr(alike.at_radius(guess), control)
+        for digits in (-2, -1, 0, 1, 2):
+            found = alike.at(control, load * (1 + digits * np.finfo(float).eps), guess)
+            assert found.contact_radius == pytest.approx(guess, rel=1e-12)
+
+
 def test_thin_layers_approach_springs_and_squeezed_rubber():
     """Springs have a^2 = 2 R d; rubber a^2 = 4 R d and F = 2 pi a^6 E/(96 R t^3) (Johnson 5.8)."""
     layer = RoundContact(Stack([1e-3], [STEEL]), lambda x: x**2).at_radius(1.0)

@@ -1,7 +1,7 @@
 // Plots: drawn when they come into sight, in the colours of light or dark.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const coarse = window.matchMedia("(pointer: coarse)").matches;
-const PRINT_WIDTH = 330, PRINT_HEIGHT = 320, NARROW = 480, LONGEST_NAME = 22;
+const PRINT_WIDTH = 330, PRINT_HEIGHT = 320, NARROW = 480, LONGEST_NAME = 17;
 const THEMES = {
   light: { ink: "#1a1a1a", muted: "#5f6368", grid: "#e3e5e8", paper: "#ffffff", peer: "#767676",
     "ink-band": "rgba(0,0,0,0.16)", "peer-band": "rgba(118,118,118,0.2)", "truth-band": "rgba(90,100,110,0.22)" },
