@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from reports.pictures.shapes import deformed_piece, opened_surface, pressure_hill, rough_surface
-from reports.plots.style import CONTACT, PALETTES
+from reports.plots.style import CONTACT
 
 MOST_POINTS = 96  # per side of a surface
 FILLING, FILLING_FLAT = 1.55, 2.0
@@ -23,6 +23,11 @@ CAMERA = {
     "eye": {"x": 1.0, "y": -1.25, "z": 0.95},
     "projection": {"type": "orthographic"},
 }
+# Cividis in ten steps (Nunez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239).
+CIVIDIS = (
+    "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",
+    "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
+)  # fmt: skip
 Job = dict[str, np.ndarray]
 Drawn = tuple[dict[str, Any], np.ndarray]  # a trace without its places, and its points
 
@@ -51,8 +56,8 @@ def _rough(job: Job) -> Drawn:
     low, high = float(job["heights"].min()), float(job["heights"].max())
     shade = 0.98 * (heights - low) / max(high - low, float(np.finfo(float).tiny))
     # Contacts take the last colour of the scale, which no height reaches.
-    places = np.linspace(0, 1, len(PALETTES["cividis"])).round(4).tolist()
-    scale = [[0.98 * place, tone] for place, tone in zip(places, PALETTES["cividis"], strict=True)]
+    places = np.linspace(0, 1, len(CIVIDIS)).round(4).tolist()
+    scale = [[0.98 * place, tone] for place, tone in zip(places, CIVIDIS, strict=True)]
     scale += [[0.985, CONTACT], [1.0, CONTACT]]
     return _surface(x, y, z, np.where(touching, 1.0, shade), scale)
 

@@ -19,18 +19,6 @@ if TYPE_CHECKING:
 ORANGE, SKY, GREEN, BLUE, VERMILION = "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00"
 PURPLE = "#CC79A7"
 INK, MUTED, PEER, TRUTH, CONTACT = "@ink", "@muted", "@peer", "@truth", ORANGE
-# Steps of the scales of pictures, as in report.css: viridis (van der Walt & Smith, 2015) and
-# cividis (Nunez, Anderton & Renslow, PLoS ONE 13 (2018) e0199239).
-PALETTES = {
-    "viridis": (
-        "#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c",
-        "#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725",
-    ),
-    "cividis": (
-        "#00224e", "#123570", "#3b496c", "#575d6d", "#707173",
-        "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838",
-    ),
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
